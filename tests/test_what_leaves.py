@@ -272,7 +272,8 @@ def test_a_corrected_path_is_nearer_to_what_was_commanded(measured, run, calibra
                      for step in h * np.eye(rows.q.shape[1] + 1, rows.q.shape[1], -1))  # fmt: skip
     jacobian = np.array([(m - start).reshape(len(rows), -1) for m in moved]).transpose(1, 2, 0) / h
     best = rows.q[np.argmax(np.linalg.svd(jacobian, compute_uv=False)[:, -1])]
-    rows = replace(rows, q=0.85 * best + np.linspace(-0.1, 0.1, len(rows))[:, None])
+    inside = 0.85 * best + 0.15 * measured.given.q.mean(0)  # the path stays within the limits
+    rows = replace(rows, q=inside + np.linspace(-0.1, 0.1, len(rows))[:, None])
     path, out = tmp_path / "path.csv", tmp_path / "corrected.csv"
     write(path, rows)
     asked = ("compensate", path, "--robot", calibrated, "--nominal", measured.robot, "--out", out)

@@ -62,8 +62,8 @@ def test_unreadable_options(file):
     path = file(HEAD + ROWS)
     refusal(path, OptionError, layout="nonsense")
     refusal(path, OptionError, sheet="Data")
-    wrong = ("q1[rad]", "", "=", "q1[rad]=nothing", "q1[rad|mm]=q1[rad]", "a,b=c", "q1[rad],…,x[m],y,z")
-    for columns in wrong:
+    lists, pairs = ["", "q1[rad]", "q1[rad],…,x[m],y,z"], ["q1[rad]=nothing", "q1[rad|mm]=q1[rad]", "a,b=c"]
+    for columns in (*lists, "=", *pairs):
         refusal(path, OptionError, columns=columns)
 
 
@@ -136,6 +136,7 @@ def with_value(heading, value):
     return HEAD.strip() + f",{heading}\n0.1,0.2,1,2,3,{value}\n"
 
 
+BY_HAND = "# made by hand\n" + HEAD + ROWS
 TWIN = "0.1,0.2,1.0,2.0,3.0,1.0\n"
 SEMICOLONS = HEAD.replace(",", ";")
 MILLIMETRES = SEMICOLONS.replace("[m]", "[mm]")
@@ -146,10 +147,7 @@ WRONG = [
     *((HEAD + ROWS + f"0.1,0.2,1,{v},3\n", 4, "y[m]", "infinite") for v in ("inf", "-Infinity", "1e999")),
     *((HEAD + ROWS + f"0.1,0.2,{v},2,3\n", 4, "x[m]", v) for v in ("abc", "1.2.3", "1_000", "0x10", "12 mm")),
     (HEAD + "abc,0.2,x,y,3\n" + ROWS, 2, None, ""),
-    *(
-        ("# made by hand\n" + HEAD + ROWS + f"0.1,0.2,1{v}\n", 5, None, "5 are named")
-        for v in (",2", ",2,3,4")
-    ),
+    *((BY_HAND + f"0.1,0.2,1{v}\n", 5, None, "5 are named") for v in (",2", ",2,3,4")),
     *((HEAD.strip() + f",{v}\n{TWIN}", None, v, "") for v in ("x[m]", "x[mm]", "pos_x[m]")),
     *((HEAD.replace(v, "note") + ROWS, None, None, f"without {v[0]}") for v in ("x[m]", "z[m]")),
     *((content, None, None, "") for content in ("", "\n \n", "# only words\n")),

@@ -101,6 +101,14 @@ def test_workbook_with_two_tables_asks_which(read, read_here):
     assert "sheet 'B'" in read(content, "t.xlsx", sheet="B").notes[0]
 
 
+def test_joints_and_points_in_two_sheets_are_joined(read):
+    joints = [["Pose", "J1 [deg]"], ["P1", 10], ["P2", 20]]
+    points = [["Pose", "X [mm]", "Y [mm]", "Z [mm]"], ["P2", 4, 5, 6], ["P1", 1, 2, 3]]
+    data = read(workbook({"Robot": joints, "Leica": points}), "t.xlsx")
+    np.testing.assert_allclose(np.rad2deg(data.q[:, 0]), [20, 10])
+    np.testing.assert_allclose(data.position[0], [0.004, 0.005, 0.006])
+
+
 def test_workbook_rows_count_as_in_the_workbook(read, read_here):
     rows = [
         [],
@@ -127,15 +135,8 @@ def test_parquet(read, tmp_path):
     import pyarrow as pa
     from pyarrow import parquet
 
-    table = pa.table(
-        {
-            "q1[deg]": [90.0, 45.0],
-            "x[m]": [1.0, 0.1],
-            "y[m]": [2, 3],
-            "z[m]": [3.0, None],
-            "session": ["a", "b"],
-        }
-    )
+    columns = {"q1[deg]": [90.0, 45.0], "x[m]": [1.0, 0.1], "y[m]": [2, 3], "z[m]": [3.0, None]}
+    table = pa.table({**columns, "session": ["a", "b"]})
     parquet.write_table(table, tmp_path / "t.parquet")
     data = read_measurements(tmp_path / "t.parquet")
     np.testing.assert_allclose(data.q[:, 0], np.radians([90, 45]))
@@ -164,23 +165,16 @@ def test_orientation_in_every_form(read, columns):
     np.testing.assert_allclose(data.rotation[0], ROTATED, atol=1e-12)
 
 
+NAMES = ("q", "Q", "J", "A", "joint_", "Joint ", "Gelenk", "Achse ", "theta", "panda_joint",
+         "lbr_iiwa_joint_", "joint_a")  # fmt: skip
+
+
 @pytest.mark.parametrize(
     "heads",
     [
-        "q1,q2,q3",
-        "Q1,Q2,Q3",
-        "J1,J2,J3",
-        "A1,A2,A3",
-        "joint_1,joint_2,joint_3",
-        "Joint 1,Joint 2,Joint 3",
+        *(",".join(f"{name}{k}" for k in (1, 2, 3)) for name in NAMES),
         "joint_0,joint_1,joint_2",
-        "Gelenk1,Gelenk2,Gelenk3",
-        "Achse 1,Achse 2,Achse 3",
-        "theta1,theta2,theta3",
         "shoulder_pan_joint,shoulder_lift_joint,elbow_joint",
-        "panda_joint1,panda_joint2,panda_joint3",
-        "lbr_iiwa_joint_1,lbr_iiwa_joint_2,lbr_iiwa_joint_3",
-        "joint_a1,joint_a2,joint_a3",
         "q3,q1,q2",
     ],
 )
@@ -250,10 +244,8 @@ def test_preview_says_what_was_understood(tmp_path):
     assert not shown.problems
     assert (shown.rows, shown.joints) == (2, 1)
     assert shown.dataset.sessions == ("a", "b")
-    assert [(c.heading, c.key, c.unit, c.si) for c in shown.columns][:2] == [
-        ("Achse 1[°]", "q1", "°", "rad"),
-        ("x[mm]", "x", "mm", "m"),
-    ]
+    first, x = ((c.heading, c.key, c.unit, c.si) for c in shown.columns[:2])
+    assert (first, x) == (("Achse 1[°]", "q1", "°", "rad"), ("x[mm]", "x", "mm", "m"))
     assert shown.columns[-1].key is None
     assert "decimal commas" in shown.decisions
 

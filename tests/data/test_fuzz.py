@@ -25,8 +25,8 @@ MAGICS = [
     b"Objects\n100\n",
     b"FILE_VERSION\t2.0.0\nFREQUENCY\t100\nMARKER_NAMES\tA\n",
 ]
-NUMBERS = ["", "1", "1,5", "1.5", "-", "nan", "inf", "abc", "true"]
-CELLS = [*NUMBERS, "q1[deg]", "x[mm]", "y", "z[foo]", "rx[rad]", "#", '"']
+CELLS = ["", "1", "1,5", "1.5", "-", "nan", "inf", "abc", "q1[deg]", "x[mm]", "y", "z[foo]", "rx[rad]", "#",
+         '"', "true"]  # fmt: skip
 
 
 def read_or_refuse(path, **options):

@@ -28,17 +28,25 @@ def test_sound_measurements_pass_without_a_word():
     assert check_plausible(dataset(), LIMITS, REACH).notes == ()
 
 
-def test_degrees_labelled_rad():
-    with refuses(DataError, "degrees", "q1[deg]", joint=1):
-        check_plausible(dataset(angle=57.3), LIMITS, REACH)
+SLIDE = np.column_stack([dataset().q[:, :2], np.linspace(0, 800, 20)])
+FAR = dataset().position + 500.0 * (np.arange(20) == 7)[:, None]
+MARKERS = np.repeat(1000.0 * dataset().position[:, None], 2, axis=1)
 
 
-def test_millimetres_of_a_sliding_joint_labelled_m():
-    data = dataset()
-    q = np.array(data.q)
-    q[:, 2] = np.linspace(0, 800, len(q))
-    with refuses(DataError, "mm labelled m", joint=2):
-        check_plausible(dataset(q=q), np.array([[-3, 3], [-3, 3], [0, 1.0]]), REACH)
+@pytest.mark.parametrize(
+    ("data", "word", "where"),
+    [
+        (dataset(angle=57.3), "q1[deg]", {"joint": 1}),
+        (dataset(q=SLIDE), "mm labelled m", {"joint": 2}),
+        (dataset(length=1000.0), "mm labelled m", {"row": 5}),
+        (dataset(position=None, rotation=None, markers=MARKERS), "mm labelled m", {"row": 5}),
+        (dataset(position=FAR), "exclude", {"row": 7}),
+    ],
+)
+def test_what_no_arm_does_names_joint_or_row(data, word, where):
+    limits = np.array([*LIMITS[:2], [0.0, 1.0]]) if where == {"joint": 2} else LIMITS
+    with refuses(DataError, word, **where):
+        check_plausible(data, limits, REACH)
 
 
 @pytest.mark.parametrize(
@@ -57,21 +65,6 @@ def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
         return refuse_joint_quantities(units, robot, "a.csv")
     with refuses(DataError, f"joint {joint}", f"q{joint}[{units[joint - 1]}]"):
         refuse_joint_quantities(units, robot, "a.csv")
-
-
-def test_millimetres_labelled_metres():
-    with refuses(DataError, "mm labelled m", row=5):
-        check_plausible(dataset(length=1000.0), LIMITS, REACH)
-    markers = np.repeat(1000.0 * dataset().position[:, None], 2, axis=1)
-    with refuses(DataError, "mm labelled m", row=5):
-        check_plausible(dataset(position=None, rotation=None, markers=markers), LIMITS, REACH)
-
-
-def test_one_row_far_away_names_the_row():
-    position = np.array(dataset().position)
-    position[7] += 500.0
-    with refuses(DataError, row=7):
-        check_plausible(dataset(position=position), LIMITS, REACH)
 
 
 @pytest.mark.parametrize(

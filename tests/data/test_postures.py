@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import check_plausible, repeated_rows
-from workbench.data.postures import first_of_each, pose_units, postures, repeats_text
+from workbench.data.postures import pose_units, postures, repeats, repeats_text
 
 
 def agree(found, actual) -> bool:
@@ -40,8 +40,8 @@ def test_groups_and_sessions():
     grouped = replace(data, group=np.array(list("cccbbbaaaaaa")))
     assert pose_units(grouped).tolist() == [1] * 6 + [0] * 6  # one posture ties c and b; named by a, b
     assert len(set(pose_units(replace(data, session=np.array(list("ab") * 6))))) == 12
-    assert len(first_of_each(data)) == 6
-    assert len(first_of_each(replace(data, point=np.array(list("ab") * 6)))) == 12
+    assert len(set(repeats(data))) == 6
+    assert len(set(repeats(replace(data, point=np.array(list("ab") * 6))))) == 12
     assert repeats_text(data) == "6 poses, 2 readings each"
     assert repeats_text(data.take([0, 1, 2, 4])) == "3 poses, 1 to 2 readings each"
     assert repeats_text(data.take([0, 2])) == ""

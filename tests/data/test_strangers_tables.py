@@ -95,6 +95,27 @@ def test_a_list_of_a_measuring_machine_joins_by_its_names(tmp_path):
     assert data.position[2] == pytest.approx([0.0025, 0.002, 0.003])
 
 
+HEAD = "q1[deg],x[mm],y[mm],z[mm]"
+
+
+@pytest.mark.parametrize(
+    ("text", "excluded"),
+    [
+        (f"{HEAD}\n1,1,2,3\n2,---,*,fehlt\n3,4,5,6\n", [1]),
+        (f"{HEAD}\n1,1,2,3\n2,9,9,9\n{HEAD}\n3,4,5,6\n", []),
+        ("J1 / deg\tx, mm\ty, mm\tz, mm\n1\t1\t2\t3\n2\t9\t9\t9\n3\t4\t5\t6", []),
+        ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
+    ],
+)
+def test_gaps_in_words_headings_that_stand_again_and_units_behind_commas(tmp_path, text, excluded):
+    (tmp_path / "t.csv").write_text(text)
+    data = read_measurements(tmp_path / "t.csv")
+    assert np.rad2deg(data.q[:, 0]) == pytest.approx([1, 2, 3])
+    assert data.position[2] == pytest.approx([0.004, 0.005, 0.006])
+    assert np.flatnonzero(~data.included).tolist() == excluded
+    assert "Target" not in text or data.point.tolist() == ["A", "A", "B"]
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -141,25 +141,21 @@ def test_orientations_are_read_in_their_convention(kind):
 
 
 @pytest.mark.parametrize(
-    ("change", "text"),
+    ("name", "with_rotation", "change", "text"),
     [
-        (lambda d: replace(d, position=d.position / 25.4), "inch labelled mm"),
-        (lambda d: replace(d, position=1e-3 * d.position), "m labelled mm"),
-        (lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
+        ("puma", False, lambda d: replace(d, position=d.position / 25.4), "inch labelled mm"),
+        ("puma", False, lambda d: replace(d, position=1e-3 * d.position), "m labelled mm"),
+        ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
+        ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
+        ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
     ],
 )
-def test_units_and_axes_of_points(change, text):
-    robot, data = measured("puma", with_rotation=False)
+def test_units_axes_and_a_slide_that_mirrors(name, with_rotation, change, text):
+    robot, data = measured(name, with_rotation=with_rotation)
     found = arm_match(robot, change(data))
     assert found.is_foreign
     assert found.has_reading
-    assert text in found.text
-
-
-def test_exchanged_axes_beside_orientations():
-    robot, data = measured("puma", with_rotation=True)
-    found = arm_match(robot, replace(data, position=data.position[:, [0, 2, 1]]))
-    assert mentions(found.text, "y and z are exchanged")
+    assert mentions(found.text, text)
 
 
 def test_the_pose_of_the_base_in_the_tool():

@@ -40,44 +40,46 @@ def joints(*stems):
     return [f"{stem}{k}" for stem in stems for k in range(1, 7)]
 
 
+def quat(t):
+    return Rotation.from_matrix(t[:, :3, :3]).as_quat()
+
+
+def degrees(q, t, axes):
+    """Joints [deg], places [mm], and Euler angles [deg]."""
+    return np.degrees(q), 1e3 * t[:, :3, 3], Rotation.from_matrix(t[:, :3, :3]).as_euler(axes, degrees=True)
+
+
+def numbered(name, count, first=0):
+    return [f"{name}{k}" for k in range(first, first + count)]
+
+
+TF = [f"/tf/tool/{n}" for n in (*(f"translation/{a}" for a in "xyz"), *(f"rotation/{a}" for a in "xyzw"))]
+T44, NOAP = [f"T{i}{j}" for i in "1234" for j in "1234"], "nx ox ax px ny oy ay py nz oz az pz"
 FORMS = {
     "a controller": lambda q, t: ([*joints("J"), *"XYZ"], np.degrees(q), 1e3 * t[:, :3, 3]),
-    "ROS": lambda q, t: (
-        ["timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw", *joints("joint_")],
-        np.arange(len(q)),
-        t[:, :3, 3],
-        Rotation.from_matrix(t[:, :3, :3]).as_quat(),
-        q,
-    ),
-    "KUKA": lambda q, t: (
-        [*joints("A"), *"XYZABC"],
-        np.degrees(q),
-        1e3 * t[:, :3, 3],
-        Rotation.from_matrix(t[:, :3, :3]).as_euler("ZYX", degrees=True),
-    ),
-    "Fanuc": lambda q, t: (
-        [*joints("J"), *"XYZWPR"],
-        np.degrees(q),
-        1e3 * t[:, :3, 3],
-        Rotation.from_matrix(t[:, :3, :3]).as_euler("xyz", degrees=True),
-    ),
-    "ABB": lambda q, t: (
-        [*joints("rax_"), *"xyz", "q1", "q2", "q3", "q4"],
-        np.degrees(q),
-        1e3 * t[:, :3, 3],
-        np.roll(Rotation.from_matrix(t[:, :3, :3]).as_quat(), 1, axis=1),
-    ),
-    "Franka": lambda q, t: (
-        [*(f"q_{k}" for k in range(6)), *(f"O_T_EE_{k}" for k in range(16))],
-        q,
-        t.transpose(0, 2, 1).reshape(-1, 16),
-    ),
-    "matrices": lambda q, t: (
-        [*joints("q"), *(f"T{i}{j}" for i in "123" for j in "1234")],
-        q,
-        t[:, :3].reshape(-1, 12),
-    ),
-}
+    "ROS": lambda q, t: (["timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw", *joints("joint_")],
+                         np.arange(len(q)), t[:, :3, 3], quat(t), q),
+    "KUKA": lambda q, t: ([*joints("A"), *"XYZABC"], *degrees(q, t, "ZYX")),
+    "Fanuc": lambda q, t: ([*joints("J"), *"XYZWPR"], *degrees(q, t, "xyz")),
+    "ABB": lambda q, t: ([*joints("rax_"), *"xyz", "q1", "q2", "q3", "q4"],
+                         *degrees(q, t, "xyz")[:2], np.roll(quat(t), 1, axis=1)),
+    "Franka": lambda q, t: ([*numbered("q_", 6), *numbered("O_T_EE_", 16)], q, by_columns(t)),
+    "matrices": lambda q, t: ([*joints("q"), *T44[:12]], q, t[:, :3].reshape(-1, 12)),
+    "matrices by columns": lambda q, t: ([*joints("q"), *T44], q, by_columns(t)),
+    "numbered matrices": lambda q, t: ([*joints("q"), *numbered("m", 16)], q, t.reshape(-1, 16)),
+    "axes": lambda q, t: ([*joints("q"), *NOAP.split()], q, t[:, :3].reshape(-1, 12)),
+    "poses of six": lambda q, t: ([*joints("q"), *numbered("tcp_pose_", 6)], q, t[:, :3, 3],
+                                  Rotation.from_matrix(t[:, :3, :3]).as_rotvec()),
+    "poses of seven": lambda q, t: ([*joints("q"), *numbered("pose_", 7, 1)], q, t[:, :3, 3], quat(t)),
+    "w first, called x": lambda q, t: ([*joints("J"), *"xyz", "qx", "qy", "qz", "qw"],
+                                       q, t[:, :3, 3], np.roll(quat(t), 1, axis=1)),
+    "a recording": lambda q, t: ([*(f"/joint_states/J{k}/position" for k in range(1, 7)), *TF],
+                                 q, t[:, :3, 3], quat(t)),
+}  # fmt: skip
+
+
+def by_columns(t):
+    return t.transpose(0, 2, 1).reshape(-1, 16)
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -91,7 +93,7 @@ def test_rows_tell_the_units(form, measured, tmp_path):
     assert form == "a controller" or errors.orientation_deg.mean < 1e-4
 
 
-@pytest.mark.parametrize("form", ["lines", "rows", "columns", "npz"])
+@pytest.mark.parametrize("form", ["lines", "rows", "objects", "columns", "npz"])
 def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     q, t = measured
     xyz, quat = t[:, :3, 3], Rotation.from_matrix(t[:, :3, :3]).as_quat()
@@ -104,7 +106,11 @@ def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     else:
         columns = {"joints": q.tolist(), "position": xyz.tolist(), "orientation": quat.tolist()}
         lines = "\n".join(map(json.dumps, rows))
-        path.write_text({"lines": lines, "rows": json.dumps(rows), "columns": json.dumps(columns)}[form])
+        poses = [
+            {"joints_rad": r["q"], "pose": {"position": r["xyz"], "orientation": r["quat"]}} for r in rows
+        ]
+        forms = {"rows": rows, "columns": columns, "objects": {"robot": "ur5e", "samples": poses}}
+        path.write_text(lines if form == "lines" else json.dumps(forms[form]))
     errors = identify("ur5e", path).best.held_out
     assert errors.position_mm.mean < 1e-3
     assert errors.orientation_deg.mean < 1e-4

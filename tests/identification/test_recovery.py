@@ -226,3 +226,15 @@ def test_frames_change_nothing_that_is_held_out():
         problem = Problem.build(aligned, rows, frames=freedom, noise=PLATE_NOISE)
         errors.append(problem.residual(Opt2().search(problem).x))
     assert np.linalg.norm(errors[0]) == pytest.approx(np.linalg.norm(errors[1]), rel=1e-6)
+
+
+def test_repeats_of_a_posture_weigh_as_one_pose_and_move_no_arm():
+    """An arm as in its table, whose postures scatter by 0.4 mm: more than six readings of each do."""
+    rng, arm = np.random.default_rng(5), generator.aria()
+    once = replace(rows_of(arm, arm.random(rng, 22), rng, 4e-4), rotation=None)
+    read = np.repeat(once.position, 6, axis=0)
+    often = Dataset(np.repeat(once.q, 6, axis=0), read + rng.normal(0.0, 2e-5, read.shape))
+    fits = [identify("aria", rows, held_out=0.0).best for rows in (once, often)]
+    assert all(run.deviation < 1e-4 for run in fits)
+    assert fits[1].fit.std == pytest.approx(fits[0].fit.std, rel=0.2, abs=1e-9)
+    assert fits[1].fit.spare == pytest.approx(fits[0].fit.spare)

@@ -157,7 +157,7 @@ def test_units_that_a_file_lacks_are_told_by_its_rows_or_asked_for(do, ur5_file)
     bare = re.sub(rb"\[\w+\]", b"", ur5_file)
     with_units = do(ChooseRobot("ur5"), LoadData("ur5.csv", ur5_file)).measurements.loaded.dataset
     rows = do(LoadData("bare.csv", bare)).measurements.loaded.dataset
-    assert not rows.unsaid
+    assert not rows.missing_units
     assert np.array_equal(rows.q, with_units.q)
     asked = do(LoadData("few.csv", b"".join(bare.splitlines(keepends=True)[:5])))
     assert asked.measurements.unread.name == "few.csv"

@@ -68,7 +68,7 @@ REMARKS = {
 _TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
 _BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
-_UNIT_IN_TEXT = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|\s/\s*(?P<b>\S+)|\s+in\s+(?P<c>\S+))\s*")
+_UNIT_IN_TEXT = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|(?:\s/\s*|(?:\s+in|,)\s+)(?P<b>\S+))\s*")
 
 
 class Heading(NamedTuple):
@@ -105,13 +105,13 @@ COMMON = {
 def parse_heading(text: str) -> Heading:
     """Split a column heading into name and unit.
 
-    'q1[deg]' and 'q1 [deg]' always; 'q1 (deg)', 'x / mm' and 'x in mm' where what stands there is a unit.
+    'q1[deg]' and 'q1 [deg]' always; 'q1 (deg)', 'x / mm', 'x, mm', 'x in mm' where what stands there is one.
     """
     text = text.strip()
     if match := _BRACKETED.fullmatch(text):
         return Heading(match["name"].strip(), match["unit"].strip())
     if match := _UNIT_IN_TEXT.fullmatch(text):
-        unit = next(part for part in (match["a"], match["b"], match["c"]) if part is not None).strip()
+        unit = (match["a"] or match["b"]).strip()
         if is_unit(unit):
             return Heading(match["name"].strip(), unit)
     return Heading(text, None)

@@ -8,6 +8,7 @@ import io
 import warnings
 from collections.abc import Callable
 from datetime import date, datetime, time
+from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ Cells = tuple[list[list[str]], list[int]]
 """Cells of the rows that hold something, and the number of each row from 1."""
 
 
+@lru_cache(maxsize=1)
 def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
     what, instead = "this workbook", "save the measurements alone as .xlsx, or as CSV"

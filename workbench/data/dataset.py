@@ -50,7 +50,7 @@ Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labe
 Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
 PER_JOINT = {"q", "torque", "direction"}
 UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "written"}
-UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units", "unsaid"}
+UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units", "missing_units"}
 """What is not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
@@ -95,7 +95,7 @@ class Dataset:
         read_as: What the rows were taken to mean where that isn't what their headings say.
         is_of_later: Whether they were measured after all that happened while others were, which then is over.
         joint_units: Unit of each joint's column in the file; empty where nothing says it.
-        unsaid: What is wrong where the file lacks units and nothing told them yet; they are the likeliest.
+        missing_units: What is wrong where the file lacks units, until the rows tell them.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -128,7 +128,7 @@ class Dataset:
     read_as: str = ""
     is_of_later: bool = False
     joint_units: tuple[str, ...] = ()
-    unsaid: str = ""
+    missing_units: str = ""
 
     def __post_init__(self):
         admit(self, is_finite=False)
@@ -182,8 +182,8 @@ class Dataset:
     @property
     def said(self) -> "Dataset":
         """These rows, for those who take them as they stand; refused if the file lacks units."""
-        if self.unsaid:
-            raise UnitError(self.unsaid, unit="")
+        if self.missing_units:
+            raise UnitError(self.missing_units, unit="")
         return self
 
     def column(self, name: str) -> np.ndarray | None:

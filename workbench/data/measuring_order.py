@@ -15,8 +15,6 @@ from workbench.data.dataset import Dataset
 
 SPLIT = re.compile(r"^before row \d+$| ?from row \d+′*$")
 """What `split_sessions` says in the name of a session."""
-
-
 SAME_RUN_SHARE = 0.5
 """Part of the minimum time between rows of a file that rows of two files of one run are apart."""
 

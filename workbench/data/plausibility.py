@@ -61,7 +61,13 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
     refuse_joint_units(dataset.q[dataset.included], limits, dataset.source)
     close = _check_points(dataset, reach)
     dataset = _without_copies(dataset)
-    notes = (*_joint_notes(dataset, limits), *close, *_orientation_notes(dataset))
+    notes = [*_joint_notes(dataset, limits), *close]
+    if (rotation := dataset.rotation) is not None:
+        seen = rotation[dataset.included & ~np.isnan(rotation).any((1, 2))]
+        turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[:1].swapaxes(1, 2)), axis=-1)
+        if len(seen) > 1 and turns.max() < 1e-4:
+            alike = "all orientations are nearly the same"
+            notes.append(f"{alike}: errors of joint orientation are barely observable")
     return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
 
 
@@ -164,17 +170,6 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
     if len(q) > 4 and np.abs(q).max() < np.radians(2.0 * np.pi) and len(still) < q.shape[1]:
         notes.append("all joints stay within 6.3° of zero: are these rad labelled deg?")
     return notes
-
-
-def _orientation_notes(dataset: Dataset) -> tuple[str, ...]:
-    """A note on orientations that are all alike."""
-    if dataset.rotation is None:
-        return ()
-    seen = dataset.rotation[dataset.included & ~np.isnan(dataset.rotation).any((1, 2))]
-    turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[:1].swapaxes(1, 2)), axis=-1)
-    if len(seen) < 2 or turns.max() >= 1e-4:
-        return ()
-    return ("all orientations are nearly the same: errors of joint orientation are barely observable",)
 
 
 def _without_copies(dataset: Dataset) -> Dataset:

@@ -42,7 +42,12 @@ def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
     )
     distance, other = distance[:, 1:], other[:, 1:]
     shown = distance[np.isfinite(distance)]
-    tolerance = _tolerance(np.append(shown, EQUAL) if len(once) < len(q) else shown)
+    shown = np.append(shown, EQUAL) if len(once) < len(q) else shown
+    edges = np.append(np.sort(np.maximum(shown, EQUAL)), FARTHEST)
+    gaps, tolerance = np.where(edges[:-1] < MAX_SCATTER, np.diff(np.log10(edges)), 0.0), EQUAL
+    if gaps.max(initial=0.0) >= MIN_GAP:
+        widest = int(np.argmax(gaps))
+        tolerance = min(MAX_SCATTER, float(np.sqrt(edges[widest] * edges[widest + 1])))
     near = np.nonzero(distance <= tolerance)
     graph = coo_matrix((np.ones(len(near[0])), (near[0], other[near])), (len(once), len(once)))
     label = connected_components(graph, directed=False)[1]
@@ -52,16 +57,6 @@ def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
     is_chain = spread[label] > MAX_SPREAD * tolerance
     label[is_chain] = len(once) + np.flatnonzero(is_chain)
     return np.unique(label, return_inverse=True)[1][row]
-
-
-def _tolerance(distances: Float[np.ndarray, " k"]) -> float:
-    """Middle of the widest empty stretch of distances that begins below the maximum scatter."""
-    edges = np.append(np.sort(np.maximum(distances, EQUAL)), FARTHEST)
-    gaps = np.where(edges[:-1] < MAX_SCATTER, np.diff(np.log10(edges)), 0.0)
-    if not len(gaps) or gaps.max() < MIN_GAP:
-        return EQUAL
-    widest = int(np.argmax(gaps))
-    return min(MAX_SCATTER, float(np.sqrt(edges[widest] * edges[widest + 1])))
 
 
 def pose_units(data: Dataset) -> Int[np.ndarray, " rows"]:
@@ -78,12 +73,12 @@ def pose_units(data: Dataset) -> Int[np.ndarray, " rows"]:
     return _numbered(connected_components(links, directed=False)[1][unit], group)
 
 
-def first_of_each(data: Dataset) -> Int[np.ndarray, " k"]:
-    """One row of each posture, point, anchor and contact: what repeats add to a geometric fit is no more."""
+def repeats(data: Dataset) -> Int[np.ndarray, " rows"]:
+    """Number of each row's posture, point, anchor and contact: for a geometric fit its rows are one."""
     labels = postures(data.q)
     for names in (data.session, data.point, data.anchor, data.contact):
         labels = _together(labels, names)
-    return np.unique(labels, return_index=True)[1]
+    return labels
 
 
 def within_postures(q: Float[np.ndarray, "rows n"], table: Float[np.ndarray, "rows k"]) -> np.ndarray:

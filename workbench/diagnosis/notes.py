@@ -58,7 +58,7 @@ def notes(
         yield saved.note
     if search.too_few is None and saved.undetectable and any(e.loads for e in effects):
         yield describe(saved.undetectable)
-    if two := two_places(search.first.fit):
+    if not effects and (two := two_places(search.first.fit)):  # an effect may be what parts them
         yield two
     if pairs := ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
         yield exchange_note(pairs)

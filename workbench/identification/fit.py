@@ -291,7 +291,7 @@ class Fit(AbstractReported):
     @cached_property
     def row_residuals(self) -> Float[np.ndarray, " rows"]:
         """Residual of every row in stated standard deviations, before any robust weighting."""
-        plain = self.problem.with_row_weights(None)
+        plain = replace(self.problem, row_weights=None, shares=None)
         components = plain.residual(self.x)[: plain.size]
         size = len(plain.data)
         square = np.bincount(plain.component_rows, components**2, size)

@@ -59,7 +59,8 @@ class FrameChoice:
         robot: The nominal arm with its frames aligned to the rows.
         freedom: What is identified with it.
         notes: The decisions, one sentence each.
-        first: Search that decided, if it was made on all rows: the first of what is then identified.
+        first: Search that decided, if it was made on all rows with equal shares: the first of what is then
+            identified.
     """
 
     robot: Robot
@@ -110,7 +111,8 @@ def choose_frames(
                 taken = new
         chosen, text = taken.problem.frames, f"{taken.text} (decided from the data)"
         if len(trial) == len(data):
-            aligned, first = taken.aligned, taken.search if taken.search.outcome.ok else None
+            is_first = taken.search.outcome.ok and taken.problem.shares is None
+            aligned, first = taken.aligned, taken.search if is_first else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
     notes = [text]
     if chosen.base:
@@ -203,7 +205,7 @@ class _FrameTrial:
         **options: Any,
     ) -> "_FrameTrial":
         aligned = align(robot, data, freedom, noise=options["noise"], known=options["known"])
-        problem = Problem.build(aligned, data, frames=freedom, **options)
+        problem = Problem.build(aligned, data, frames=freedom, **options).with_shares()
         problem = problem if prior is None else prior.on(problem)
         search = Opt2(limit=40).search(problem)
         at = problem.evaluate(search.x)
@@ -237,7 +239,7 @@ class _FrameTrial:
         """Whether a freer model can be better, judged by its linearisation at this one's solution."""
         if self.strangeness > 1.0:
             return True
-        freer = self.problem.again(robot=self.arm, frames=freedom)
+        freer = self.problem.again(robot=self.arm, frames=freedom).with_shares()
         freer = freer if prior is None else prior.on(freer)
         at = freer.evaluate(freer.at(self.problem.instrument(self.search.x)))
         factor = factorise(at.jacobian, at.residual, freer.units)

@@ -100,7 +100,7 @@ class Prepared(AbstractSplit):
     def first_fit(self) -> tuple[Problem, Float[np.ndarray, " p"]]:
         """The problem with the widest prior on constants, and its solution."""
         expected = self.problem.with_deviation(MAX_DEVIATION)
-        return expected, search_by_share(expected).x
+        return expected, search_by_share(expected.with_shares()).x
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:

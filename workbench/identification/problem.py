@@ -23,6 +23,7 @@ from workbench.base.threads import in_order
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.observations import Channel, Unknown
+from workbench.data.postures import repeats
 from workbench.identification.frame_freedom import (
     FrameFreedom,
     frame_parameters,
@@ -74,6 +75,7 @@ class Problem:
         deviation: Prior standard deviation of the arm's constants about nominal [rad, m]; the last rows of
             `prior`.
         row_weights: Factors of each row's residuals, from a robust loss.
+        shares: What each row counts for, where others repeat its posture.
         facts: Constraints on the instrument's unknowns.
         known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
     """
@@ -89,6 +91,7 @@ class Problem:
     bounded: frozenset[str] = frozenset()
     deviation: float | None = None
     row_weights: Float[np.ndarray, " rows"] | None = None
+    shares: Float[np.ndarray, " rows"] | None = None
     facts: Mapping[str, Unknown] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
 
@@ -248,8 +251,11 @@ class Problem:
 
     @cached_property
     def count(self) -> int:
-        """Number of measured components; hidden markers have none."""
-        return int((self.inverse_sigma > 0.0).sum())
+        """Number of measured components by the shares of their rows; hidden markers have none."""
+        seen = self.inverse_sigma > 0.0
+        return round(
+            float(seen.sum() if self.shares is None else self.shares[self.component_rows][seen].sum())
+        )
 
     @cached_property
     def component_rows(self) -> np.ndarray:
@@ -372,8 +378,8 @@ class Problem:
         parts = []
         for block in self.blocks:
             table = whitened[block.start : block.stop].reshape(block.inverse_sigma.shape)
-            if self.row_weights is not None:
-                weights = self.row_weights[block.rows, None]
+            if (factors := self._factors) is not None:
+                weights = factors[block.rows, None]
                 table = np.where(weights > 0.0, table / np.where(weights > 0.0, weights, 1.0), 0.0)
             parts.append(block.physical(table).ravel())
         return np.concatenate(parts)
@@ -386,6 +392,12 @@ class Problem:
     def with_row_weights(self, weights: Float[np.ndarray, " rows"] | None) -> "Problem":
         """The same problem with rows weighted, as a robust loss does."""
         return replace(self, row_weights=weights)
+
+    def with_shares(self) -> "Problem":
+        """The same problem with all rows of a posture counting as one: what it lacks there is the same."""
+        same = repeats(self.data)
+        count = np.bincount(same)[same]
+        return self if count.max(initial=1) == 1 else replace(self, shares=1.0 / count)
 
     def with_prior(
         self, names: Sequence[str], values: Float[np.ndarray, " k"], whitening: Float[np.ndarray, "k k"]
@@ -434,9 +446,16 @@ class Problem:
     ) -> Float[np.ndarray, "rows m ..."]:
         """Residual components of a block, or their derivatives, whitened and weighted like its rows."""
         out = block.whiten(table)
-        if self.row_weights is not None:
-            out *= self.row_weights[block.rows].reshape(-1, *(1,) * (table.ndim - 1))
+        if (factors := self._factors) is not None:
+            out *= factors[block.rows].reshape(-1, *(1,) * (table.ndim - 1))
         return out
+
+    @cached_property
+    def _factors(self) -> Float[np.ndarray, " rows"] | None:
+        """Factors of each row's residuals: its weight, and the root of its share."""
+        if self.shares is None:
+            return self.row_weights
+        return np.sqrt(self.shares) * (1.0 if self.row_weights is None else self.row_weights)
 
 
 def _arm_parameters(

@@ -324,8 +324,9 @@ Kind = tuple[type[AbstractObservation], np.ndarray]
 
 def tilts_beside(data: Dataset, kind: type[AbstractObservation]) -> tuple[TiltObservation, ...]:
     """Inclinometers of rows that are seen by another observation."""
-    alone = kind is TiltObservation or data.tilt is None
-    return () if alone else TiltObservation.each_beside(data)
+    if kind is TiltObservation or data.tilt is None:
+        return ()
+    return tuple(replace(tilt, beside=True) for tilt in TiltObservation.each(data) if tilt.seen.any())
 
 
 def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, " rows"]]:

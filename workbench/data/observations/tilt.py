@@ -13,7 +13,6 @@ turned by small unknown angles m, û − m × û. One on the base shows how the 
 Source: derived here; inclinometers on links in Katana figs. 4.6 and 5.4.
 """
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -96,11 +95,6 @@ class TiltObservation(AbstractObservation):
     @classmethod
     def each(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
         return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
-
-    @classmethod
-    def each_beside(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
-        """The inclinometers of rows that carry another observation, as far as they show anything."""
-        return tuple(replace(o, beside=True) for o in cls.each(data) if o.seen.any())
 
     @property
     def _across(self) -> Float[np.ndarray, "rows 2 3"]:

@@ -7,7 +7,7 @@ their entries. Their units, and the order of a quaternion, are told by the rows 
 import io
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,18 +16,14 @@ import numpy as np
 
 from workbench.base.errors import FileError
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
-from workbench.data.readers.headings import meaning
+from workbench.data.readers.headings import is_commanded, meaning
 from workbench.data.readers.table import Grid
 
 MAX_BYTES = 256 * 2**20
 """Maximum size of unpacked arrays."""
 _JOINTS = ("q", "joint", "joints", "joint_positions", "joint_angles", "joint_states", "angles")
 _PLACES = ("xyz", "position", "positions", "translation", "translations", "point", "points", "p", "t", "tcp")
-_ENTRIES = {
-    (3, 3): [f"r{i}{j}" for i in "123" for j in "123"],
-    (4, 4): [f"t{i}{j}" for i in "1234" for j in "1234"],
-    (3, 4): [f"t{i}{j}" for i in "123" for j in "1234"],
-}
+_MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
 
 
 def unpacked_arrays(data: bytes, limit: int) -> dict[str, np.ndarray]:
@@ -57,9 +53,25 @@ def read_json(data: bytes, path: Path) -> Grid:
             found = json.loads(text)
         except json.JSONDecodeError:
             found = [json.loads(line) for line in text.splitlines() if line.strip()]
-    if isinstance(found, list) and found and all(isinstance(row, dict) for row in found):
-        found = {name: [row.get(name) for row in found] for name in found[0]}
+    lists = list(filter(_are_rows, found.values() if isinstance(found, dict) else [found]))
+    if len(lists) == 1:
+        rows = [dict(_leaves("", row)) for row in lists[0]]
+        found = {name: [row.get(name) for row in rows] for name in rows[0]}
     return _table(found if isinstance(found, dict) else {}, path, "this is JSON")
+
+
+def _are_rows(value: Any) -> bool:
+    """Whether something is a list of one object a row."""
+    return isinstance(value, list) and bool(value) and all(isinstance(row, dict) for row in value)
+
+
+def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Values of an object by their paths: `pose_position_x`."""
+    if not isinstance(value, dict):
+        yield name, value
+        return
+    for key, inner in value.items():
+        yield from _leaves(f"{name}_{key}".lstrip("_"), inner)
 
 
 def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
@@ -89,15 +101,16 @@ def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
 
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     """Headings of the columns of an array; none if it is no set of columns."""
-    plain = name.lower().strip()
-    if shape in _ENTRIES:
-        return _ENTRIES[shape]
+    plain, _, unit = name.lower().strip().rpartition("_")
+    plain, unit = (plain, f"[{unit}]") if unit in ("deg", "rad", "mm", "m") else (name.lower().strip(), "")
+    if shape in _MATRICES:
+        return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:
         return [name] if not shape else []
     if plain in _JOINTS:
-        return [f"q{k + 1}" for k in range(shape[0])]
-    if shape == (3,) and plain in _PLACES:
-        return ["x", "y", "z"]
+        return [f"q{k + 1}{unit}" for k in range(shape[0])]
+    if shape == (3,) and {plain, plain.rpartition("_")[2]} & {*_PLACES} and not is_commanded(name):
+        return [f"{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]
     return [f"{name}_{k + 1}" for k in range(shape[0])]

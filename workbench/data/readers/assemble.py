@@ -75,7 +75,8 @@ def assemble(
     if markers is not None:
         observed |= {f"marker {k + 1}": markers[:, k] for k in range(markers.shape[1])}
     observed |= {f"tilt {link}": values for link, values in tilt.items()}
-    observed |= {name: values for name, values in fields.values.items() if _is_observed(name)}
+    more = {name: column_of(name) for name in fields.values}
+    observed |= {name: fields.values[name] for name, own in more.items() if own is not None and own.observed}
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
     found = (reasons != "") & ~excluded
     given = fields.values.get("reason", np.full(fields.rows, ""))
@@ -94,7 +95,7 @@ def assemble(
         source=fields.source,
         notes=(*fields.notes, *notes, *rounded, *moved, *_row_notes(fields, excluded, found, reasons)),
         joint_units=joint_units(fields),
-        unsaid=fields.unsaid,
+        missing_units=fields.missing_units,
         **_plain(fields, q.shape[1]),
     )
     lines = fields.lines
@@ -211,12 +212,6 @@ def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
     return sigma, tuple(notes)
 
 
-def _is_observed(key: str) -> bool:
-    """Whether a column is what was observed."""
-    column = column_of(key)
-    return column is not None and column.observed
-
-
 def _plain(fields: Fields, joints: int) -> dict[str, Any]:
     """Labels and numbers, which are taken as they are; those of other packages together."""
     plain, more = dict[str, Any](), dict[str, Any]()
@@ -274,19 +269,14 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
         part = [name for name in whole if not whole[name][row] and not empty[name][row]]
         gone = [f"its {name}" for name in pose if empty[name][row] and not other[row]]
         if part:
-            reasons[row] = f"lacks {', '.join(_blank_cells(name, numbers[name][row]) for name in part)}"
+            axes = [key for key, value in zip("xyz", numbers[part[0]][row], strict=False) if np.isnan(value)]
+            names = {"position": ", ".join(axes), "distance": "anchor"}
+            reasons[row] = f"lacks {', '.join(names.get(name, f'a part of its {name}') for name in part)}"
         elif gone:
             reasons[row] = f"lacks {' and '.join(gone)}"
         elif not pose and not other[row]:
             reasons[row] = "has no observation"
     return reasons.astype(str)
-
-
-def _blank_cells(name: str, values: np.ndarray) -> str:
-    """What is blank in a row's observation."""
-    if name == "position":
-        return ", ".join(key for key, value in zip("xyz", values, strict=True) if np.isnan(value))
-    return "anchor" if name == "distance" else f"a part of its {name}"
 
 
 def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray) -> tuple[str, ...]:

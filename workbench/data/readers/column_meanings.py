@@ -42,7 +42,7 @@ class TableColumn:
         conversion: To SI; None for labels, dates and columns that are left out.
         remark: A decision to be said; empty if there is none.
         problem: Why it can't be read.
-        unsaid: The same of a unit that the rows may tell: until then the conversion is that of the likeliest.
+        missing_unit: The same of one that the rows may tell; until then the likeliest is converted.
     """
 
     index: int
@@ -52,16 +52,21 @@ class TableColumn:
     conversion: Conversion | None = None
     remark: str = ""
     problem: WorkbenchError | None = None
-    unsaid: UnitError | None = None
+    missing_unit: UnitError | None = None
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
     names = [normalised(parse_heading(text).name) for text in table.names]
-    together = known_together(names)
+    once = [
+        (name, cells[0]) for name, cells in zip(names, table.columns, strict=True) if len(set(cells)) == 1
+    ]
+    constant = {name: float(cell) for name, cell in once if NUMBER.fullmatch(cell)}
+    together = known_together(names, constant)
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
     columns = [_with_unit(column, table, columns) for column in columns]
-    from_zero = {c.key[:-1] for c in columns if c.key is not None and c.key in _zeroth()}
+    of_joints = ["q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)]
+    from_zero = {name for name in of_joints if any(c.key == f"{name}0" for c in columns)}
     seen: dict[str, TableColumn] = {}
     for i, column in enumerate(columns):
         counted = re.fullmatch(r"(\D+)(\d+)", column.key or "")
@@ -70,19 +75,11 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
-            columns[i] = replace(column, problem=_twice(table, other, column))
+            both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
+            text = f"{both} both mean {column.key}: remove or rename one"
+            twice = FileError(text, path=table.source, line=table.heading_line, column=column.heading)
+            columns[i] = replace(column, problem=twice)
     return tuple(columns)
-
-
-def _zeroth() -> set[str]:
-    """Names of the first joint's columns in files that count from 0 (joint_0 …)."""
-    return {"q0", *(f"{c.name}0" for c in known_columns().values() if c.per is Per.JOINT)}
-
-
-def _twice(table: Table, other: TableColumn, column: TableColumn) -> FileError:
-    both = f"columns {other.index + 1} and {column.index + 1} ('{other.heading}', '{column.heading}')"
-    text = f"{both} both mean {column.key}: remove or rename one"
-    return FileError(text, path=table.source, line=table.heading_line, column=column.heading)
 
 
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
@@ -99,7 +96,7 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     if found is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
         name, unit = split
         found, remark = meaning(name), f"the unit of '{text}' is taken from its name"
-    if is_commanded(name):
+    if is_commanded(name) and any(map(NUMBER.fullmatch, table.columns[index])):
         return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
     if found is None:
         return column
@@ -121,7 +118,9 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
             return replace(column, key=None, remark=remark)
         wanted = EXAMPLES[quantities[0]]
         offered = wanted.split(" or ")
-        largest = _largest(table, [c for c in columns if c.key and quantities_of(c.key) == quantities])
+        alike = [c.index for c in columns if c.key and quantities_of(c.key) == quantities]
+        cells = (cell for k in alike for cell in table.columns[k] if NUMBER.fullmatch(cell))
+        largest = max((abs(float(c.replace(",", ".").replace("\u2212", "-"))) for c in cells), default=0.0)
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         elsewhere = remedy(
@@ -134,7 +133,7 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         missing = UnitError(message, unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)
-        return replace(column, unit=first, conversion=conversion(first, *quantities), unsaid=missing)
+        return replace(column, unit=first, conversion=conversion(first, *quantities), missing_unit=missing)
     try:
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
@@ -150,13 +149,13 @@ def place(table: Table, heading: str) -> str:
     return f"{table.source}{line}, column '{heading}'"
 
 
-def problems(columns: tuple[TableColumn, ...], *, rows_tell: bool) -> list[WorkbenchError]:
+def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:
     """What stands against reading the columns; missing units are one sentence.
 
     Args:
-        rows_tell: Whether units that the rows may tell are no problem.
+        units_from_rows: Whether units that the rows may tell are no problem.
     """
-    found = [(c, c.problem or (None if rows_tell else c.unsaid)) for c in columns]
+    found = [(c, c.problem or (None if units_from_rows else c.missing_unit)) for c in columns]
     unitless = [(c, problem) for c, problem in found if isinstance(problem, UnitError) and not problem.unit]
     others = [problem for pair in found if (problem := pair[1]) is not None and pair not in unitless]
     if not unitless:
@@ -187,10 +186,3 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     ]
     left_out = [c.heading or "(no heading)" for c in columns if c.key is None and not c.remark]
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
-
-
-def _largest(table: Table, columns: list[TableColumn]) -> float:
-    """Of all numbers in some columns."""
-    cells = (cell for column in columns for cell in table.columns[column.index])
-    numbers = (cell.replace(",", ".").replace("\u2212", "-") for cell in cells if NUMBER.fullmatch(cell))
-    return max((abs(float(number)) for number in numbers), default=0.0)

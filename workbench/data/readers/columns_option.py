@@ -86,7 +86,11 @@ class Naming:
 def parse_columns(text: str) -> Naming:
     items: list[NamedUnit] = []
     pairs: list[Pair] = []
-    for part in re.split(r"[,;\n](?![^\[]*\])", _RUN.sub(_counted_on, text)):
+    whole = text
+    for run in reversed([*_RUN.finditer(text)]):  # 'q1[deg],q2[deg],q3[deg]' of 'q1[deg],…,q3'
+        names = [f"{run[1]}{n}{run[3] or run[5] or ''}" for n in range(int(run[2]), int(run[4]) + 1)]
+        whole = whole[: run.start()] + ",".join(names) + whole[run.end() :]
+    for part in re.split(r"[,;\n](?![^\[]*\])", whole):
         left, equals, right = part.partition("=")
         if equals:
             pairs.append(Pair(_item(left, text), (_item(right, text),)))
@@ -100,12 +104,6 @@ def parse_columns(text: str) -> Naming:
             "nor pairs ('q[rad|column]=Q')"
         )
     return Naming(text, tuple(items), tuple(pairs))
-
-
-def _counted_on(run: re.Match[str]) -> str:
-    """'q1[deg],q2[deg],q3[deg]' of 'q1[deg],…,q3'."""
-    unit = run[3] or run[5] or ""
-    return ",".join(f"{run[1]}{n}{unit}" for n in range(int(run[2]), int(run[4]) + 1))
 
 
 def _item(text: str, whole: str) -> NamedUnit:

@@ -13,7 +13,8 @@ from workbench.base.wording import of_cell
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
 
-MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "missing"})
+MISSING = re.compile(r"[\W_]*|nan|#?n/?a|null|none|missing|fehlt|invalid", re.IGNORECASE)
+"""Cells without a value: blank, of signs alone, or words that say so."""
 MAX_NUMBER = 1e50
 """Larger numbers are no measurements, and their squares no numbers."""
 BASE, MEASURING = "robot-base", "measuring"
@@ -34,7 +35,7 @@ class Fields:
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         notes: Decisions taken so far.
         unread: Text of columns that are left out, by the file's text over them.
-        unsaid: What is wrong where units are missing that the rows may tell.
+        missing_units: What is wrong where units are missing that the rows may tell.
     """
 
     source: str
@@ -46,7 +47,7 @@ class Fields:
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     notes: tuple[str, ...] = ()
     unread: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    unsaid: str = ""
+    missing_units: str = ""
 
     @property
     def rows(self) -> int:
@@ -89,14 +90,14 @@ class Fields:
         return FileError(message, path=self.source, line=self.lines[row], column=column)
 
 
-def fields_of(table: Table, *, rows_tell: bool = False) -> Fields:
+def fields_of(table: Table, *, units_from_rows: bool = False) -> Fields:
     """All columns of a table that are understood, in SI.
 
     Args:
-        rows_tell: Whether units may be missing that the rows tell (`Dataset.unsaid`).
+        units_from_rows: Whether units may be missing that the rows tell (`Dataset.missing_units`).
     """
     columns = interpret_columns(table)
-    for problem in problems(columns, rows_tell=rows_tell):
+    for problem in problems(columns, units_from_rows=units_from_rows):
         raise problem
     return convert(table, columns)
 
@@ -107,7 +108,12 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         raise DataError(f"{table.source}: there is a header but no data row: at least one is needed")
     used = {column.key: column for column in columns if column.key is not None}
     time, began = used.get("time"), None
-    values = {key: _values(table, column) for key, column in used.items()}
+    values = {
+        key: np.array([of_cell(cell) for cell in table.columns[column.index]], dtype=str)
+        if column.conversion is None
+        else column.conversion.to_si(to_numbers(table, column.index))
+        for key, column in used.items()
+    }
     if time is not None and time.conversion is None:
         values["time"], began = _seconds(table, time.index)
     return Fields(
@@ -119,14 +125,8 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         began=began,
         notes=table.notes + decisions(columns),
         unread={c.heading: tuple(table.columns[c.index]) for c in columns if c.key is None and c.heading},
-        unsaid=str(next(iter(problems(columns, rows_tell=False)), "")),
+        missing_units=str(next(iter(problems(columns, units_from_rows=False)), "")),
     )
-
-
-def _values(table: Table, column: TableColumn) -> np.ndarray:
-    if column.conversion is None:
-        return np.array([of_cell(cell) for cell in table.columns[column.index]], dtype=str)
-    return column.conversion.to_si(to_numbers(table, column.index))
 
 
 def _seconds(table: Table, index: int) -> tuple[np.ndarray, datetime]:
@@ -168,7 +168,7 @@ def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
 
 def _number(table: Table, index: int, row: int, cell: str) -> float:
     text = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
-    if text.lower() in MISSING:
+    if MISSING.fullmatch(text):
         return np.nan
     try:
         if "_" not in text:
@@ -176,7 +176,7 @@ def _number(table: Table, index: int, row: int, cell: str) -> float:
     except ValueError:
         pass
     raise table.error(
-        f"'{cell[:40]}' is not a number: write it without thousands separators, or leave the cell blank",
+        f"'{cell[:40]}' is not a number: write it without unit or thousands separators, or leave it blank",
         index,
         row,
     )

@@ -6,8 +6,9 @@ else; commanded values are never taken for measured ones.
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import product
 from typing import NamedTuple
 
 from workbench.base.columns import Column, Per
@@ -20,10 +21,10 @@ PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
-_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
+_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节"
 _JOINT_TEXT += "|rax|field_position|joint_states_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
-_MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert"
+_MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert|tracker|leica|lt|faro|mocap"
 _COMMANDED = re.compile(
     r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
 )
@@ -32,10 +33,11 @@ _COMMANDED = re.compile(
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern.replace(r"\d+", r"\d{1,9}"), re.ASCII), key)
     for pattern, key in (
-        (rf"(?:{_JOINT_TEXT})_?(\d+)|(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)|joint_a(\d+)", "q{0}"),
+        (rf"(?:joint_states?_)?(?:{_JOINT_TEXT})_?(\d+)(?:_position)?|joint_a(\d+)", "q{0}"),
+        (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
         (rf"m?([xyz])_coord(?:inate)?|(?:(?:{_MEASURED})_|t|p)?([xyz])", "{0}"),
-        (r"(?:field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
-        (r"(?:field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
+        (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
+        (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
         (r"([xyz])_(?:pos|position|measured|meas|actual|ist)", "{0}"),
         (r"(roll|pitch|yaw)(?:_?(?:winkel|angle))?", "{0}"),
         (r"nick(?:winkel)?", "pitch"),
@@ -45,7 +47,8 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
         (r"(?:r|(?:rotvec|rotation_vector|rv)_?)([xyz])", "r{0}"),
         (r"r_?([123])_?([123])", "r{0}{1}"),
-        (r"(?:m|marker)_?(\d+)_?([xyz])", "m{0}{1}"),
+        (r"(?:smr|reflector|prism|target)(?:_name)?", "point"),
+        (r"(?:m|marker|smr|reflector|prism|led|ball)_?(\d+)_?([xyz])", "m{0}{1}"),
         (r"(?:sigma|std)_?(x|y|z|rx|ry|rz|roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
         (r"(force|moment)_([xyz])", "{0}_{1}"),
@@ -55,16 +58,19 @@ _UR = {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end i
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
+_ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
+_POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
+"""Places and orientations in six or seven numbers; the rows tell which these are."""
+_NUMBERED = [[f"{i}{j}" for i, j in product(digits, repeat=2)] for digits in ("1234", "0123")]
+_NUMBERED += [[str(k) for k in range(first, first + 16)] for first in (0, 1)]
 _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("w", "p", "r"), ("roll", "pitch", "yaw")),
     (("a", "b", "c"), ("yaw", "pitch", "roll")),
     (("base", "shoulder", "elbow", "wrist_1", "wrist_2", "wrist_3"), [f"q{i}" for i in range(1, 7)]),
     (("base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"), [f"q{i}" for i in range(1, 7)]),
-    *(([f"{s}{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3, 4)], _MATRIX) for s in ("t", "t_", "m", "h")),
-    ([f"o_t_ee_{4 * j + i}" for i in range(3) for j in range(4)], _MATRIX),
+    ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
 )
-"""Headings that mean something if all of them are there: angles of Fanuc and KUKA, joints of UR, matrices (of
-Franka by columns)."""
+"""Headings that mean something together: angles of Fanuc and KUKA, joints of UR, axes of a tool."""
 _UNIT_ENDINGS = (
     *("mm", "cm", "um", "µm", "m", "in", "deg", "°", "rad", "mrad"),
     *("degC", "°C", "K", "s", "ms", "kg", "Nm"),
@@ -117,10 +123,14 @@ def _meaning(name: str, table: tuple[Column, ...]) -> Meaning | None:
     return None
 
 
-def known_together(names: Iterable[str]) -> dict[str, str]:
-    """Keys of normalised names that mean something only together."""
+def known_together(names: Iterable[str], constant: Mapping[str, float]) -> dict[str, str]:
+    """Keys of normalised names that mean something only together.
+
+    Args:
+        constant: Values of columns that are the same in all rows.
+    """
     there, found = set(names), dict[str, str]()
-    for group, keys in _TOGETHER:
+    for group, keys in (*_TOGETHER, *_poses(there, constant)):
         if there.issuperset(group) and not there & set(keys):
             found |= zip(group, keys, strict=True)
     joints = [own for name in there if (own := meaning(name)) is not None and own.key in ("q5", "q6")]
@@ -128,6 +138,27 @@ def known_together(names: Iterable[str]) -> dict[str, str]:
     if joints and there.issuperset(quaternion) and not there & {"q5", "q6"}:  # ABB's, beside its joints
         found |= zip(quaternion, ("qw", "qx", "qy", "qz"), strict=True)
     return found
+
+
+def _poses(names: set[str], constant: Mapping[str, float]) -> Iterator[tuple[list[str], Sequence[str]]]:
+    """Names of numbers of poses, tcp_pose_0 … 6, t11 … t34 or t0 … t15, and their keys.
+
+    The last row of a matrix tells entries by columns; numbered ones must have it.
+    """
+    stems = dict[str, dict[str, str]]()
+    for name in names:
+        if (entry := _ENTRY.fullmatch(name)) is not None and meaning(name) is None:
+            stems.setdefault(entry[1], {})[entry[2] + (entry[3] or "")] = name
+    for (stem, own), numbers in product(stems.items(), _NUMBERED):
+        rows, count = [own.get(number, "") for number in numbers], len(own)
+        for entries in (rows, [rows[k // 4 + 4 * (k % 4)] for k in range(16)]):
+            if all(entries) and [constant.get(name) for name in entries[12:]] == [0.0, 0.0, 0.0, 1.0]:
+                yield entries[:12], _MATRIX
+                break
+        if stem in ("t", "m", "h") and all(rows[:12]) and not any(rows[12:]):
+            yield rows[:12], _MATRIX
+        if stem.endswith("pose") and count in _POSES and set(own) == set(numbers[:count]):
+            yield rows[:count], _POSES[count]
 
 
 def is_commanded(name: str) -> bool:
@@ -172,7 +203,13 @@ def split_ending(name: str) -> tuple[str, str] | None:
     return None
 
 
+def meaning_of(heading: str) -> Meaning | None:
+    """What a heading, with or without its unit, names."""
+    name, unit = parse_heading(heading)
+    split = split_ending(name) if unit is None else None
+    return meaning(name) or (None if split is None else meaning(split[0]))
+
+
 def is_known(heading: str) -> bool:
     """Whether a heading, with or without its unit, names a column that we read."""
-    name, unit = parse_heading(heading)
-    return meaning(name) is not None or (unit is None and split_ending(name) is not None)
+    return meaning_of(heading) is not None

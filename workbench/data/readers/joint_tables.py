@@ -4,8 +4,9 @@ A column of names is `point`, `group` or `image`, or any that holds the same nam
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -37,8 +38,9 @@ def join(measured: Fields, joints: Fields) -> Fields:
     for key in LABELS:
         if key in measured.values and key in joints.values:
             return _by_label(measured, joints, key)
-    for key, heading in _same_names(measured, joints):
-        return _by_label(_with_label(measured, key), _with_label(joints, heading, key), key)
+    for (key, names), (heading, other) in product(_names(measured).items(), _names(joints).items()):
+        if len(set(other)) == len(other) > 1 and set(names) == set(other):  # both name the rows, each once
+            return _by_label(_with_label(measured, key), _with_label(joints, heading, key), key)
     known = next((known for known in parts("joins", AbstractJoin) if known.applies(measured, joints)), None)
     return by_row(measured, joints) if known is None else known.join(measured, joints)
 
@@ -47,14 +49,6 @@ def _names(fields: Fields) -> dict[str, tuple[str, ...]]:
     """Columns of labels, and those that are left out."""
     labels = {key: tuple(v.tolist()) for key in LABELS if (v := fields.values.get(key)) is not None}
     return {**labels, **fields.unread}
-
-
-def _same_names(measured: Fields, joints: Fields) -> Iterator[tuple[str, str]]:
-    """Columns of both tables that name the same rows, each once."""
-    for key, names in _names(measured).items():
-        for heading, other in _names(joints).items():
-            if len(set(other)) == len(other) > 1 and set(names) == set(other):
-                yield key, heading
 
 
 def _with_label(fields: Fields, heading: str, key: str | None = None) -> Fields:
@@ -103,6 +97,6 @@ def merged(measured: Fields, more: Mapping[str, np.ndarray], joints: Fields, not
         values={**more, **measured.values},
         headings={**joints.headings, **measured.headings},
         units={**joints.units, **measured.units},
-        unsaid=measured.unsaid or joints.unsaid,
+        missing_units=measured.missing_units or joints.missing_units,
         notes=(*measured.notes, *(n for n in joints.notes if n not in measured.notes), *notes),
     )

@@ -105,19 +105,6 @@ def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tup
     return matrices, (f"{form.text} by up to {worst:.1g}; mended",) if worst > MAX_SILENT else ()
 
 
-def intrinsic_xyz(angles: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, "rows 3 3"]:
-    """Rx(a) Ry(b) Rz(c) of each row; NaN where an angle is missing."""
-    rotation = np.full((len(angles), 3, 3), np.nan)
-    whole = ~np.isnan(angles).any(1)
-    x, y, z = (se3.rpy_to_matrix(angles[whole] * axis) for axis in np.eye(3))
-    rotation[whole] = x @ y @ z
-    return rotation
-
-
-def _off_unit(quaternions: Float[np.ndarray, "rows 4"]) -> Float[np.ndarray, " rows"]:
-    return np.abs(np.linalg.norm(quaternions, axis=1) - 1.0)
-
-
 def _off_orthonormal(raw: Float[np.ndarray, "rows 9"]) -> Float[np.ndarray, " rows"]:
     """Largest entry of RᵀR − 1; infinite for mirrors."""
     matrices = raw.reshape(-1, 3, 3)
@@ -127,7 +114,10 @@ def _off_orthonormal(raw: Float[np.ndarray, "rows 9"]) -> Float[np.ndarray, " ro
 
 _MATRIX, _QUATERNION = "the matrix r11 … r33", "the quaternion qw, qx, qy, qz"
 _SKEW = _off_orthonormal, 5e-3, "matrices are not orthonormal with a determinant of 1: RᵀR is off"
-_LONG = _off_unit, 0.02, "quaternions are not normalised: their norm is off"
+_LONG = (
+    lambda quaternions: np.abs(np.linalg.norm(quaternions, axis=1) - 1.0),
+    *(0.02, "quaternions are not normalised: their norm is off"),
+)
 FORMS = (
     Form(_MATRIX, "matrix", GROUPS["matrix"], *_SKEW),
     Form(_QUATERNION, "wxyz", GROUPS["quat"], *_LONG),

@@ -10,7 +10,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import Joints, Naming
-from workbench.data.readers.fields import Fields, convert
+from workbench.data.readers.fields import convert
 from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.read import read_by_layout
 from workbench.data.readers.table import Table
@@ -71,12 +71,17 @@ def preview(
     shown = () if table is None else tuple(_shown(column, table) for column in understood)
     keys, dataset, found = [column.key for column in understood if column.key is not None], None, list[str]()
     if fields is not None:
-        by_layout = _by_layout(fields)
-        shown = by_layout + tuple(
-            c for c in shown if c.key is None and c.heading not in fields.headings.values()
+        units = {
+            k: "rad" if k[:6] == "orient" else next(map(str, quantities_of(k)), None)
+            for k in (*fields.values, *fields.headings)
+        }
+        by_layout = tuple(
+            PreviewColumn(fields.headings.get(k, k), k, fields.units.get(k), si) for k, si in units.items()
         )
+        read = fields.headings.values()
+        shown = by_layout + tuple(c for c in shown if c.key is None and c.heading not in read)
     else:
-        found = [str(problem) for problem in problems(understood, rows_tell=True)]
+        found = [str(problem) for problem in problems(understood, units_from_rows=True)]
     try:
         if fields is None and table is not None and not found:
             fields = convert(table, understood)
@@ -99,18 +104,6 @@ def preview(
 
 
 def _shown(column: TableColumn, table: Table) -> PreviewColumn:
-    unit = column.unit if column.unsaid is None else None
+    unit = column.unit if column.missing_unit is None else None
     si = str(column.conversion.quantity) if column.conversion is not None and unit else None
     return PreviewColumn(column.heading, column.key, unit, si, *table.columns[column.index][:1])
-
-
-def _by_layout(fields: Fields) -> tuple[PreviewColumn, ...]:
-    keys = dict.fromkeys([*fields.values, *fields.headings])
-    return tuple(
-        PreviewColumn(fields.headings.get(key, key), key, fields.units.get(key), _si(key)) for key in keys
-    )
-
-
-def _si(key: str) -> str | None:
-    """Our unit of a column; None for labels."""
-    return next((str(q) for q in quantities_of(key)), None) if key[:6] != "orient" else "rad"

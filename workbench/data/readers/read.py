@@ -24,7 +24,7 @@ from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTa
 from workbench.data.readers.several_tables import only_table
 from workbench.data.readers.table import Grid, Table, with_headings, with_names
 from workbench.data.readers.text import read_text
-from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
+from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet, sheets_apart
 from workbench.parts import warn_of_broken
 
 
@@ -63,13 +63,16 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints, rows_tell=True)
+    apart = sheets_apart(source) if sheet is columns is joint_table is None else None
+    sheet, joint_sheet, joint_table = (sheet, None, joint_table) if apart is None else (*apart, source)
+    told: dict[str, Any] = {"joints": joints, "units_from_rows": True}
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, **told)
     if joint_table is not None:
         if "q1" in fields.values:
             raise OptionError(
                 f"{fields.source} already has joints; leave out the table of joints", option="joint_table"
             )
-        own = read_fields(joint_table, columns=joint_columns, joints=joints, rows_tell=True)
+        own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, **told)
         fields = join(fields, own)
     return assemble(fields, joints=joints, base=base)
 
@@ -81,17 +84,17 @@ def read_fields(
     layout: str | None = None,
     sheet: str | None = None,
     joints: Joints = None,
-    rows_tell: bool = False,
+    units_from_rows: bool = False,
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`.
 
     Args:
-        rows_tell: As of `fields_of`.
+        units_from_rows: As of `fields_of`.
     """
     found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if found is None:
         assert table is not None, "what has no layout of its own is a table"
-        return fields_of(table, rows_tell=rows_tell)
+        return fields_of(table, units_from_rows=units_from_rows)
     return found
 
 

@@ -20,7 +20,7 @@ class _Part(NamedTuple):
 
 
 def only_table(grid: Grid) -> Grid:
-    """The grid of the one table that was meant, if there are several.
+    """The grid of the one table that was meant, if there are several; those with equal headings are one.
 
     Raises:
         FileError: several may be meant; it names their lines.
@@ -29,6 +29,12 @@ def only_table(grid: Grid) -> Grid:
     meant = [part for part in parts if part.has_joints] or [part for part in parts if part.known > 1]
     if len(parts) < 2 or not meant:
         return grid
+    heading = grid.rows[meant[0].start]
+    if len(parts) == len(meant) and all(grid.rows[part.start] == heading for part in meant):
+        again = {part.start for part in meant[1:]}
+        kept = [pair for k, pair in enumerate(zip(grid.rows, grid.lines, strict=True)) if k not in again]
+        every, at = map(list, zip(*kept, strict=True))
+        return replace(grid, rows=every, lines=at, notes=(*grid.notes, "repeated headings are skipped"))
     lines = [f"lines {grid.lines[part.start]}–{grid.lines[part.end - 1]}" for part in meant]
     if len(meant) > 1:
         raise FileError(f"holds several tables ({', '.join(lines)}); keep one of them", path=grid.source)

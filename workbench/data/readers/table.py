@@ -14,7 +14,7 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import IGNORED, Joints, Naming, with_unit
-from workbench.data.readers.headings import is_known, meaning, normalised
+from workbench.data.readers.headings import is_known, meaning, meaning_of, normalised
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
@@ -98,10 +98,11 @@ def with_points(grid: Grid) -> Grid:
     return replace(grid, rows=rows, notes=(*grid.notes, "decimal commas"))
 
 
-def recognised_headings(grid: Grid) -> int:
-    """How many columns the best heading row of a grid names; a lone one is chance, and counts as none."""
-    known = max((_known(row, {}) for row in grid.rows[: _first_data_row(grid.rows)]), default=0)
-    return known if known > 1 else 0
+def named_keys(grid: Grid) -> set[str]:
+    """What the best heading row of a grid names."""
+    rows = grid.rows[: _first_data_row(grid.rows)]
+    best = max(rows, key=lambda row: _known(row, {}), default=[])
+    return {known.key for cell in best if cell and (known := meaning_of(cell)) is not None}
 
 
 def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = None) -> Table:
@@ -137,8 +138,10 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     notes: tuple[str, ...] = ()
     if head:
         notes = (f"{head} row(s) above the headings (line {grid.lines[head]}) are skipped",)
-    if body < len(grid.rows) and _are_units(grid.rows[body]):
-        units = [_bare_unit(cell) for cell in _padded(grid.rows[body], width)]
+    below = grid.rows[body] if body < len(grid.rows) else []
+    filled = [_bare_unit(cell) for cell in below if cell and cell not in ("-", "–")]
+    if filled and all(map(is_unit, filled)):
+        units = [_bare_unit(cell) for cell in _padded(below, width)]
         notes = (f"units are taken from line {grid.lines[body]}, below the headings", *notes)
         body += 1
     names = [_with_unit(said.get(h, h), unit) for h, unit in zip(headings, units, strict=False)]
@@ -163,7 +166,12 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     """What the caller's names and the robot's joints say of headings."""
     cells = [cell for row in grid.rows[:start] for cell in row if cell]
     if naming is None:
-        return {} if joints is None or isinstance(joints, int) else _joint_names(cells, joints)
+        names = [] if joints is None or isinstance(joints, int) else joints
+        places = {_joint_name(parse_heading(cell).name): cell for cell in cells}
+        called = [cell for name in names if (cell := places.get(_joint_name(name))) is not None]
+        if len(set(called)) < len(names):  # some of the robot's joints are called otherwise
+            return {}
+        return {c: _with_unit(f"q{k}", parse_heading(c).unit or "") for k, c in enumerate(called, 1)}
     said: dict[str, str] = {}
     for theirs, (ours, *_) in naming.pairs:
         sides = [(theirs.name, ours)]
@@ -182,18 +190,9 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     return said | {cell: IGNORED for cell, known in known_of.items() if known and known.key in taken}
 
 
-def _joint_names(cells: list[str], names: Sequence[str]) -> dict[str, str]:
-    """Headings that are called as the robot's joints in its file, if all of these are there."""
-    places = {_joint_name(parse_heading(cell).name): cell for cell in cells}
-    found = [cell for name in names if (cell := places.get(_joint_name(name))) is not None]
-    if len(set(found)) < len(names):
-        return {}
-    return {cell: _with_unit(f"q{k}", parse_heading(cell).unit or "") for k, cell in enumerate(found, 1)}
-
-
 def _joint_name(name: str) -> str:
-    """A joint's name as it is compared: 'shoulder' and 'shoulder_joint' are one."""
-    return normalised(name).removesuffix("_joint")
+    """A joint's name as it is compared: 'shoulder' and '/joint_states/shoulder_joint/position' are one."""
+    return re.sub(r"^joint_states?_|(_joint)?(_position|_pos)?$", "", normalised(name))
 
 
 def _with_unit(name: str, unit: str) -> str:
@@ -249,12 +248,6 @@ def _first_data_row(rows: list[list[str]]) -> int:
 def _known(row: Sequence[str], said: Mapping[str, str]) -> int:
     """How many cells are headings that we or the caller know."""
     return sum(bool(cell) and said.get(cell) != IGNORED and (cell in said or is_known(cell)) for cell in row)
-
-
-def _are_units(row: list[str]) -> bool:
-    """Whether all filled cells of a row are units (or a dash)."""
-    filled = [_bare_unit(cell) for cell in row if cell and cell not in ("-", "–")]
-    return bool(filled) and all(is_unit(cell) for cell in filled)
 
 
 def _bare_unit(cell: str) -> str:

@@ -32,9 +32,9 @@ def read_text(data: bytes, path: Path) -> Grid:
     comments: list[str] = []
     for number, line in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
         bare = line.strip(" \ufeff\x1a")
-        if bare.startswith("#") and not lines:
-            comments.append(bare.lstrip("# "))
-        elif bare.strip() and not bare.startswith("#"):
+        if bare.startswith(("#", "% ")) and not lines:
+            comments.append(bare.lstrip("#% "))
+        elif bare.strip() and not bare.startswith(("#", "% ")):
             lines.append(line)
             numbers.append(number)
     if not lines:

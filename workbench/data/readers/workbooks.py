@@ -1,13 +1,15 @@
 """Excel and parquet files and data frames as cells of text."""
 
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_columns, read_workbook, text_of
-from workbench.data.readers.table import Grid, recognised_headings, with_points
+from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
+from workbench.data.readers.table import Grid, named_keys, with_points
 
 
 def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
@@ -18,12 +20,9 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
         path: For messages.
         sheet: Name of the sheet; None: the only one whose headings are measurements.
     """
-    grids = {
-        name: Grid(source=str(path), rows=rows, lines=lines)
-        for name, (rows, lines) in read_workbook(data, path).items()
-    }
+    grids = _grids(data, path)
     filled = [name for name, grid in grids.items() if grid.rows]
-    known = [name for name in filled if recognised_headings(grids[name])]
+    known = [name for name in filled if len(named_keys(grids[name])) > 1]  # a lone name is chance
     found = (known or filled[:1]) if sheet is None else [name for name in filled if name == sheet]
     if len(found) != 1:
         wanted = "" if sheet is None else f"no filled sheet '{sheet}': "
@@ -32,9 +31,26 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
             f"sheet='{(known or [*grids, 'Sheet1'])[0]}'",
             path=str(path),
         )
-    others = len(grids) - 1
+    others = len(grids) - 1 if sheet is None else 0
     note = f"read from sheet '{found[0]}'" + (f"; {others} other not read" if others else "")
     return with_points(replace(grids[found[0]], notes=(note,)))
+
+
+def sheets_apart(source: Any) -> tuple[str, str] | None:
+    """The sheets with measurements and with their joints, of a workbook that has them in two."""
+    path = Path(source) if isinstance(source, str | PathLike) else Path()
+    if path.suffix.lower() != ".xlsx" or kind_of(data := read_bytes(path), path) is not FileKind.EXCEL:
+        return None
+    keys = {name: named_keys(grid) for name, grid in _grids(data, path).items()}
+    joints = [name for name, own in keys.items() if "q1" in own]
+    measured = [name for name, own in keys.items() if own & {"x", "m1x", "distance"}]
+    apart = len(joints) == len(measured) == 1 and joints != measured
+    return (measured[0], joints[0]) if apart else None
+
+
+def _grids(data: bytes, path: Path) -> dict[str, Grid]:
+    sheets = read_workbook(data, path).items()
+    return {name: Grid(source=str(path), rows=rows, lines=lines) for name, (rows, lines) in sheets}
 
 
 def read_parquet(data: bytes, path: Path) -> Grid:

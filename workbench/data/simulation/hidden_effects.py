@@ -105,7 +105,10 @@ def _from_text(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEff
         known = f"left out ({name}::SIZE): it concerns the whole arm" if kind.whole_arm else f"1–{robot.dof}"
         raise OptionError(f"effect '{text}': joint must be {known}, got '{joint}'")
     effect = kind.example(robot, int(given) - 1, rng)
-    bend = 1e6 * _bend(robot.with_effects(effect).with_effects(_scaled(effect, 1e-6)), rng)
+    bent = robot.with_effects(effect).with_effects(_scaled(effect, 1e-6))
+    low, high = bent.search_limits.T
+    q = rng.uniform(low, high, (BEND_SAMPLES, bent.dof))
+    bend = 1e6 * float(np.abs(shift_of(bent, varied_state(bent, q, rng=rng))).max())
     if bend < MIN_LAW:
         raise OptionError(f"effect '{text}': nothing drives it at that joint; choose another joint")
     try:
@@ -119,13 +122,6 @@ def _from_text(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEff
 
 def _scaled(effect: AbstractEffect, factor: float) -> AbstractEffect:
     return replace(effect, coefficients=tuple(factor * c for c in effect.coefficients))
-
-
-def _bend(robot: Robot, rng: np.random.Generator) -> float:
-    """Largest change of an element by the arm's effects over random joint positions [rad or m]."""
-    low, high = robot.search_limits.T
-    q = rng.uniform(low, high, (BEND_SAMPLES, robot.dof))
-    return float(np.abs(shift_of(robot, varied_state(robot, q, rng=rng))).max())
 
 
 def _sentence(robot: Robot, effect: AbstractEffect) -> str:

@@ -57,8 +57,12 @@ def read(
     if instrument.observes in (Observes.MARKERS, Observes.RIGID_BODY):
         return _markers(instrument, poses, rng)
     if instrument.observes is Observes.DISTANCE:
-        names = _anchors_of(instrument, poses, anchors)
+        names = np.array(list(anchors))
         places = np.stack([anchors[name] for name in names])
+        taken = np.arange(rows) % len(names)  # in turn, or the nearest where only that is within reach
+        if instrument.stroke is not None:
+            taken = np.linalg.norm(poses[:, None, :3, 3] - places, axis=-1).argmin(axis=1)
+        names, places = names[taken], places[taken]
         distances = np.linalg.norm(poses[:, :3, 3] - places, axis=1)
         return {"distance": distances + rng.normal(0.0, sigma, rows), "anchor": names}
     columns = {"position": poses[:, :3, 3] + rng.normal(0.0, sigma, (rows, 3))}
@@ -198,12 +202,3 @@ def _markers(instrument: Instrument, poses: np.ndarray, rng: np.random.Generator
         return {"markers": seen}
     fits = np.stack([se3.best_fit(instrument.markers, row) for row in seen])
     return {"position": fits[:, :3, 3], "rotation": fits[:, :3, :3]}
-
-
-def _anchors_of(instrument: Instrument, poses: np.ndarray, anchors: Mapping[str, Vector3]) -> np.ndarray:
-    """Anchor of each row: in turn, or the nearest of an instrument that reaches only so far."""
-    names = np.array(list(anchors))
-    if instrument.stroke is None:
-        return names[np.arange(len(poses)) % len(names)]
-    places = np.stack([anchors[name] for name in names])
-    return names[np.linalg.norm(poses[:, None, :3, 3] - places, axis=-1).argmin(axis=1)]

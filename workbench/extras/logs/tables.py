@@ -6,11 +6,11 @@ from datetime import datetime
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from workbench.base.units import Quantity, to_si
 from workbench.data.readers.fields import Fields, to_numbers
 from workbench.data.readers.layouts.layout import AbstractTableLayout, named
-from workbench.data.readers.orientation import intrinsic_xyz
 from workbench.data.readers.table import Table
 
 
@@ -105,7 +105,7 @@ class IpaGrid(AbstractTableLayout):
         return replace(
             fields,
             values={**fields.values, **added},
-            rotation=intrinsic_xyz(np.deg2rad(turned)),
+            rotation=Rotation.from_euler("XYZ", turned, degrees=True).as_matrix(),
             headings={**fields.headings, **turns, "time": "Timestamp"},
             units={**fields.units, **dict.fromkeys(turns, "deg"), "time": "YYYYMMDDhhmmss"},
         )

@@ -10,10 +10,12 @@ deviation s of nominal, in its natural unit (1 mrad and 1 mm weigh alike on an a
 Well observable constants hardly change; unobservable ones stay nominal. s maximises the evidence (type-II
 maximum likelihood) of the model linearised at a first solution:
 
-    log p(r | s) = −½ Σᵢ [cᵢ² / (1 + s²λᵢ²) + log(1 + s²λᵢ²)]
+    log p(r | s) = −½ {ν log[ρ² + Σᵢ cᵢ² / (1 + s²λᵢ²)] + Σᵢ log(1 + s²λᵢ²)}
 
-with λᵢ the singular values of the constants' whitened Jacobian, the frames projected out, and cᵢ the nominal
-arm's residual along its left singular vectors.
+with λᵢ the singular values of the constants' whitened Jacobian, the frames projected out, cᵢ the nominal
+arm's residual along its left singular vectors, ρ² what no constant explains, and ν the numbers left by the
+frames; the scale of the noise is integrated out, known as well as from one number. If s isn't clearly above
+none, the arm stays nominal.
 
 Source: MacKay, Bayesian interpolation, Neural Computation 4(3), 1992.
 """
@@ -24,7 +26,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import OptionError
-from workbench.data.postures import first_of_each
 from workbench.identification.alignment import search_by_share
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.problem import Problem
@@ -36,12 +37,14 @@ MAX_DEVIATION = 0.1
 """Largest expected deviation of a constant [rad, m], of hand assembly."""
 TRIED = np.concatenate([np.geomspace(1e-6, 1e-4, 40, endpoint=False), np.geomspace(1e-4, MAX_DEVIATION, 60)])
 """Expected deviations that are compared [rad, m], from those of an arm that is calibrated already."""
+MIN_EVIDENCE = 2.71
+"""Minimum gain in −2 log p over the smallest one: less is chance in one set of twenty."""
 
 
 def with_expected_deviation(
     problem: Problem, deviation: float | str = AUTO, *, x: Float[np.ndarray, " p"] | None = None
 ) -> Problem:
-    """A problem with the arm's constants expected near nominal.
+    """A problem with the arm's constants expected near nominal, in which each posture counts once.
 
     Args:
         problem: Whitened rows; the arm's constants among its unknowns.
@@ -55,13 +58,16 @@ def with_expected_deviation(
         )
     if deviation != AUTO and not float(deviation) > 0.0:
         raise OptionError(f"the expected deviation must be positive [rad, m], got {deviation:g}")
+    problem = problem.with_shares()
     if deviation == np.inf or not any(p.is_geometry for p in problem.parameters):
         return problem
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
     x = search_by_share(problem.with_deviation(MAX_DEVIATION)).x if x is None else x
     factor = factor_at(problem, x)
-    spread = _noise_ratio(problem, factor)
+    spare = problem.count - effective_parameters(problem, factor)
+    spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0  # in stated deviations
+    spread = max(float(spread), 1e-9)  # exact rows need no expectation
     return problem.with_deviation(most_likely(problem, x, factor, spread) / spread)
 
 
@@ -83,15 +89,10 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2
     growth = 1.0 + (TRIED[:, None] * singular) ** 2
-    return float(TRIED[np.argmin((along / growth + np.log(growth)).sum(1))])
-
-
-def _noise_ratio(problem: Problem, factor: Factor) -> float:
-    """Scatter of the rows in stated standard deviations; exact rows need no expectation.
-
-    What a model lacks at a posture is the same in all its rows: together they weigh as much as one.
-    """
-    share = len(first_of_each(problem.data)) / max(len(problem.data), 1)
-    spare = share * problem.count - effective_parameters(problem, factor)
-    square = factor.residual_square / spare if spare >= 1.0 else 1.0 / share
-    return max(float(np.sqrt(square)), 1e-9)
+    unexplained = (factor.residual_square - factor.along @ factor.along) / spread**2
+    square = 1.0 + max(unexplained, 0.0) + (along / growth).sum(1)
+    known = 0 if problem.prior is None else len(problem.prior)
+    numbers = max(1.0 + known + problem.count - frames.shape[1], 1.0)
+    cost = numbers * np.log(square) + np.log(growth).sum(1)
+    best = int(np.argmin(cost))
+    return float(TRIED[best if cost[0] - cost[best] > MIN_EVIDENCE else 0])

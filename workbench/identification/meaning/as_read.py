@@ -73,7 +73,7 @@ def _as_read(
     robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
     meaning = read_rows(robot, data)
-    if data.unsaid:
+    if data.missing_units:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
     if meaning is None and data.position is not None and data.session is not None:
         few = f"no session has {MIN_ROWS} rows with a position: what they mean was not checked"
@@ -105,12 +105,14 @@ def _as_read(
 
 def _with_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> Dataset:
     """Rows of a file that lacks units, in those that the rows tell; refused if they tell none."""
-    if meaning is None or any(sliding(robot)) or not meaning.is_found or meaning.best.other:
-        tried = "" if meaning is None or meaning.is_found else f"; in no unit {unexplained_text(meaning)}"
-        raise UnitError(f"{data.unsaid}{tried}", unit="")
+    if meaning is None or any(sliding(robot)):
+        raise UnitError(data.missing_units, unit="")
+    if not meaning.is_found or meaning.best.other:
+        tried = "" if meaning.is_found else f"; in no unit {unexplained_text(meaning)}"
+        raise UnitError(f"{data.missing_units}{tried}", unit="")
     best = meaning.best
     units = replace(RowReading.plain(robot), unit=best.unit, scale=best.scale)
-    rows = replace(units.apply(data, joints=False), written=data.written, unsaid="")
+    rows = replace(units.apply(data, joints=False), written=data.written, missing_units="")
     found = "; ".join([f"units that the file lacks are told by the rows: {best.size}", *units.changes])
     return _read_as(rows, found)
 
@@ -159,7 +161,8 @@ def unexplained_text(meaning: RowMeaning) -> str:
         return said
     if meaning.parts or meaning.constant:
         return f"{said}; {meaning.parts or meaning.constant}"
-    return f"{said}; tried in full: {meaning.tried_text}; the nearest leaves {meaning.best.size}"
+    tried = ", ".join(f"{number} {family}" for family, number in meaning.tried.items())
+    return f"{said}; tried in full: {tried}; the nearest leaves {meaning.best.size}"
 
 
 def remedy(meaning: RowMeaning) -> str:

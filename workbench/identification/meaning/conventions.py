@@ -95,6 +95,8 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
             if usual:
                 continue
             yield Convention(kind, factor, inverse=True, cost=cost + INVERSE)
+            if kind.name == "wxyz":  # x, y, z, w are called so
+                yield Convention(kind, factor, order=(1, 2, 3, 0), cost=cost + MIXED)
             if kind.name.islower() and len(set(kind.name)) == 3:
                 for order in list(permutations(range(3)))[1:]:
                     yield Convention(kind, factor, order=order, cost=cost + MIXED)

@@ -55,11 +55,6 @@ class RowMeaning:
             return self.margin > 1.0
         return self.margin >= CLEAR and CLEAR * self.best.score < self.plain.score
 
-    @property
-    def tried_text(self) -> str:
-        """`tried in full: 1472 signs and couplings, 9 arms, 960 orders`."""
-        return ", ".join(f"{number} {family}" for family, number in self.tried.items())
-
 
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     """The simplest of the readings that fit alike; the others by what tells them from it."""

@@ -41,7 +41,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         if search.suffices(plain):
             return RowMeaning(best=plain, plain=plain)
         search.found = [plain, *search.place([RowReading.plain(robot)], search.conventions)]
-        if search.suffices(search.found[1]):
+        if search.suffices(search.found[1]) and not search.found[1].mirrored:  # signs may do the same
             return ranked(search, plain)
     for number, stage in enumerate(steps := _stages(search, likely)):
         if plain is not None and number and _is_done(search, plain, last=number == len(steps) - 1):

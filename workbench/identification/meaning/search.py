@@ -9,7 +9,7 @@ better, and no changed reading is claimed from rows that hardly move the arm.
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import combinations, islice
+from itertools import islice
 
 import numpy as np
 from jaxtyping import Float
@@ -64,7 +64,9 @@ FEW_POINTS = 20
 """Points without orientations below which partly right readings fit, too."""
 STILL = float(np.radians(0.5))
 """Columns that move less don't move."""
-UNIT, HANDED, INVERSE = 1.0, 2.0, 1.5
+PAIRS = ((0, 1), (0, 2), (1, 2))
+"""Axes that may be exchanged."""
+UNIT, HANDED, INVERSE = 1.0, 1.4, 1.5
 """Complexity of a unit, a handedness, and of inverse poses."""
 
 
@@ -116,7 +118,7 @@ class ReadingSearch:
         """Factors of the joint columns that are possible, and their complexity."""
         turns = units(self.robot, self.data.joints, 0.0) == 0.0
         largest, degree = np.abs(self.data.q[:, turns]).max(initial=0.0), np.pi / 180.0
-        if self.data.unsaid:
+        if self.data.missing_units:
             return [(1.0, 0.0), (degree, UNIT), (1.0 / degree, UNIT)]
         if largest > 2.0 * TURN:
             return [(degree, UNIT)]
@@ -132,7 +134,9 @@ class ReadingSearch:
         if not self.held:
             reading = self._scaled(reading)
         if reading.mirrored and among and reading.columns_as_given:
-            yield from (self._in(r, among[0]) for r in _axes_exchanged(reading))
+            exchanged = [np.eye(3)[[{i: j, j: i}.get(k, k) for k in range(3)]] for i, j in PAIRS]
+            for axes in (*exchanged, *(np.eye(3) - 2.0 * np.outer(e, e) for e in np.eye(3))):
+                yield self._in(replace(reading, axes=axes), among[0])
         elif not among or reading.mirrored:
             yield reading
         else:
@@ -268,8 +272,12 @@ class ReadingSearch:
 
     def _bounds(self, robot: Robot, flange: np.ndarray) -> Float[np.ndarray, " s"]:
         """Lower bounds of the misfits of flange poses in the bounds' rows, as shares of the reach."""
-        points = self.points[self.few]
-        bound = held_bounds(flange, points, _first_axis(robot)) if self.held else point_bounds(flange, points)
+        points, first = self.points[self.few], robot.chain.driven[0]
+        if self.held:
+            axis = chains.poses(robot.chain, np.zeros((1, robot.dof)), part=slice(0, int(first)))[0]
+            bound = held_bounds(flange, points, axis @ ONTO_Z[robot.chain.axes[first] % 3])
+        else:
+            bound = point_bounds(flange, points)
         if self.turns is None:
             return bound / robot.reach
         return np.hypot(bound / robot.reach, WEIGHT * turn_bounds(flange, self.turns).min(1))
@@ -298,18 +306,3 @@ class ReadingSearch:
         more = (zero != 0.0).sum() - (reading.zero != 0.0).sum()
         free = len(zero) if exact else (~near).sum()
         return replace(reading, zero=zero, cost=float(reading.cost + ZERO * more + FREE_ZERO * free))
-
-
-def _first_axis(robot: Robot) -> Float[np.ndarray, "4 4"]:
-    """A frame in the arm's base whose z axis is that of the first joint."""
-    first = robot.chain.driven[0]
-    frame = chains.poses(robot.chain, np.zeros((1, robot.dof)), part=slice(0, int(first)))[0]
-    return frame @ ONTO_Z[robot.chain.axes[first] % 3]
-
-
-def _axes_exchanged(reading: RowReading) -> Iterator[RowReading]:
-    """A reading with left-handed axes, with two of them exchanged, or one inverted."""
-    for i, j in combinations(range(3), 2):
-        yield replace(reading, axes=np.eye(3)[[{i: j, j: i}.get(k, k) for k in range(3)]])
-    for k in range(3):
-        yield replace(reading, axes=np.diag([-1.0 if j == k else 1.0 for j in range(3)]))

@@ -26,7 +26,8 @@ def usable(data: Dataset) -> Dataset | None:
     for names in (data.session, data.point):
         if names is not None and rows.any():
             values, counts = np.unique(names[rows], return_counts=True)
-            rows = rows & (names == values[np.argmax(counts)])
+            if names is data.session or counts.max() >= MIN_ROWS:  # else each posture has its name
+                rows = rows & (names == values[np.argmax(counts)])
     kept = data.take(rows)
     if kept.rotation is not None and not np.isfinite(kept.rotation).all():
         kept = replace(kept, rotation=None, written=None)

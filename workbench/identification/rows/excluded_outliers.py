@@ -79,7 +79,11 @@ def prepare_without_outliers(
     choices = _without(choices, ready.data.row[outlying], GROSS_REASON)
     held = ready.data.row[ready.held_out_rows].tolist()
     for _ in range(MAX_ROUNDS):
-        found = ready.train_rows[_outlying(ready)]
+        problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
+        if problem.count <= len(problem.names):
+            break
+        expected, x = ready.first_fit
+        found = ready.train_rows[find_outliers(expected, robust_fit(expected, x), everything)]
         if not len(found):
             break
         outlying = np.append(outlying, found)
@@ -96,15 +100,6 @@ def prepare_without_outliers(
 
 def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:
     return replace(choices, exclude={**choices.exclude, **dict.fromkeys(rows.tolist(), reason)})
-
-
-def _outlying(ready: Prepared) -> Bool[np.ndarray, " rows"]:
-    """Fitted rows that stand out from a robust fit."""
-    problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
-    if problem.count <= len(problem.names):
-        return ~everything
-    expected, x = ready.first_fit
-    return find_outliers(expected, robust_fit(expected, x), everything)
 
 
 def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np.ndarray, " rows"]:

@@ -130,29 +130,19 @@ def row_sizes(
     if root is None:
         return _sizes(problem, problem.residual(x)[: problem.size], np.ones(problem.size))
     room, residual = np.ones(problem.size), np.empty(problem.size)
-    root = _triangular(root)
+    size = len(root)  # a triangular square root of the same covariance: half the work to multiply by
+    upper = linalg.qr(np.pad(root.T, ((0, max(size - root.shape[1], 0)), (0, 0))), mode="r")[0]
+    root = np.asfortranarray(upper[:size].T)
     for block, piece in problem.pieces(x):
         if block is None:
             continue
         rows = slice(block.start, block.stop)
         residual[rows] = piece.residual
-        leverage = _leverage(piece.jacobian, root)
+        whitened = blas.dtrmm(1.0, root, piece.jacobian.T, trans_a=1, lower=1, overwrite_b=1)
+        leverage = np.einsum("pm,pm->m", whitened, whitened)
         mine = fitted[problem.component_rows[rows]]
         room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
     return _sizes(problem, residual, room)
-
-
-def _triangular(root: Float[np.ndarray, "p r"]) -> Float[np.ndarray, "p p"]:
-    """A lower triangular square root of the same covariance: half the work to multiply by."""
-    size = len(root)
-    upper = linalg.qr(np.pad(root.T, ((0, max(size - root.shape[1], 0)), (0, 0))), mode="r")[0]
-    return np.asfortranarray(upper[:size].T)
-
-
-def _leverage(jacobian: Float[np.ndarray, "m p"], root: Float[np.ndarray, "p p"]) -> Float[np.ndarray, " m"]:
-    """Diagonal of J C Jᵀ from the triangular root of C; overwrites the Jacobian."""
-    whitened = blas.dtrmm(1.0, root, jacobian.T, trans_a=1, lower=1, overwrite_b=1)
-    return np.einsum("pm,pm->m", whitened, whitened)
 
 
 def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:

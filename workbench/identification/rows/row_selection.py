@@ -15,7 +15,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.plausibility import repeated_rows
-from workbench.data.postures import first_of_each, pose_units, repeats_text
+from workbench.data.postures import pose_units, repeats, repeats_text
 from workbench.identification.errors.row_errors import count_measured
 from workbench.identification.problem_blocks import carried
 from workbench.plate.region import Region
@@ -172,7 +172,7 @@ def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
     """Refuse a fit with more parameters than measured numbers; rows of one posture count once."""
-    once = data.take(first_of_each(data))
+    once = data.take(np.unique(repeats(data), return_index=True)[1])
     count = len(robot.default_free if free is None else free)
     measured = count_measured(once)
     if measured < count:

@@ -102,8 +102,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             if understood.dataset is None:
                 raise DataError(understood.problems[0])
             dataset = understood.dataset
-            unsaid, *notes = (t.replace(f"{path.parent}/", "") for t in (dataset.unsaid, *dataset.notes))
-            dataset = replace(dataset, source=path.name, notes=tuple(notes), unsaid=unsaid)
+            own = [text.replace(f"{path.parent}/", "") for text in (dataset.missing_units, *dataset.notes)]
+            dataset = replace(dataset, source=path.name, missing_units=own[0], notes=tuple(own[1:]))
             progress(0.5, "comparing the rows with the arm")
             facts = facts_of(dataset, understood)
             found = Loaded(dataset, path.name, facts, read=dataset, file=file)
