@@ -172,7 +172,7 @@ def _added(session: Session) -> NextStep | None:
     if found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     elif not found.is_named:
-        left, tone = "What was added predicts the rest, but not all by certain causes", Tone.PLAIN
+        left, tone = "What was added predicts part of the rest, but not all by certain causes", Tone.PLAIN
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)

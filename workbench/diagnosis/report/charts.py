@@ -17,8 +17,8 @@ def budget_bars(found: Diagnosis) -> Bars:
         if np.isfinite(cause.contribution_mm)
     ]
     if (mapped := found.residual_map) is not None:
-        unnamed = mapped.before.position_mm.mean - after.position_mm.mean
-        rows += [Bar("Predicted, unnamed", unnamed, GEOMETRY)] * (unnamed > 0.0)
+        unnamed = mapped.before.position_mm.mean**2 - after.position_mm.mean**2
+        rows += [Bar("Predicted, unnamed", float(np.sqrt(unnamed)), GEOMETRY)] if unnamed > 0.0 else []
     if np.isfinite(after.position_mm.mean):
         turned = "" if after.orientation_deg is None else f"{after.orientation_deg.mean:.3g}°"
         rows.append(Bar("Remaining", after.position_mm.mean, NOMINAL, turned))

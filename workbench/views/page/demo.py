@@ -199,14 +199,14 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     found = session().results.diagnosis
     if found is not None and found.effects:
         causes = " and ".join(cause.plain for cause in found.causes) or "no named cause"
-        rest = "" if found.residual_map is None else "; a residual map predicts the rest"
+        rest = "" if found.residual_map is None else "; a correction learned from the rows takes over part of the rest"
         yield DemoScene(
             f"Found: {causes}{rest}. With these effects, the error falls further.",
             seconds=8.0,
             tab=Tab.CALIBRATE,
         )
         yield DemoScene(
-            "One button adds them: the model is now where the real arm is.",
+            "One button adds them, and the model moves to where the real arm is.",
             (AddEffects(), *map(ShowRow, range(0, 120, 12))),
             seconds=10.0,
             tab=Tab.CALIBRATE,
