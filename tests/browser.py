@@ -170,6 +170,7 @@ class Screen:
 
     def tab(self, name: str) -> None:
         tab = self.page.get_by_role("tab", name=name)
+        self.settle()  # what was done last may bring its own tab to the front
         tab.click()
         expect(tab).to_have_attribute("aria-selected", "true")
 
