@@ -199,7 +199,11 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     found = session().results.diagnosis
     if found is not None and found.effects:
         causes = " and ".join(cause.plain for cause in found.causes) or "no named cause"
-        rest = "" if found.residual_map is None else "; a correction learned from the rows takes over part of the rest"
+        rest = (
+            ""
+            if found.residual_map is None
+            else "; a correction learned from the rows takes over part of the rest"
+        )
         yield DemoScene(
             f"Found: {causes}{rest}. With these effects, the error falls further.",
             seconds=8.0,
