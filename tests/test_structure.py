@@ -55,7 +55,7 @@ BUDGETS = {
     "arm": 9_938,
     "data": 5_632,
     "plate": 5_709,
-    "identification": 9_575,
+    "identification": 9_583,
     "diagnosis": 7_070,
     "exports": 357,
     "session": 7_146,

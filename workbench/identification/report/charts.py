@@ -9,11 +9,10 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.fit import Fit
-from workbench.identification.report.parameters import unseen
+from workbench.identification.report.parameters import Identified, identified, unseen
 from workbench.identification.result import Evaluation, Identification, order_of_measuring
 from workbench.report.chart import Bar, Bars, Chart, Marks
 from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
-from workbench.report.numbers import signed
 
 KINDS = (
     ("position", 1e3, "mm"),
@@ -67,6 +66,9 @@ def row_chart(models: Sequence[tuple[str, str, np.ndarray, RowErrors]], order: s
     return Chart(marks, 140.0, is_log=True, title=f"{kind.capitalize()} error of every row [{unit}], {order}")
 
 
+TITLE = "How far each change of a constant moves the tool [mm]; grey: within twice its standard error"
+
+
 class ChangedConstant(NamedTuple):
     """A constant of the arm, from nominal to identified.
 
@@ -96,12 +98,13 @@ def changed_constants(fit: Fit) -> list[ChangedConstant]:
 
 
 def constant_bars(fit: Fit) -> Bars:
-    """The largest as bars in mm, angles with their change; what the others amount to each at most."""
+    """The largest as bars in mm with their change; what the others amount to each at most."""
     found = changed_constants(fit)
-    rows = [Bar(_text(one, fit), 1e3 * one.moved, CALIBRATED, _turned(one)) for one in found[:MAX_BARS]]
+    told = {each.name: each for each in identified(fit)}
+    rows = [_bar(one, told[one.name], fit) for one in found[:MAX_BARS]]
     if others := found[MAX_BARS:]:
         rows.append(Bar(f"Each of {len(others)} others, at most", 1e3 * others[0].moved, NOMINAL))
-    return Bars(rows, "How far each change of a constant moves the tool [mm]", testid="constants")
+    return Bars(rows, TITLE, testid="constants")
 
 
 def _text(one: ChangedConstant, fit: Fit) -> str:
@@ -110,5 +113,10 @@ def _text(one: ChangedConstant, fit: Fit) -> str:
     return f"{joint.replace('joint', 'Joint ')}: {'zero' if is_zero else PLAIN.get(constant, constant)}"
 
 
-def _turned(one: ChangedConstant) -> str:
-    return signed(float(np.rad2deg(one.change)), 3) + "°" if one.unit == "rad" else ""
+def _bar(one: ChangedConstant, told: Identified, fit: Fit) -> Bar:
+    _, change, std, unit = told.shown
+    is_certain = told.std is None or abs(one.change) > 2.0 * told.std
+    size = f"{change} ± {std}" if std else change
+    return Bar(
+        _text(one, fit), 1e3 * one.moved, CALIBRATED if is_certain else NOMINAL, f"{size} {unit.split()[0]}"
+    )
