@@ -116,7 +116,7 @@ def _text(one: ChangedConstant, fit: Fit) -> str:
 def _bar(one: ChangedConstant, told: Identified, fit: Fit) -> Bar:
     _, change, std, unit = told.shown
     is_certain = told.std is None or abs(one.change) > 2.0 * told.std
-    size = f"{change} ± {std}" if std else change
+    size = f"{change} {std}" if std else change
     return Bar(
         _text(one, fit), 1e3 * one.moved, CALIBRATED if is_certain else NOMINAL, f"{size} {unit.split()[0]}"
     )
