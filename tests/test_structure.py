@@ -59,7 +59,7 @@ BUDGETS = {
     "diagnosis": 7_070,
     "exports": 357,
     "session": 7_146,
-    "views": 8_545,
+    "views": 8_540,
     "cli": 1_813,
     "extras": 1,
     "extras/camera": 4_400,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.base.assets import assets
+from workbench.base.wording import capital
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
@@ -35,10 +36,7 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = (
-    "Mean error at held-out poses: nominal, with calibrated geometry, and with effects beyond geometry. "
-    "Now your robot."
-)
+END = "Mean error at held-out poses: nominal, with calibrated geometry, with effects. Now your robot."
 """It stands until somebody does something."""
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
@@ -197,15 +195,12 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         tab=Tab.CALIBRATE,
     )
     found = session().results.diagnosis
+    causes = "" if found is None else " and ".join(cause.plain for cause in found.causes)
     if found is not None and found.effects:
-        causes = " and ".join(cause.plain for cause in found.causes) or "no named cause"
-        rest = (
-            ""
-            if found.residual_map is None
-            else "; a correction learned from the rows takes over part of the rest"
-        )
+        rest = "; a correction learned from the rows takes over part of the rest"
         yield DemoScene(
-            f"Found: {causes}{rest}. With these effects, the error falls further.",
+            f"Found: {causes or 'no named cause'}{rest if found.residual_map else ''}. With these effects, "
+            "the error falls further.",
             seconds=8.0,
             tab=Tab.CALIBRATE,
         )
@@ -215,9 +210,9 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
             seconds=10.0,
             tab=Tab.CALIBRATE,
         )
-    yield DemoScene(
-        END, (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE
-    )
+    why = f"{capital(causes)}, beside what the geometry was off. " if causes else ""
+    bare = SetOverlay(replace(session().choices.overlay, **BARE))
+    yield DemoScene(f"{why}{END}", (bare,), seconds=1.0, tab=Tab.CALIBRATE)
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:
