@@ -36,7 +36,7 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "Mean error at held-out poses: nominal, with calibrated geometry, with effects. Now your robot."
+END = "Mean error at held-out poses: nominal, with geometry, with effects. Now your robot."
 """It stands until somebody does something."""
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
@@ -197,7 +197,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     found = session().results.diagnosis
     causes = "" if found is None else " and ".join(cause.plain for cause in found.causes)
     if found is not None and found.effects:
-        rest = "; a correction learned from the rows takes over part of the rest"
+        rest = "; a correction learned from the rows takes part of the rest"
         yield DemoScene(
             f"Found: {causes or 'no named cause'}{rest if found.residual_map else ''}. With these effects, "
             "the error falls further.",
@@ -210,7 +210,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
             seconds=10.0,
             tab=Tab.CALIBRATE,
         )
-    why = f"{capital(causes)}, beside what the geometry was off. " if causes else ""
+    why = f"{capital(causes)}, and the geometry was off. " if causes else ""
     bare = SetOverlay(replace(session().choices.overlay, **BARE))
     yield DemoScene(f"{why}{END}", (bare,), seconds=1.0, tab=Tab.CALIBRATE)
 
