@@ -139,7 +139,7 @@ class Verification(AbstractShown):
     @property
     def verdict(self) -> str:
         if self.wanted is None:
-            return "No verdict: set a required error (--wanted)."
+            return "No verdict: set a required error (such as --wanted 0.3mm)."
         rows = f"{plural(len(self.pose), 'measurement')} of {plural(self.poses, 'fresh pose')}"
         if self.passed:
             return (
