@@ -52,7 +52,7 @@ BUDGETS = {
     "root": 255,
     "base": 2_179,
     "report": 833,
-    "arm": 9_938,
+    "arm": 9_935,
     "data": 5_632,
     "plate": 5_709,
     "identification": 9_583,

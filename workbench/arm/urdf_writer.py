@@ -189,7 +189,7 @@ def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str,
     node = ET.SubElement(root, "joint", name=name, type=kind)
     ET.SubElement(node, "parent", link=parent)
     ET.SubElement(node, "child", link=child)
-    ET.SubElement(node, "origin", _placing(pose))
+    _place(node, pose)
     return node
 
 
@@ -197,11 +197,8 @@ def _place(joint: ET.Element, pose: Matrix4) -> None:
     origin = joint.find("origin")
     if origin is None:
         origin = ET.SubElement(joint, "origin")
-    origin.attrib.update(_placing(pose))
-
-
-def _placing(pose: Matrix4) -> dict[str, str]:
-    return {"xyz": numbers_text(pose[:3, 3]), "rpy": numbers_text(se3.matrix_to_rpy(pose[:3, :3]))}
+    origin.set("xyz", numbers_text(pose[:3, 3]))
+    origin.set("rpy", numbers_text(se3.matrix_to_rpy(pose[:3, :3])))
 
 
 def numbers_text(numbers: np.ndarray) -> str:
