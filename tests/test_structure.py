@@ -55,7 +55,7 @@ BUDGETS = {
     "arm": 9_935,
     "data": 5_632,
     "plate": 5_709,
-    "identification": 9_583,
+    "identification": 9_581,
     "diagnosis": 7_070,
     "exports": 357,
     "session": 7_146,

@@ -22,14 +22,14 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.observations import AbstractObservation
-from workbench.identification.algorithms.identifier import SearchOutcome
+from workbench.identification.algorithms.identifier import SearchOutcome, factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import carried
-from workbench.identification.undetermined_combinations import Factor, factorise
+from workbench.identification.undetermined_combinations import Factor
 
 SIGNIFICANCE = 1e-4
 """Significance level at which a freer model is taken …"""
@@ -208,8 +208,7 @@ class _FrameTrial:
         problem = Problem.build(aligned, data, frames=freedom, **options).with_shares()
         problem = problem if prior is None else prior.on(problem)
         search = Opt2(limit=40).search(problem)
-        at = problem.evaluate(search.x)
-        factor = factorise(at.jacobian, at.residual, problem.units)
+        factor = search.factor or factor_of(problem, problem.evaluate(search.x))
         return cls(aligned, text, problem, search, factor)
 
     @cached_property
@@ -241,8 +240,7 @@ class _FrameTrial:
             return True
         freer = self.problem.again(robot=self.arm, frames=freedom).with_shares()
         freer = freer if prior is None else prior.on(freer)
-        at = freer.evaluate(freer.at(self.problem.instrument(self.search.x)))
-        factor = factorise(at.jacobian, at.residual, freer.units)
+        factor = factor_of(freer, freer.evaluate(freer.at(self.problem.instrument(self.search.x))))
         square = factor.residual_square - factor.predicted_decrease()
         return _chance(self, freer, factor, square) < PROMISING
 
