@@ -14,6 +14,7 @@ from workbench.diagnosis.coverage import coverage
 from workbench.diagnosis.gravity_direction import standing_notes
 from workbench.diagnosis.saved_model import SavedModel
 from workbench.diagnosis.undetectable import describe
+from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.fit import Fit
 from workbench.identification.result import judged
 from workbench.identification.rows.exchanged_rows import exchange_note, exchanged_rows
@@ -60,6 +61,8 @@ def notes(
         yield describe(saved.undetectable)
     if not effects and (two := two_places(search.first.fit)):  # an effect may be what parts them
         yield two
+    if scale := instrument_scale(given, fit.problem.data):
+        yield scale
     if pairs := ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
         yield exchange_note(pairs)
     yield from _weights_that_differ(saved.fit, given)

@@ -16,6 +16,7 @@ from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
+from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     KINDS,
@@ -400,6 +401,7 @@ class Identification(AbstractReported):
                     "check robot, frames and sessions"
                 )
             yield two_places(best.fit)
+            yield instrument_scale(self.nominal_robot, self.data.take(self.train_rows))
         else:
             yield from own.doubts
             yield own.refused and f"nothing of the arm was identified: {own.refused}"
