@@ -5,6 +5,7 @@ import pytest
 from arms import ARMS, MISSEATED, make
 from problems import fitted, geometric
 
+import workbench as wb
 from workbench.diagnosis.search.rounds import geometry_first
 from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
 
@@ -49,3 +50,16 @@ def test_clean_rows_are_called_wrong_no_more_often_than_stated():
         stage = fitted(make("none", 100 + seed, "three-parallel", poses=60))
         accused += find_outliers(stage.problem, stage.fit.x, np.ones(60, bool), stage.fit.factor).sum()
     assert accused <= 1
+
+
+def test_stray_rows_that_are_held_out_make_no_arm_doubtful():
+    """They multiplied the held-out rms, and a good geometry was said to explain little."""
+    case, rng = make("none", 8), np.random.default_rng(1)
+    data = case.data.take(np.arange(120))
+    clean = wb.diagnose(case.robot, data)
+    off = rng.choice(clean.held_out_rows, 3, replace=False)
+    moved(data, off, 5 * MISSEATED, rng)
+    found = wb.diagnose(case.robot, data)
+    assert found.verdict is clean.verdict
+    assert "No arm explains held-out rows" in found.message
+    assert f"{clean.after.held_out.position_mm.mean:.2g}"[:3] in found.message.partition("No arm")[2]

@@ -34,6 +34,10 @@ class JudgedArm(NamedTuple):
     errors: Validation
     rows: tuple[RowErrors, RowErrors]
 
+    def without(self, suspects: Bool[np.ndarray, " held"]) -> Errors:
+        """Errors on the other held-out rows; on the fitted ones if there are none."""
+        return self.rows[1].take(~suspects).summary or self.errors.train
+
 
 @dataclass(frozen=True, eq=False)
 class CauseSearch:

@@ -16,6 +16,7 @@ from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
+from workbench.base.wording import first_of
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
@@ -41,7 +42,11 @@ from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
-from workbench.identification.rows.excluded_outliers import GROSS_REASON, prepare_without_gross_outliers
+from workbench.identification.rows.excluded_outliers import (
+    GROSS_REASON,
+    MAX_NAMED_ROWS,
+    prepare_without_gross_outliers,
+)
 from workbench.identification.rows.two_places import two_places
 
 
@@ -131,7 +136,7 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
             residual_map,
             remaining,
             robot=search.robot,
-            nominal=judged(search.nominal.errors),
+            sure=(search.nominal.without(saved.suspects), search.after.without(saved.suspects)),
             before=judged(search.before.errors),
             after=judged(search.after.errors),
         )
@@ -200,6 +205,10 @@ def _additions(search: CauseSearch, saved: SavedModel, noise: Noise) -> Iterator
         yield f"Warning: {worse}."
     if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1], noise)):
         yield f"Warning: {worse}."
+    if saved.suspects.any():
+        rows = first_of(search.ready.held_out_data.row[saved.suspects].tolist(), MAX_NAMED_ROWS)
+        others = search.after.without(saved.suspects).text("mean")
+        yield f"No arm explains held-out rows {rows}; the error of the others is {others}."
     if saved.now:
         yield saved.now.sentence
 

@@ -26,7 +26,7 @@ def conclude(
     remaining: RemainingError,
     *,
     robot: Robot,
-    nominal: Errors,
+    sure: tuple[Errors, Errors],
     before: Errors,
     after: Errors,
 ) -> tuple[Verdict, str]:
@@ -39,13 +39,14 @@ def conclude(
         residual_map: Other added effects, which only predict.
         remaining: The error that is left.
         robot: The nominal arm.
-        nominal: Its errors on the judging rows: the held-out ones, or the fitted ones if none are held out.
-        before: Errors of the geometry alone on them.
+        sure: Its errors and those with the effects, on the judging rows that some arm explains.
+        before: Errors of the geometry alone on all judging rows: the held-out ones, or the fitted ones if
+            none are held out.
         after: Errors with the effects.
     """
     is_added = residual_map is not None or any(c.is_added for c in causes)
-    if explains_little(nominal, after, robot.reach):
-        return Verdict.UNEXPLAINED, _explains_little_text(is_added, nominal, after)
+    if explains_little(*sure, robot.reach):
+        return Verdict.UNEXPLAINED, _explains_little_text(is_added, *sure)
     warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
     more = f" {correction.sentence}." if correction is not None and correction.is_material else ""
     if not causes and residual_map is None and not followed:
