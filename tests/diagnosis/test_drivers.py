@@ -13,8 +13,10 @@ from arms import make
 from real_arms import load
 from slow import slow
 
+import workbench as wb
 from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
@@ -116,6 +118,20 @@ def test_a_change_of_any_constant_is_said_to_lie_between_two_rows():
     first, second = map(int, rows.groups())
     assert 0.3 * strangers.ROWS < first < second < min(0.7 * strangers.ROWS, first + 4)
     assert "A correction from your rows would reduce" in found.message
+
+
+def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():
+    """Even where the geometry explains so little that no effect was tried."""
+    rng, arm = np.random.default_rng(4), wb.load_robot("ur5e").bare
+    errors = rng.normal(0.0, 1e-3, (2, len(arm.default_free))) + arm.values(arm.default_free)
+    one, other = (arm.with_values(dict(zip(arm.default_free, e.tolist(), strict=True))) for e in errors)
+    q, first = rng.uniform(-2.0, 2.0, (120, 6)), np.arange(120)[:, None, None] < 70
+    seen = np.where(first, one.predict(q), other.predict(q))
+    points = seen[:, :3, 3] + rng.normal(0.0, 5e-5, (120, 3))
+    found = diagnose(arm, Dataset(q=q, position=points, rotation=seen[:, :3, :3], time=np.arange(120.0)))
+    rows = re.search(r"a step between rows (\d+) and (\d+), in the arm's constants", found.message)
+    assert "explains little" in found.message
+    assert 67 <= int(rows[1]) < int(rows[2]) <= 72
 
 
 def test_a_law_that_is_not_all_is_refused_and_a_correction_is_offered():

@@ -46,7 +46,8 @@ def conclude(
     """
     is_added = residual_map is not None or any(c.is_added for c in causes)
     if explains_little(*sure, robot.reach):
-        return Verdict.UNEXPLAINED, _explains_little_text(is_added, *sure)
+        drivers = " ".join(f"The error {f.text}." for f in followed)
+        return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)} {drivers}".strip()
     warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
     more = f" {correction.sentence}." if correction is not None and correction.is_material else ""
     if not causes and residual_map is None and not followed:
