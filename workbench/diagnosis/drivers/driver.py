@@ -311,6 +311,8 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
                     Driver.LOAD, what, names, shape, joints=(j,), kind=kind, by_load=True, tag=tag
                 )
                 yield replace(found, richer=richer)
+    unstated = "the load of {}, as under a payload that isn't stated"
+    yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
 
 
 def _motions(rows: _Rows) -> Iterator[Follower]:
@@ -342,7 +344,9 @@ def _times(rows: _Rows) -> Iterator[Follower]:
     if mixed_share(rows.motion.q, clock) > MIN_MIXED:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
         yield from _through_all(rows, Driver.TIME, TIME, wandering(t))
-        yield from _payloads(rows, wandering(t))
+        yield from _payloads(
+            rows, Driver.TIME, f"{TIME}, as under a payload that changes, in {{}}", wandering(t)
+        )
         yield from _constants(rows)
 
 
@@ -354,15 +358,14 @@ def _constants(rows: _Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", free, wandering(t))
 
 
-def _payloads(rows: _Rows, shape: Features) -> Iterator[Follower]:
-    """A payload that changes with time acts through soft joints."""
+def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features) -> Iterator[Follower]:
+    """A payload that the file doesn't state, by some shape over the rows, acts through soft joints."""
     if rows.arm.has_masses:
         more = rows.wrenches_with(1.0) - rows.wrenches
         loads = own(rows.chain, range(rows.chain.dof), more)
         for j in rows.varied(loads[:, :, None]):
             heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
-            what, moved = f"{TIME}, as under a payload that changes, in {{}}", driven_names(rows.chain, [j])
-            yield rows.follower(Driver.TIME, what, moved, heavy * shape, joints=(j,))
+            yield rows.follower(driver, phrase, driven_names(rows.chain, [j]), heavy * shape, joints=(j,))
 
 
 def _temperatures(rows: _Rows) -> Iterator[Follower]:
