@@ -12,16 +12,14 @@ Where the base stands can't be seen, and with a single point neither can the arm
 Source: derived here; contact planes of this kind in Ikits & Hollerbach, IEEE ICRA 1997.
 """
 
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base.types import frozen
-from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Linearised
-
-if TYPE_CHECKING:
-    from workbench.data.dataset import Dataset
+from workbench.data.dataset import Dataset
+from workbench.data.observation import AbstractPlaceObservation, Channel, Linearised
 
 PLANE = "plane"
 """How the name of a contact with a plane begins."""
@@ -29,8 +27,8 @@ REFERENCE = frozen(np.array([-1.0, -1.0, -1.0]))
 """r in the measuring frame [m]; planes through it have no foot, and none that an arm touches goes there."""
 
 
-def touches_plane(contact: np.ndarray) -> Bool[np.ndarray, " rows"]:
-    return np.char.startswith(np.asarray(contact, str), PLANE)
+def _touches_plane(data: Dataset) -> Bool[np.ndarray, " rows"]:
+    return np.zeros(len(data), bool) if data.contact is None else np.char.startswith(data.contact, PLANE)
 
 
 @final
@@ -43,14 +41,9 @@ class ContactObservation(AbstractPlaceObservation):
     channels = (Channel.POSITION,) * 3
 
     @classmethod
-    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
-        if data.contact is None:
-            return np.zeros(len(data), bool)
-        return (data.contact != "") & ~touches_plane(data.contact)
-
-    @classmethod
-    def of(cls, data: "Dataset") -> "ContactObservation":
-        return cls(*cls.numbered(np.asarray(data.contact)))
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        is_named = np.zeros(len(data), bool) if data.contact is None else data.contact != ""
+        return is_named & ~_touches_plane(data)
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         return np.concatenate([poses[self.place == k, :3, 3].mean(0) for k in range(len(self.names))])
@@ -72,12 +65,8 @@ class PlaneObservation(AbstractPlaceObservation):
     channels = (Channel.POSITION,)
 
     @classmethod
-    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
-        return np.zeros(len(data), bool) if data.contact is None else touches_plane(data.contact)
-
-    @classmethod
-    def of(cls, data: "Dataset") -> "PlaneObservation":
-        return cls(*cls.numbered(np.asarray(data.contact)))
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        return _touches_plane(data)
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         feet = []

@@ -1,14 +1,11 @@
 """Distance of the tool point from an anchor: ball bars and wire sensors."""
 
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Linearised
-
-if TYPE_CHECKING:
-    from workbench.data.dataset import Dataset
+from workbench.data.observation import AbstractPlaceObservation, Channel, Linearised
 
 
 @final
@@ -21,11 +18,6 @@ class DistanceObservation(AbstractPlaceObservation):
     unused_text = "distances"
 
     channels = (Channel.POSITION,)
-
-    @classmethod
-    def of(cls, data: "Dataset") -> "DistanceObservation":
-        labels = np.full(len(data), "anchor") if data.anchor is None else data.anchor
-        return cls(*cls.numbered(labels), np.asarray(data.distance))
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         guess = np.zeros((len(self.names), 3))

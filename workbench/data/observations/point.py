@@ -1,14 +1,11 @@
 """One point of the tool in the measuring frame: a reflector, a ball in a socket, a touch probe."""
 
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.data.observations.observation import AbstractObservation, Channel, Linearised
-
-if TYPE_CHECKING:
-    from workbench.data.dataset import Dataset
+from workbench.data.observation import AbstractObservation, Channel, Linearised
 
 
 @final
@@ -19,10 +16,6 @@ class PointObservation(AbstractObservation):
     position: Float[np.ndarray, "rows 3"]
 
     channels = (Channel.POSITION,) * 3
-
-    @classmethod
-    def of(cls, data: "Dataset") -> "PointObservation":
-        return cls(np.asarray(data.position))
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         by_twist = np.zeros((len(poses), 3, 6))

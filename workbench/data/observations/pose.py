@@ -1,15 +1,13 @@
 """Full pose: position and orientation of the tool, as a 6D probe or a seat on a plate gives them."""
 
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.data.observations.observation import AbstractObservation, Channel, Linearised
-
-if TYPE_CHECKING:
-    from workbench.data.dataset import Dataset
+from workbench.data.dataset import Dataset
+from workbench.data.observation import AbstractObservation, Channel, Linearised
 
 
 @final
@@ -23,7 +21,7 @@ class PoseObservation(AbstractObservation):
     channels = (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
 
     @classmethod
-    def of(cls, data: "Dataset") -> "PoseObservation":
+    def of(cls, data: Dataset) -> "PoseObservation":
         return cls(se3.pose(np.asarray(data.rotation), np.asarray(data.position)))
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:

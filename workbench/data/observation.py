@@ -85,7 +85,7 @@ class AbstractObservation(ABC):
     """Rows that were observed in one way; every class of this kind is a frozen dataclass."""
 
     columns: ClassVar[tuple[str, ...]] = ()
-    """Columns of numbers that a row must have whole."""
+    """Columns of numbers that a row must have whole, in the order of the fields."""
     brings: ClassVar[tuple[Column, ...]] = ()
     """Columns of files that nobody else knows: they are read into `Dataset.more`."""
     sees_base: bool = True
@@ -122,9 +122,9 @@ class AbstractObservation(ABC):
             raise OptionError(f"{cls.__name__} brings the column '{taken}', which is known already")
 
     @classmethod
-    @abstractmethod
     def of(cls, data: "Dataset") -> "AbstractObservation":
-        """The observation of rows that all carry it."""
+        """The observation of rows that all carry it, by default made of its columns."""
+        return cls(*(np.asarray(data.column(name)) for name in cls.columns))
 
     @classmethod
     def each(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
@@ -181,17 +181,19 @@ class AbstractPlaceObservation(AbstractObservation):
     names: tuple[str, ...]
     sees_base = False
     word: ClassVar[str]
-    """What a place is called in the names of its unknowns."""
+    """The column of labels that names the places; without one all are a single place of that name."""
 
     @property
     def unknowns(self) -> tuple[str, ...]:
         return tuple(f"{self.word}[{name}].{axis}" for name in self.names for axis in "xyz")
 
     @classmethod
-    def numbered(cls, labels: np.ndarray) -> tuple[Int[np.ndarray, " rows"], tuple[str, ...]]:
-        """Number of each row's place, and the places' names."""
-        names, index = np.unique(np.asarray(labels), return_inverse=True)
-        return frozen(index.astype(np.int64)), tuple(names.tolist())
+    def of(cls, data: "Dataset") -> "AbstractPlaceObservation":
+        labels = data.column(cls.word)
+        labels = np.full(len(data), cls.word) if labels is None else labels
+        names, place = np.unique(labels, return_inverse=True)
+        numbers = (np.asarray(data.column(name)) for name in cls.columns)
+        return cls(frozen(place.astype(np.int64)), tuple(names.tolist()), *numbers)
 
     def by_place(self, derivative: Float[np.ndarray, "rows m 3"]) -> Float[np.ndarray, "rows m u"]:
         """Changes per coordinate of a row's own place, as changes per unknown."""
