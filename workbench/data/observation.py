@@ -12,7 +12,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, dataclass_transform
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from workbench.base.columns import COLUMNS, Column
 from workbench.base.errors import OptionError
@@ -167,37 +167,3 @@ class AbstractObservation(ABC):
     def own_errors(self, seen: Linearised) -> OwnErrors | None:
         """Errors of the rows, where these are neither positions nor orientations."""
         return None
-
-
-class AbstractPlaceObservation(AbstractObservation):
-    """Rows that share places by name, each place three unknown coordinates in the measuring frame.
-
-    Args:
-        place: Number of each row's place.
-        names: Names of the places.
-    """
-
-    place: Int[np.ndarray, " rows"]
-    names: tuple[str, ...]
-    sees_base = False
-    word: ClassVar[str]
-    """The column of labels that names the places; without one all are a single place of that name."""
-
-    @property
-    def unknowns(self) -> tuple[str, ...]:
-        return tuple(f"{self.word}[{name}].{axis}" for name in self.names for axis in "xyz")
-
-    @classmethod
-    def of(cls, data: "Dataset") -> "AbstractPlaceObservation":
-        labels = data.column(cls.word)
-        labels = np.full(len(data), cls.word) if labels is None else labels
-        names, place = np.unique(labels, return_inverse=True)
-        numbers = (np.asarray(data.column(name)) for name in cls.columns)
-        return cls(frozen(place.astype(np.int64)), tuple(names.tolist()), *numbers)
-
-    def by_place(self, derivative: Float[np.ndarray, "rows m 3"]) -> Float[np.ndarray, "rows m u"]:
-        """Changes per coordinate of a row's own place, as changes per unknown."""
-        rows, m = derivative.shape[:2]
-        out = np.zeros((rows, m, len(self.names), 3))
-        out[np.arange(rows), :, self.place] = derivative
-        return out.reshape(rows, m, -1)

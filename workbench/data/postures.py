@@ -26,11 +26,7 @@ MAX_SPREAD = 8.0
 
 
 def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
-    """Number of each row's posture, in no particular order.
-
-    Args:
-        q: Joint positions [rad or m].
-    """
+    """Number of each row's posture, in no particular order, from joint positions [rad or m]."""
     from scipy.spatial import cKDTree
 
     once, row = np.unique(np.round(q / EQUAL), axis=0, return_inverse=True)

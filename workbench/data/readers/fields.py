@@ -91,11 +91,7 @@ class Fields:
 
 
 def fields_of(table: Table, *, units_from_rows: bool = False) -> Fields:
-    """All columns of a table that are understood, in SI.
-
-    Args:
-        units_from_rows: Whether units may be missing that the rows tell (`Dataset.missing_units`).
-    """
+    """All columns of a table that are understood, in SI; `units_from_rows`: units may lack that rows tell."""
     columns = interpret_columns(table)
     for problem in problems(columns, units_from_rows=units_from_rows):
         raise problem
@@ -187,10 +183,6 @@ def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
 
     Measurements are in the measuring frame and trajectories in the robot's base, unless the column says so:
     a trajectory that is written with its poses can then be read as measurements too.
-
-    Args:
-        fields: Columns in SI.
-        usual: What a file without the column means.
     """
     named = fields.values.get("pose_frame")
     if named is None:
