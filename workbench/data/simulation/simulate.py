@@ -182,9 +182,9 @@ def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
 
 def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:
     """`point 1`, `point 2` … of rows that share a place to a micrometre."""
-    _, number = np.unique(np.round(places, 6), axis=0, return_inverse=True)
-    order = {n: i + 1 for i, n in enumerate(dict.fromkeys(number.tolist()))}
-    return np.array([f"point {order[n]}" for n in number.tolist()])
+    number = dict[tuple[float, ...], int]()
+    rounded = map(tuple, np.round(places, 6).tolist())
+    return np.array([f"point {number.setdefault(place, len(number) + 1)}" for place in rounded])
 
 
 def _follow(
