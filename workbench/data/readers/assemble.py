@@ -74,7 +74,7 @@ def assemble(
         row, joint = wrong[0].tolist()
         text = "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true"
         raise fields.error(text, row, f"q{joint + 1}")
-    _check_range(fields, excluded)
+    _check_range(fields)
     position = fields.stacked(("x", "y", "z"))
     rotation, notes = read_orientation(fields, usable=~excluded)
     position, rotation, moved = _measured(fields, position, rotation, base)
@@ -170,11 +170,8 @@ def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
         )
     position = None if position is None else position @ base[:3, :3].T + base[:3, 3]
     rotation = None if rotation is None else base[:3, :3] @ rotation
-    return (
-        position,
-        rotation,
-        ("poses are in the robot's base frame (column 'pose_frame'), moved by the base",),
-    )
+    note = "poses are in the robot's base frame (column 'pose_frame'), moved by the base"
+    return position, rotation, (note,)
 
 
 def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]:
@@ -228,7 +225,7 @@ def _tilt(fields: Fields) -> dict[int, Float[np.ndarray, "rows 2"]]:
     return {link: values for link, values in readings.items() if values is not None}
 
 
-def _check_range(fields: Fields, excluded: Mask) -> None:
+def _check_range(fields: Fields) -> None:
     """Refuse distances and deviations below 0, and directions that are none."""
     for key, values in fields.values.items():
         column = column_of(key)
@@ -297,18 +294,15 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     """
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
-        raise DataError(
-            f"{fields.source}: nothing was observed: add x[m], y[m], z[m], or distance, contact, markers or "
-            "tilt"
-        )
+        wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
+        raise DataError(f"{fields.source}: nothing was observed: add {wanted}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""
     empty = {name: np.isnan(values).all(1) for name, values in numbers.items()}
     pose = [name for name in ("position", "orientation") if name in numbers]
-    other = np.any(
-        [np.zeros(fields.rows, bool), *labels, *(whole[n] for n in whole if n not in pose)], axis=0
-    )
+    others = [*labels, *(own for name, own in whole.items() if name not in pose)]
+    other = np.any([np.zeros(fields.rows, bool), *others], axis=0)
     reasons = np.full(fields.rows, "", dtype=object)
     sound = np.all([np.ones(fields.rows, bool) if pose else other, *whole.values()], axis=0)
     for row in np.flatnonzero(~sound).tolist():
@@ -329,9 +323,8 @@ def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray)
     """What is said of excluded rows and of labels."""
     rows = np.flatnonzero(found)
     if len(rows) and (found | excluded).all():
-        raise DataError(
-            f"{fields.source}: no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"
-        )
+        text = f"no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"
+        raise DataError(f"{fields.source}: {text}")
     notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
     own = [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in rows]
     notes += _first(own, "more rows with gaps are excluded")

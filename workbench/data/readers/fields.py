@@ -23,17 +23,15 @@ BASE, MEASURING = "robot-base", "measuring"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fields:
-    """One array a column, one value a row.
+    """One array a column, one value a row, with the decisions taken so far.
 
     Args:
-        source: Path, for messages.
         lines: Line of each row in the file.
         values: Numbers in SI (NaN: missing) or labels, by the column's name in formats.md.
         headings: The file's text over each of them.
         units: The file's unit of each of them, where it is known.
         began: Date of the first row, where `time` was read from dates and counts from there.
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
-        notes: Decisions taken so far.
         unread: Text of columns that are left out, by the file's text over them.
         missing_units: What is wrong where units are missing that the rows may tell.
     """

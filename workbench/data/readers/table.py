@@ -26,15 +26,13 @@ _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Grid:
-    """Cells as they stand in the file.
+    """Cells as they stand in the file, with the decisions taken so far.
 
     Args:
-        source: Path of the file, for messages.
         rows: Cells of each row, stripped; rows may differ in length.
         lines: Line (or spreadsheet row) of each row, counted from 1.
         is_text: Whether separators part the cells, so that a row that lacks some is an error.
         comments: Comment lines before the first row, without their '#'.
-        notes: Decisions taken so far.
     """
 
     source: str
@@ -51,16 +49,14 @@ class Grid:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Table:
-    """Named columns of text.
+    """Named columns of text, with the decisions taken so far.
 
     Args:
-        source: Path of the file, for messages.
         headings: The file's text over each column.
         names: What each column is, as `q1[deg]`; `-` where it is left out.
         heading_line: Line of the headings.
         columns: Cells of each column, one a data row.
         lines: Line of each data row.
-        notes: Decisions taken so far.
     """
 
     source: str

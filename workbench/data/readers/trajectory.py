@@ -22,12 +22,11 @@ class Trajectory:
     """Samples of a motion, or a list of poses.
 
     Args:
-        time: Time [s]; None when the file has none.
-        q: Joint positions [rad or m]; None when the file has none.
+        time: Time [s]; None, like the next three, when the file has none.
+        q: Joint positions [rad or m].
         position: Positions of the tool [m].
         rotation: Orientations of the tool.
         drivers: What else may drive effects, one number a row by the column's name, such as `payload` [kg].
-        source: Path, for messages.
         notes: Each decision that the reader took.
         joint_units: Unit of each joint's column in the file; empty where nothing says it.
     """

@@ -7,6 +7,7 @@ and the joint angles are what the actual arm takes to be there, from its own inv
     measured pose = actual pose ⊕ noise,   p + N(0, σp²) per axis,   exp(N(0, σr²) per axis) R, base axes
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -231,8 +232,7 @@ def _in_branches(actual: Robot, poses: np.ndarray, branch: str, motion: Motion |
 
 def evenly_mixed(solutions: Sequence[Mapping[str, Any]]) -> list[str]:
     """A branch per target, by solutions by name, so that all are used alike: the least used, then by name."""
-    used = dict.fromkeys(sorted({name for target in solutions for name in target}), 0)
-    chosen = []
+    used, chosen = Counter[str](), list[str]()
     for target in solutions:
         name = min(target, key=lambda n: (used[n], n))
         used[name] += 1
