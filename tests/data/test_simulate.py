@@ -138,5 +138,3 @@ def test_bad_targets_and_branches(aria, targets):
         simulate_targets(aria, far, instrument=ideal, rng=rng())
     with refuses(DataError, target=0, found="sideways"):
         simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch="sideways")
-    with refuses(OptionError, option="branch", found=2):
-        simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch=["auto", "auto"])

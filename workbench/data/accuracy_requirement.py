@@ -34,7 +34,6 @@ class Wanted:
         position: Maximum position error [m].
         rotation: Maximum orientation error [rad]; None: not judged.
         per_axis: Whether each axis alone has to keep it, as ARIA eq. (3) asks.
-        why: What keeping it is good for, one sentence for people; empty if nobody said.
 
     Raises:
         OptionError: a limit that is not positive.
@@ -43,7 +42,6 @@ class Wanted:
     position: Length
     rotation: Angle | None = None
     per_axis: bool = False
-    why: str = ""
 
     def __post_init__(self):
         admit(self)
@@ -76,13 +74,17 @@ class Wanted:
 
     def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
         """Rows that keep it, as far as they were measured."""
-        return np.asarray((~(self._used(errors.position, errors.rotation) > 1.0)).all(-1))
+        return ~(self.used_by(errors.position, errors.rotation) > 1.0)
 
     def used_by(
         self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
     ) -> Float[np.ndarray, "*rows"]:
-        """The largest share of what is allowed; above 1 they don't keep it."""
-        return np.asarray(self._used(position, rotation).max(-1))
+        """The largest share of what is allowed, of all that was measured; above 1 they don't keep it."""
+        parts = [position / self.position]
+        parts += [rotation / self.rotation] if self.rotation else []
+        if self.per_axis:
+            return np.fmax.reduce(np.abs(np.concatenate(parts, axis=-1)), axis=-1)
+        return np.fmax.reduce([np.linalg.norm(part, axis=-1) for part in parts])
 
     def within_by_norms(
         self, position: float | Float[np.ndarray, " rows"], rotation: float | Float[np.ndarray, " rows"]
@@ -98,14 +100,6 @@ class Wanted:
         """
         turned = np.inf if self.rotation is None else self.rotation
         return np.asarray((position <= self.position) & ~np.greater(rotation, turned))
-
-    def _used(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-        """Share of its limit of every entry that has one: each axis, or whole position and rotation."""
-        parts = [position / self.position]
-        parts += [rotation / self.rotation] if self.rotation else []
-        if self.per_axis:
-            return np.abs(np.concatenate(parts, axis=-1))
-        return np.stack([np.linalg.norm(part, axis=-1) for part in parts], axis=-1)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -178,12 +172,8 @@ class Requirement:
 
     @property
     def wanted(self) -> Wanted:
-        """The two limits."""
-        why = (
-            f"A tool with these errors keeps a needle of {1e3 * self.insertion:.3g} mm within "
-            f"{1e3 * self.radius:.3g} mm of its aim, whatever the direction of the errors (ARIA eq. 3)."
-        )
-        return Wanted(position=self.per_axis, rotation=self.angle, per_axis=True, why=why)
+        """The two limits: with such errors a needle keeps within the radius, whatever their direction."""
+        return Wanted(position=self.per_axis, rotation=self.angle, per_axis=True)
 
 
 def default_requirement(name: str) -> Wanted | None:

@@ -8,13 +8,13 @@ import numpy as np
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Like, Reads, pair_of
+from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.readers import Trajectory, read_measurements, read_trajectory
-from workbench.data.readers.trajectory import trajectory_of
 
 
-def as_robot(value: Any) -> Any:
+def as_robot(value: Any, given: Any = None) -> Any:
     """A robot of its file, or of the name of a built-in arm; anything else as it is."""
     return load_robot(value) if isinstance(value, str | Path) else value
 
@@ -40,8 +40,8 @@ def _trajectory(value: Any, given: Any) -> Any:
         return value
     rows = value.astype(float)
     if rows.ndim == 3 and rows.shape[1:] == (4, 4):
-        return trajectory_of(position=rows[:, :3, 3], rotation=rows[:, :3, :3])
-    return trajectory_of(q=rows) if rows.ndim == 2 and len(rows) else value
+        return Trajectory(position=frozen(rows[:, :3, 3]), rotation=frozen(rows[:, :3, :3]))
+    return Trajectory(q=frozen(rows)) if rows.ndim == 2 and len(rows) else value
 
 
 def _wanted(value: Any, given: Any) -> Any:
@@ -52,11 +52,7 @@ def _wanted(value: Any, given: Any) -> Any:
     return Wanted(position=pair[0], rotation=pair[1] if len(pair) == 2 else None)
 
 
-RobotLike = Like[
-    Annotated[
-        Robot, Reads("a Robot, its file, or a built-in arm by name", lambda value, given: as_robot(value))
-    ]
-]
+RobotLike = Like[Annotated[Robot, Reads("a Robot, its file, or a built-in arm by name", as_robot)]]
 DatasetLike = Like[Annotated[Dataset, Reads("a Dataset, a file, or a data frame", _dataset_of_arm)]]
 TrajectoryLike = Like[
     Annotated[

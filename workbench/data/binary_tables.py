@@ -54,9 +54,7 @@ def read_in_child(
     """The function's result from a child; what goes wrong there is a `FileError` with a remedy.
 
     Args:
-        function: Of the content; found by its module and name.
-        content: The file's, or its path.
-        path: For messages.
+        function: Of the content, the file's or its path; found by its module and name.
         needs: The library that reads it.
         what: What the file is, for messages.
         instead: What to give instead.

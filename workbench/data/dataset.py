@@ -50,8 +50,7 @@ Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labe
 Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
 PER_JOINT = {"q", "torque", "direction"}
 UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "written"}
-UNSHOWN |= {"source", "notes", "read_as", "is_of_later", "joint_units", "missing_units"}
-"""What is not named where a table is printed."""
+"""Columns that are not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
 """Headings of columns that stand together."""
@@ -172,8 +171,9 @@ class Dataset:
         return frozen(array)
 
     def __repr__(self) -> str:
-        named = (f.name for f in fields(self) if f.name not in UNSHOWN)
-        seen = [*(name for name in named if getattr(self, name) is not None), *self.more]
+        named = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in UNSHOWN}
+        columns = np.ndarray | Mapping | AbstractReadings
+        seen = [*(name for name, value in named.items() if isinstance(value, columns)), *self.more]
         return f"<Dataset {self.source}: {len(self)} rows of {self.joints} joints; {', '.join(seen)}>"
 
     def __len__(self) -> int:

@@ -21,19 +21,18 @@ def with_directions(data: Dataset) -> Dataset:
     """
     if data.direction is not None or data.time is None or not np.isfinite(data.time).all() or len(data) < 2:
         return data
-    session = np.zeros(len(data), int)
-    if data.session is not None:
-        session = np.unique(data.session, return_inverse=True)[1]
-    order = np.lexsort((data.time, session))
-    moved = np.diff(data.q[order], axis=0, prepend=data.q[order][:1])
-    moved[np.flatnonzero(np.diff(session[order], prepend=-1))] = 0.0
-    sign = np.where(np.abs(moved) > MIN_JOINT_MOTION, np.sign(moved), 0.0)
-    out = np.empty_like(sign)
-    out[order] = _continued(sign, session[order])
+    direction = np.zeros_like(data.q)
+    for session in data.sessions:
+        rows = np.flatnonzero(data.in_session(session))
+        rows = rows[np.argsort(data.time[rows], kind="stable")]
+        moved = np.diff(data.q[rows], axis=0, prepend=data.q[rows[:1]])
+        has_moved = np.abs(moved) > MIN_JOINT_MOTION
+        last = np.maximum.accumulate(np.where(has_moved, np.arange(len(rows))[:, None], 0), axis=0)
+        direction[rows] = np.take_along_axis(np.where(has_moved, np.sign(moved), 0.0), last, axis=0)
     note = (
         "direction of motion: from the time order of the rows, assuming direct motion from each to the next"
     )
-    return replace(data, direction=out, notes=(*data.notes, note))
+    return replace(data, direction=direction, notes=(*data.notes, note))
 
 
 def with_drivers(robot: Robot, data: Dataset) -> Dataset:
@@ -48,13 +47,3 @@ def with_drivers(robot: Robot, data: Dataset) -> Dataset:
         data = with_directions(data)
     shift_of(robot, Motion.of(data.take(data.included)))
     return data
-
-
-def _continued(sign: np.ndarray, session: np.ndarray) -> np.ndarray:
-    """Signs in which a joint that stands still keeps its last one, within a session."""
-    place = np.where(sign != 0.0, np.arange(len(sign))[:, None], -1)
-    first = np.concatenate([[0], np.flatnonzero(np.diff(session)) + 1])
-    start = first[np.searchsorted(first, np.arange(len(sign)), side="right") - 1]
-    last = np.maximum.accumulate(place, axis=0)
-    rows = np.where(last >= start[:, None], last, 0)
-    return np.where(last >= start[:, None], np.take_along_axis(sign, rows, axis=0), 0.0)

@@ -58,7 +58,6 @@ def split_sessions(data: Dataset, row: int) -> Dataset:
     stay. Rows without sessions count as one.
 
     Args:
-        data: The rows.
         row: Number in the file of the first row after something happened, as `Cause.row` has it.
 
     Raises:

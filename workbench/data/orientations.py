@@ -30,15 +30,13 @@ class Orientation(NamedTuple):
     Args:
         name: `rotvec`, a sequence of axes, `wxyz`, `xyzw` or `matrix`.
         text: For people.
-        numbers: How many.
-        has_units: Whether the numbers are angles, which `matrices` expects in rad.
+        numbers: How many; three are angles [rad].
         matrices: Rotation matrices of rows of them.
     """
 
     name: str
     text: str
     numbers: int
-    has_units: bool
     matrices: Callable[[np.ndarray], np.ndarray]
 
 
@@ -68,7 +66,7 @@ def _euler(axes: str) -> Orientation:
     maker = f" ({MAKERS[axes]})" if axes in MAKERS else ""
     turns = "moving" if axes.isupper() else "fixed"
     text = f"Euler angles {' '.join(axis + mark for axis, mark in marks)} about {turns} axes{maker}"
-    return Orientation(axes, text, 3, True, lambda v: Rotation.from_euler(axes, v).as_matrix())
+    return Orientation(axes, text, 3, lambda v: Rotation.from_euler(axes, v).as_matrix())
 
 
 def _sequences() -> Iterator[str]:
@@ -81,17 +79,13 @@ def _sequences() -> Iterator[str]:
 
 
 ORIENTATIONS = (
-    Orientation("rotvec", "rotation vector (UR)", 3, True, se3.rotvec_to_matrix),
+    Orientation("rotvec", "rotation vector (UR)", 3, se3.rotvec_to_matrix),
     *map(_euler, _sequences()),
-    Orientation("wxyz", "quaternion w, x, y, z (ABB)", 4, False, se3.quaternion_to_matrix),
+    Orientation("wxyz", "quaternion w, x, y, z (ABB)", 4, se3.quaternion_to_matrix),
     Orientation(
-        "xyzw",
-        "quaternion x, y, z, w (ROS)",
-        4,
-        False,
-        lambda v: se3.quaternion_to_matrix(np.roll(v, 1, axis=-1)),
+        "xyzw", "quaternion x, y, z, w (ROS)", 4, lambda v: se3.quaternion_to_matrix(v[:, [3, 0, 1, 2]])
     ),
-    Orientation("matrix", "rotation matrix", 9, False, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
+    Orientation("matrix", "rotation matrix", 9, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
 )
 """All of them, the likeliest first."""
 USUAL_ORIENTATIONS = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")"))

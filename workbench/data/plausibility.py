@@ -42,10 +42,9 @@ NO_DIFFERENCE = 1e-6
 
 
 def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: float) -> Dataset:
-    """The same measurements, with a note on everything odd about them.
+    """The same measurements, with a note on everything odd about them; rows that are kept out don't count.
 
     Args:
-        dataset: Measurements; rows that are kept out are not looked at.
         limits: Lower and upper limit of each joint [rad or m]; infinite where there is none.
         reach: Farthest distance of the tool from the base [m].
     """

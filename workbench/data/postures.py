@@ -26,11 +26,7 @@ MAX_SPREAD = 8.0
 
 
 def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
-    """Number of each row's posture, in no particular order.
-
-    Args:
-        q: Joint positions [rad or m].
-    """
+    """Number of each row's posture, in no particular order, from joint positions [rad or m]."""
     from scipy.spatial import cKDTree
 
     once, row = np.unique(np.round(q / EQUAL), axis=0, return_inverse=True)
@@ -75,10 +71,7 @@ def pose_units(data: Dataset) -> Int[np.ndarray, " rows"]:
 
 def repeats(data: Dataset) -> Int[np.ndarray, " rows"]:
     """Number of each row's posture, point, anchor and contact: for a geometric fit its rows are one."""
-    labels = postures(data.q)
-    for names in (data.session, data.point, data.anchor, data.contact):
-        labels = _together(labels, names)
-    return labels
+    return _together(postures(data.q), data.session, data.point, data.anchor, data.contact)
 
 
 def within_postures(q: Float[np.ndarray, "rows n"], table: Float[np.ndarray, "rows k"]) -> np.ndarray:
@@ -107,9 +100,7 @@ def _numbered(label: np.ndarray, order: np.ndarray) -> Int[np.ndarray, " rows"]:
     return np.argsort(np.argsort(first, kind="stable"))[label]
 
 
-def _together(label: np.ndarray, names: np.ndarray | None) -> Int[np.ndarray, " rows"]:
-    """Rows alike in both."""
-    if names is None:
-        return label
-    other = np.unique(names, return_inverse=True)[1]
-    return np.unique(label * (int(other.max(initial=0)) + 1) + other, return_inverse=True)[1]
+def _together(*labels: np.ndarray | None) -> Int[np.ndarray, " rows"]:
+    """Number of each row's combination of the labels that there are."""
+    numbers = [np.unique(label, return_inverse=True)[1] for label in labels if label is not None]
+    return np.unique(np.stack(numbers), axis=1, return_inverse=True)[1].ravel()

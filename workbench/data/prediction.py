@@ -60,10 +60,6 @@ def row_components(robot: Robot, data: Dataset) -> RowComponents:
 
     Rows that were observed in another way (markers, distances, contacts) have no such components: NaN.
 
-    Args:
-        robot: The model; sessions have their own frames where it has them.
-        data: Measured rows.
-
     Source: ARIA eqs. (15), (16).
     """
     predicted = predict(robot, data)

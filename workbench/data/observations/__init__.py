@@ -1,17 +1,9 @@
-"""Observations: one file per kind, all with the same interface."""
+"""Observations: all kinds, with the same interface."""
 
-from workbench.data.observations.contact import ContactObservation, PlaneObservation
-from workbench.data.observations.distance import DistanceObservation
+from workbench.data.observation import AbstractObservation, Channel, Linearised, OwnErrors, Unknown
 from workbench.data.observations.markers import MarkerObservation
-from workbench.data.observations.observation import (
-    AbstractObservation,
-    Channel,
-    Linearised,
-    OwnErrors,
-    Unknown,
-)
-from workbench.data.observations.point import PointObservation
-from workbench.data.observations.pose import PoseObservation
+from workbench.data.observations.places import ContactObservation, DistanceObservation, PlaneObservation
+from workbench.data.observations.pose import PointObservation, PoseObservation
 from workbench.data.observations.tilt import TiltObservation
 from workbench.parts import PartTable
 

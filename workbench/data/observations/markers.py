@@ -5,7 +5,7 @@ reports its residual, as the motion-capture set-up of ARIA 5.1 does; the rows th
 """
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,10 +13,8 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
-from workbench.data.observations.observation import AbstractObservation, Channel, Linearised
-
-if TYPE_CHECKING:
-    from workbench.data.dataset import Dataset
+from workbench.data.dataset import Dataset
+from workbench.data.observation import AbstractObservation, Channel, Linearised
 
 
 @final
@@ -37,13 +35,13 @@ class MarkerObservation(AbstractObservation):
         return (Channel.POSITION,) * (3 * self.measured.shape[1])
 
     @classmethod
-    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         if data.markers is None:
             return np.zeros(len(data), bool)
         return np.isfinite(data.markers).all(-1).any(-1)
 
     @classmethod
-    def of(cls, data: "Dataset") -> "MarkerObservation":
+    def of(cls, data: Dataset) -> "MarkerObservation":
         return cls(np.asarray(data.markers))
 
     @property
@@ -78,8 +76,8 @@ class MarkerObservation(AbstractObservation):
 
 
 def marker_poses(
-    data: "Dataset", layout: Float[np.ndarray, "markers 3"]
-) -> tuple["Dataset", Float[np.ndarray, " rows"]]:
+    data: Dataset, layout: Float[np.ndarray, "markers 3"]
+) -> tuple[Dataset, Float[np.ndarray, " rows"]]:
     """Full poses from markers at known places of the tool, with the residual of the rigid fit.
 
     Args:
@@ -112,8 +110,8 @@ def marker_poses(
 
 
 def synchronise(
-    data: "Dataset", seen_base: Float[np.ndarray, "markers 3"], base_layout: Float[np.ndarray, "markers 3"]
-) -> tuple["Dataset", float]:
+    data: Dataset, seen_base: Float[np.ndarray, "markers 3"], base_layout: Float[np.ndarray, "markers 3"]
+) -> tuple[Dataset, float]:
     """Bring poses from a motion-capture frame into the robot's base frame (ARIA 5.1).
 
     Args:

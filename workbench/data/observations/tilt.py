@@ -13,17 +13,15 @@ turned by small unknown angles m, û − m × û. One on the base shows how the 
 Source: derived here; inclinometers on links in Katana figs. 4.6 and 5.4.
 """
 
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
 from workbench.base.types import frozen
-from workbench.data.observations.observation import AbstractObservation, Channel, Linearised, Unknown
-
-if TYPE_CHECKING:
-    from workbench.data.dataset import Dataset
+from workbench.data.dataset import Dataset
+from workbench.data.observation import AbstractObservation, Channel, Linearised, Unknown
 
 ASKEW = float(np.deg2rad(1.0))
 """How far an inclinometer may be mounted askew, one standard deviation [rad]."""
@@ -84,16 +82,16 @@ class TiltObservation(AbstractObservation):
         return np.repeat(np.isfinite(self.measured).all(1)[:, None], 2, axis=1)
 
     @classmethod
-    def applies(cls, data: "Dataset") -> Bool[np.ndarray, " rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         links = (data.tilt or {}).values()
         return np.any([np.isfinite(t).all(-1) for t in links], axis=0) if links else np.zeros(len(data), bool)
 
     @classmethod
-    def of(cls, data: "Dataset") -> "TiltObservation":
+    def of(cls, data: Dataset) -> "TiltObservation":
         return cls.each(data)[0]
 
     @classmethod
-    def each(cls, data: "Dataset") -> tuple["TiltObservation", ...]:
+    def each(cls, data: Dataset) -> tuple["TiltObservation", ...]:
         return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
 
     @property

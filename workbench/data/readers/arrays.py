@@ -17,7 +17,7 @@ import numpy as np
 from workbench.base.errors import FileError
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
 from workbench.data.readers.headings import is_commanded, meaning
-from workbench.data.readers.table import Grid
+from workbench.data.readers.table import Grid, grid_of
 
 MAX_BYTES = 256 * 2**20
 """Maximum size of unpacked arrays."""
@@ -53,16 +53,12 @@ def read_json(data: bytes, path: Path) -> Grid:
             found = json.loads(text)
         except json.JSONDecodeError:
             found = [json.loads(line) for line in text.splitlines() if line.strip()]
-    lists = list(filter(_are_rows, found.values() if isinstance(found, dict) else [found]))
+    lists = [v for v in (found.values() if isinstance(found, dict) else [found]) if isinstance(v, list) and v]
+    lists = [rows for rows in lists if all(isinstance(row, dict) for row in rows)]
     if len(lists) == 1:
         rows = [dict(_leaves("", row)) for row in lists[0]]
         found = {name: [row.get(name) for row in rows] for name in rows[0]}
     return _table(found if isinstance(found, dict) else {}, path, "this is JSON")
-
-
-def _are_rows(value: Any) -> bool:
-    """Whether something is a list of one object a row."""
-    return isinstance(value, list) and bool(value) and all(isinstance(row, dict) for row in value)
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
@@ -94,9 +90,8 @@ def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
         text = f"{what}, but no arrays with joints and places of rows; {POSE_PAIRS}; {TABLE}"
         raise FileError(text, path=str(path))
     left_out += [name for name in columns if name not in kept]
-    notes = (f"left out: {', '.join(left_out)[:200]}",) if left_out else ()
-    cells = [list(kept), *map(list, zip(*kept.values(), strict=True))]
-    return Grid(source=str(path), rows=cells, lines=list(range(rows + 1)), notes=notes)
+    notes = [f"left out: {', '.join(left_out)[:200]}"] if left_out else []
+    return grid_of(list(kept), kept.values(), source=str(path), notes=notes)
 
 
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:

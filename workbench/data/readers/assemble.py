@@ -17,7 +17,7 @@ from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.remedy import remedy
 from workbench.base.types import Matrix4
-from workbench.base.wording import plural
+from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
 from workbench.data.known_columns import known_columns
 from workbench.data.plausibility import repeated_rows
@@ -25,7 +25,6 @@ from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import column_of
-from workbench.data.readers.long_tables import with_markers
 from workbench.data.readers.orientation import read_orientation, written_orientation
 
 _SIGMA = tuple(f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
@@ -38,6 +37,15 @@ _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 _NAMED = 5
 """Rows of a kind that are named one by one."""
+STILL = 1e-4
+"""Joints of an arm that stood still differ by no more, as read [rad or m]."""
+MAX_MARKERS = 20
+MIN_SHARE, MIN_SEEN = 0.5, 1.5
+"""A reflector is seen at this share of the postures or more, and so many at a posture on the mean."""
+MERGED = ("x", "y", "z", "point", "exclude", "reason")
+"""Columns that the markers replace; a marker of an excluded row was not seen."""
+ORIENTED = {"qw", "rx", "roll", "r11", "zxz_phi"}
+"""A first column of each form of orientation."""
 
 Mask = Bool[np.ndarray, " rows"]
 
@@ -66,7 +74,7 @@ def assemble(
         row, joint = wrong[0].tolist()
         text = "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true"
         raise fields.error(text, row, f"q{joint + 1}")
-    _check_range(fields, excluded)
+    _check_range(fields)
     position = fields.stacked(("x", "y", "z"))
     rotation, notes = read_orientation(fields, usable=~excluded)
     position, rotation, moved = _measured(fields, position, rotation, base)
@@ -106,6 +114,44 @@ def assemble(
     return replace(dataset, notes=(*dataset.notes, *_first(repeats, "more rows repeat others")))
 
 
+def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:
+    """One row a posture with markers m1, m2 … where a file lists several points of a posture in rows.
+
+    A tool with three reflectors is often listed as three rows of equal joints, told apart by `point`. Sockets
+    have the same column, but each its own postures.
+    """
+    held = set(fields.values)
+    if not set(MERGED[:4]) <= held or held & (ORIENTED | {"m1x"}) or fields.rotation is not None:
+        return fields
+    names = [str(name).strip() for name in fields.values["point"]]
+    sessions = fields.values.get("session", np.zeros(fields.rows))
+    groups, seen = list[list[int]](), set[str]()
+    for row in np.flatnonzero(~excluded).tolist():  # one after another with the same joints, every name once
+        last = groups[-1][0] if groups else row
+        still = np.abs(q[row] - q[last]).max() <= STILL and sessions[row] == sessions[last]
+        if not groups or not still or names[row] in seen:
+            groups.append([])
+            seen = set()
+        groups[-1].append(row)
+        seen.add(names[row])
+    found = [names[row] for group in groups for row in group]
+    markers = list(dict.fromkeys(found))
+    fewest = min(map(found.count, markers[: MAX_MARKERS + 1]), default=0)
+    is_seen = fewest >= MIN_SHARE * len(groups) and len(found) >= MIN_SEEN * len(groups)
+    if not groups or "" in markers or len(markers) > MAX_MARKERS or not is_seen:
+        return fields
+    xyz = np.stack([fields.values[axis] for axis in "xyz"], axis=1)
+    places = np.full((len(groups), len(markers), 3), np.nan)
+    for posture, group in zip(places, groups, strict=True):
+        posture[[markers.index(names[row]) for row in group]] = xyz[group]
+    taken = fields.take(np.array([group[0] for group in groups]))
+    values = {key: values for key, values in taken.values.items() if key not in MERGED}
+    values |= {f"m{m + 1}{a}": places[:, m, i] for m in range(len(markers)) for i, a in enumerate("xyz")}
+    what = f"{plural(len(found), 'row')} at {plural(len(groups), 'posture')}"
+    note = f"{listed(markers)} are markers of one tool: {what}"
+    return replace(taken, values=values, notes=(*taken.notes, note))
+
+
 def _first(notes: list[str], others: str) -> list[str]:
     """The first few notes on rows, and how many more there are."""
     more = len(notes) - _NAMED
@@ -124,11 +170,8 @@ def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
         )
     position = None if position is None else position @ base[:3, :3].T + base[:3, 3]
     rotation = None if rotation is None else base[:3, :3] @ rotation
-    return (
-        position,
-        rotation,
-        ("poses are in the robot's base frame (column 'pose_frame'), moved by the base",),
-    )
+    note = "poses are in the robot's base frame (column 'pose_frame'), moved by the base"
+    return position, rotation, (note,)
 
 
 def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]:
@@ -182,7 +225,7 @@ def _tilt(fields: Fields) -> dict[int, Float[np.ndarray, "rows 2"]]:
     return {link: values for link, values in readings.items() if values is not None}
 
 
-def _check_range(fields: Fields, excluded: Mask) -> None:
+def _check_range(fields: Fields) -> None:
     """Refuse distances and deviations below 0, and directions that are none."""
     for key, values in fields.values.items():
         column = column_of(key)
@@ -251,18 +294,15 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     """
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
-        raise DataError(
-            f"{fields.source}: nothing was observed: add x[m], y[m], z[m], or distance, contact, markers or "
-            "tilt"
-        )
+        wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
+        raise DataError(f"{fields.source}: nothing was observed: add {wanted}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""
     empty = {name: np.isnan(values).all(1) for name, values in numbers.items()}
     pose = [name for name in ("position", "orientation") if name in numbers]
-    other = np.any(
-        [np.zeros(fields.rows, bool), *labels, *(whole[n] for n in whole if n not in pose)], axis=0
-    )
+    others = [*labels, *(own for name, own in whole.items() if name not in pose)]
+    other = np.any([np.zeros(fields.rows, bool), *others], axis=0)
     reasons = np.full(fields.rows, "", dtype=object)
     sound = np.all([np.ones(fields.rows, bool) if pose else other, *whole.values()], axis=0)
     for row in np.flatnonzero(~sound).tolist():
@@ -283,9 +323,8 @@ def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray)
     """What is said of excluded rows and of labels."""
     rows = np.flatnonzero(found)
     if len(rows) and (found | excluded).all():
-        raise DataError(
-            f"{fields.source}: no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"
-        )
+        text = f"no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"
+        raise DataError(f"{fields.source}: {text}")
     notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
     own = [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in rows]
     notes += _first(own, "more rows with gaps are excluded")

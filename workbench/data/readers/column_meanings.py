@@ -12,7 +12,6 @@ from workbench.base.wording import listed, span
 from workbench.data.known_columns import known_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.headings import (
-    Meaning,
     is_commanded,
     known_together,
     meaning,
@@ -83,26 +82,20 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 
 
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
-    """One column by its name and unit, or its unit ending ('x_mm').
-
-    Args:
-        key: What it means beside the others, if that is another thing than alone.
-    """
+    """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
     column = TableColumn(index=index, heading=text)
     if name == IGNORED:
         return column
-    found = meaning(name) if key is None else Meaning(key, False)
-    if found is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
+    key = key or meaning(name)
+    if key is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
         name, unit = split
-        found, remark = meaning(name), f"the unit of '{text}' is taken from its name"
+        key, remark = meaning(name), f"the unit of '{text}' is taken from its name"
     if is_commanded(name) and any(map(NUMBER.fullmatch, table.columns[index])):
         return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
-    if found is None:
-        return column
-    if not found.own and not remark:
-        remark = f"'{text}' is read as {found.key}"
-    return replace(column, key=found.key, unit=unit, remark=remark)
+    if key is not None and key != normalised(name) and not remark:
+        remark = f"'{text}' is read as {key}"
+    return column if key is None else replace(column, key=key, unit=unit, remark=remark)
 
 
 def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) -> TableColumn:
@@ -150,11 +143,7 @@ def place(table: Table, heading: str) -> str:
 
 
 def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:
-    """What stands against reading the columns; missing units are one sentence.
-
-    Args:
-        units_from_rows: Whether units that the rows may tell are no problem.
-    """
+    """What stands against reading the columns; missing units are one sentence, or none if rows tell them."""
     found = [(c, c.problem or (None if units_from_rows else c.missing_unit)) for c in columns]
     unitless = [(c, problem) for c, problem in found if isinstance(problem, UnitError) and not problem.unit]
     others = [problem for pair in found if (problem := pair[1]) is not None and pair not in unitless]

@@ -83,10 +83,11 @@ class Naming:
     is_mapping: bool = False
 
 
-def parse_columns(text: str) -> Naming:
-    items: list[NamedUnit] = []
-    pairs: list[Pair] = []
-    whole = text
+def parse_columns(text: str | Naming | None) -> Naming | None:
+    """The option, read where it is text."""
+    if not isinstance(text, str):
+        return text
+    items, pairs, whole = list[NamedUnit](), list[Pair](), text
     for run in reversed([*_RUN.finditer(text)]):  # 'q1[deg],q2[deg],q3[deg]' of 'q1[deg],…,q3'
         names = [f"{run[1]}{n}{run[3] or run[5] or ''}" for n in range(int(run[2]), int(run[4]) + 1)]
         whole = whole[: run.start()] + ",".join(names) + whole[run.end() :]
@@ -109,7 +110,7 @@ def parse_columns(text: str) -> Naming:
 def _item(text: str, whole: str) -> NamedUnit:
     """A name with its brackets: [unit], [row] or [unit|column]."""
     found = _ITEM.fullmatch(text)
-    tokens = [] if found is None or found[2] is None else [token.strip() for token in found[2].split("|")]
+    tokens = [token.strip() for token in found[2].split("|")] if found and found[2] is not None else []
     units = [token for token in tokens if token.lower() not in _SIDES]
     if found is None or len(units) > 1 or re.search(r"…|\.\.", found[1]):
         raise OptionError(

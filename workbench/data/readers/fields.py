@@ -23,17 +23,15 @@ BASE, MEASURING = "robot-base", "measuring"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fields:
-    """One array a column, one value a row.
+    """One array a column, one value a row, with the decisions taken so far.
 
     Args:
-        source: Path, for messages.
         lines: Line of each row in the file.
         values: Numbers in SI (NaN: missing) or labels, by the column's name in formats.md.
         headings: The file's text over each of them.
         units: The file's unit of each of them, where it is known.
         began: Date of the first row, where `time` was read from dates and counts from there.
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
-        notes: Decisions taken so far.
         unread: Text of columns that are left out, by the file's text over them.
         missing_units: What is wrong where units are missing that the rows may tell.
     """
@@ -91,11 +89,7 @@ class Fields:
 
 
 def fields_of(table: Table, *, units_from_rows: bool = False) -> Fields:
-    """All columns of a table that are understood, in SI.
-
-    Args:
-        units_from_rows: Whether units may be missing that the rows tell (`Dataset.missing_units`).
-    """
+    """All columns of a table that are understood, in SI; `units_from_rows`: units may lack that rows tell."""
     columns = interpret_columns(table)
     for problem in problems(columns, units_from_rows=units_from_rows):
         raise problem
@@ -187,10 +181,6 @@ def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
 
     Measurements are in the measuring frame and trajectories in the robot's base, unless the column says so:
     a trajectory that is written with its poses can then be read as measurements too.
-
-    Args:
-        fields: Columns in SI.
-        usual: What a file without the column means.
     """
     named = fields.values.get("pose_frame")
     if named is None:

@@ -9,7 +9,6 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import product
-from typing import NamedTuple
 
 from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
@@ -77,65 +76,45 @@ _UNIT_ENDINGS = (
 )
 
 
-class Meaning(NamedTuple):
-    """What a heading stands for.
-
-    Args:
-        key: Its name in formats.md.
-        own: Whether it is spelt as in formats.md.
-    """
-
-    key: str
-    own: bool
-
-
 def normalised(name: str) -> str:
     """Lower case, with one underscore for blanks, hyphens and dots: 'Achse 1' gives 'achse_1'."""
     return re.sub(r"[\s\-./_]+", "_", name.strip().lower()).strip("_")
 
 
-def meaning(name: str) -> Meaning | None:
-    """What a column of this name (without its unit) holds, or None."""
+def meaning(name: str) -> str | None:
+    """Key of what a column of this name (without its unit) holds, or None."""
     return _meaning(name, tuple(known_columns().values()))
 
 
 @lru_cache(maxsize=1000)
-def _meaning(name: str, table: tuple[Column, ...]) -> Meaning | None:
+def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
     plain = normalised(name)
     if name.strip() != "T":  # T may be time, temperature or torque
         if plain in _UR:
-            return Meaning(_UR[plain], False)
+            return _UR[plain]
         numbered = re.fullmatch(r"(.+?)_?(\d{1,9})", plain, re.ASCII)
         for column in table:
             names = (column.name, *column.also)
             if column.per is Per.ROW and plain in names:
-                return Meaning(column.name, plain == column.name)
+                return column.name
             if column.per is Per.JOINT and numbered is not None and numbered[1] in names:
-                key = f"{column.name}{numbered[2].lstrip('0') or '0'}"
-                return Meaning(key, plain == key)
+                return column.name + (numbered[2].lstrip("0") or "0")
     for pattern, template in _PATTERNS:
         if match := pattern.fullmatch(plain):
-            key = template.format(
-                *(group.lstrip("0") or "0" for group in match.groups() if group is not None)
-            )
-            key = _ANGLES.get(key, key)
-            return Meaning(key, plain == key)
+            groups = (group.lstrip("0") or "0" for group in match.groups() if group is not None)
+            return _ANGLES.get(key := template.format(*groups), key)
     return None
 
 
 def known_together(names: Iterable[str], constant: Mapping[str, float]) -> dict[str, str]:
-    """Keys of normalised names that mean something only together.
-
-    Args:
-        constant: Values of columns that are the same in all rows.
-    """
+    """Keys of normalised names that mean something only together; `constant`: values that all rows have."""
     there, found = set(names), dict[str, str]()
     for group, keys in (*_TOGETHER, *_poses(there, constant)):
         if there.issuperset(group) and not there & set(keys):
             found |= zip(group, keys, strict=True)
-    joints = [own for name in there if (own := meaning(name)) is not None and own.key in ("q5", "q6")]
     quaternion = ("q1", "q2", "q3", "q4")
-    if joints and there.issuperset(quaternion) and not there & {"q5", "q6"}:  # ABB's, beside its joints
+    has_joints = any(meaning(name) in ("q5", "q6") for name in there)
+    if has_joints and there.issuperset(quaternion) and not there & {"q5", "q6"}:  # ABB's, beside its joints
         found |= zip(quaternion, ("qw", "qx", "qy", "qz"), strict=True)
     return found
 
@@ -193,8 +172,8 @@ def split_ending(name: str) -> tuple[str, str] | None:
     """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
     for ending in _UNIT_ENDINGS:
         if match := re.fullmatch(rf"(.+?)[_ ]{re.escape(ending)}", name):
-            found = meaning(match[1])
-            if found is not None and (quantities := quantities_of(found.key)):
+            key = meaning(match[1])
+            if key is not None and (quantities := quantities_of(key)):
                 try:
                     conversion(ending, *quantities)
                 except UnitError:
@@ -203,13 +182,8 @@ def split_ending(name: str) -> tuple[str, str] | None:
     return None
 
 
-def meaning_of(heading: str) -> Meaning | None:
-    """What a heading, with or without its unit, names."""
+def meaning_of(heading: str) -> str | None:
+    """Key of what a heading, with or without its unit, names."""
     name, unit = parse_heading(heading)
     split = split_ending(name) if unit is None else None
     return meaning(name) or (None if split is None else meaning(split[0]))
-
-
-def is_known(heading: str) -> bool:
-    """Whether a heading, with or without its unit, names a column that we read."""
-    return meaning_of(heading) is not None

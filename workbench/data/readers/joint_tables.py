@@ -35,14 +35,15 @@ class AbstractJoin(ABC):
 
 def join(measured: Fields, joints: Fields) -> Fields:
     """Measurements with joints from another table."""
+    mine, theirs = _names(measured), _names(joints)
     for key in LABELS:
         if key in measured.values and key in joints.values:
-            return _by_label(measured, joints, key)
-    for (key, names), (heading, other) in product(_names(measured).items(), _names(joints).items()):
-        if len(set(other)) == len(other) > 1 and set(names) == set(other):  # both name the rows, each once
-            return _by_label(_with_label(measured, key), _with_label(joints, heading, key), key)
-    known = next((known for known in parts("joins", AbstractJoin) if known.applies(measured, joints)), None)
-    return by_row(measured, joints) if known is None else known.join(measured, joints)
+            return _by_label(measured, joints, key, mine[key], theirs[key])
+    for (key, names), known in product(mine.items(), theirs.values()):
+        if len(set(known)) == len(known) > 1 and set(names) == set(known):  # both name the rows, each once
+            return _by_label(measured, joints, key, names, known)
+    way = next((way for way in parts("joins", AbstractJoin) if way.applies(measured, joints)), None)
+    return by_row(measured, joints) if way is None else way.join(measured, joints)
 
 
 def _names(fields: Fields) -> dict[str, tuple[str, ...]]:
@@ -51,14 +52,10 @@ def _names(fields: Fields) -> dict[str, tuple[str, ...]]:
     return {**labels, **fields.unread}
 
 
-def _with_label(fields: Fields, heading: str, key: str | None = None) -> Fields:
-    """The table with one of its columns of names under a key."""
-    values = {**fields.values, key or heading: np.array(_names(fields)[heading], str)}
-    return replace(fields, values=values)
-
-
-def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
-    names, known = measured.values[key].tolist(), joints.values[key].tolist()
+def _by_label(
+    measured: Fields, joints: Fields, key: str, names: Sequence[str], known: Sequence[str]
+) -> Fields:
+    """Rows by the names that both tables have in their columns."""
     place = {name: k for k, name in enumerate(known)}
     if again := next((name for k, name in enumerate(known) if place[name] != k), ""):
         raise DataError(

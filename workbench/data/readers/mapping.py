@@ -10,9 +10,8 @@ layout = "plain"              # optional, like sheet
 """
 
 import tomllib
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import tomli_w
 
@@ -25,8 +24,7 @@ from workbench.data.readers.headings import meaning, quantities_of
 from workbench.data.readers.preview import Preview, PreviewColumn
 
 
-@dataclass(frozen=True, kw_only=True)
-class ColumnMapping:
+class ColumnMapping(NamedTuple):
     """What the columns are.
 
     Args:

@@ -5,7 +5,6 @@ vector (axis times angle); zxz_phi, zxz_theta, zxz_psi are the Euler angles of R
 r33 are the matrix's rows. A file may give several; they must agree.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -31,17 +30,11 @@ class Form(NamedTuple):
         name: For people.
         convention: Its name in `data/orientations.py`.
         keys: Its columns.
-        deviations: How far rows are from being rotations; None for numbers that always are.
-        tolerance: How far they may be, by rounding.
-        text: What deviates.
     """
 
     name: str
     convention: str
     keys: tuple[str, ...]
-    deviations: Callable[[np.ndarray], np.ndarray] | None = None
-    tolerance: float = np.inf
-    text: str = ""
 
 
 def read_orientation(
@@ -88,21 +81,19 @@ def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tup
     """Matrices of the rows that have all values and are rotations, and whether they had to be mended."""
     raw = fields.stacked(form.keys)
     assert raw is not None  # the form has a column
-    off = np.zeros(fields.rows) if form.deviations is None else form.deviations(raw)
-    if (wrong := usable & (off > form.tolerance)).any():
+    deviations, tolerance, what = _OFF.get(form.convention, (lambda raw: np.zeros(len(raw)), np.inf, ""))
+    off = deviations(raw)
+    if (wrong := usable & (off > tolerance)).any():
         row = int(np.argmax(wrong))
-        raise fields.error(
-            f"{form.name} is no rotation ({form.text} by {off[row]:.2g}): correct it, or exclude the row",
-            row,
-            form.keys[0],
-        )
-    rows = ~np.isnan(raw).any(1) & (off <= form.tolerance)
+        text = f"{form.name} is no rotation ({what} by {off[row]:.2g}): correct it, or exclude the row"
+        raise fields.error(text, row, form.keys[0])
+    rows = ~np.isnan(raw).any(1) & (off <= tolerance)
     matrices, worst = np.full((fields.rows, 3, 3), np.nan), off[rows & usable].max(initial=0.0)
     if worst > MAX_SILENT or form.convention != "matrix":
         matrices[rows] = _MATRICES[form.convention](raw[rows])
     else:  # bit by bit
         matrices[rows] = raw[rows].reshape(-1, 3, 3)
-    return matrices, (f"{form.text} by up to {worst:.1g}; mended",) if worst > MAX_SILENT else ()
+    return matrices, (f"{what} by up to {worst:.1g}; mended",) if worst > MAX_SILENT else ()
 
 
 def _off_orthonormal(raw: Float[np.ndarray, "rows 9"]) -> Float[np.ndarray, " rows"]:
@@ -112,15 +103,16 @@ def _off_orthonormal(raw: Float[np.ndarray, "rows 9"]) -> Float[np.ndarray, " ro
     return np.where(np.linalg.det(matrices) < 0.0, np.inf, off)
 
 
-_MATRIX, _QUATERNION = "the matrix r11 … r33", "the quaternion qw, qx, qy, qz"
-_SKEW = _off_orthonormal, 5e-3, "matrices are not orthonormal with a determinant of 1: RᵀR is off"
-_LONG = (
-    lambda quaternions: np.abs(np.linalg.norm(quaternions, axis=1) - 1.0),
-    *(0.02, "quaternions are not normalised: their norm is off"),
-)
+_SKEW = "matrices are not orthonormal with a determinant of 1: RᵀR is off"
+_LONG = "quaternions are not normalised: their norm is off"
+_OFF = {
+    "matrix": (_off_orthonormal, 5e-3, _SKEW),
+    "wxyz": (lambda raw: np.abs(np.linalg.norm(raw, axis=1) - 1.0), 0.02, _LONG),
+}
+"""How far numbers are from being a rotation, how far they may be by rounding, and what to say of it."""
 FORMS = (
-    Form(_MATRIX, "matrix", GROUPS["matrix"], *_SKEW),
-    Form(_QUATERNION, "wxyz", GROUPS["quat"], *_LONG),
+    Form("the matrix r11 … r33", "matrix", GROUPS["matrix"]),
+    Form("the quaternion qw, qx, qy, qz", "wxyz", GROUPS["quat"]),
     Form("the rotation vector rx, ry, rz", "rotvec", GROUPS["rotvec"]),
     Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", "xyz", GROUPS["rpy"]),
     Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", "ZXZ", GROUPS["zxz"]),

@@ -32,8 +32,6 @@ class Preview:
     """What was understood of a file.
 
     Args:
-        path: The file.
-        columns: Each column.
         rows: Number of data rows; 0 when it could not be found out.
         joints: Number of joint columns.
         layout: Name of the file's layout, 'plain' for the usual one.

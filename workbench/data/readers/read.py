@@ -21,8 +21,7 @@ from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
-from workbench.data.readers.several_tables import only_table
-from workbench.data.readers.table import Grid, Table, with_headings, with_names
+from workbench.data.readers.table import Grid, Table, only_table, with_headings, with_names
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet, sheets_apart
 from workbench.parts import warn_of_broken
@@ -105,41 +104,42 @@ def read_by_layout(
 
     A plain table is left as it is: no columns, and no name.
     """
-    if layout not in (None, *layouts.layout_names()):
-        known = listed(layouts.layout_names(), longest=100)
-        raise OptionError(f"unknown layout '{layout}'; known: {known}")
+    if layout not in (None, *(names := layouts.layout_names())):
+        raise OptionError(f"unknown layout '{layout}'; known: {listed(names, longest=100)}")
     if isinstance(source, str | PathLike):
         path = Path(source)
         if (whole := _file_layout(path, layout)) is not None:
             if sheet is not None:
                 raise _no_workbook(path, sheet)
-            return whole.read(path, naming_of(columns)), whole.name, None
+            return whole.read(path, parse_columns(columns)), whole.name, None
     table = read_table(source, columns=columns, sheet=sheet, joints=joints)
-    special = _table_layout(table, columns, layout)
+    headings, (offered, _) = list(table.headings), layouts.layouts()
+    if layout is None:
+        special = next((k for k in offered if columns is None and _matches(k, headings)), None)
+    elif (special := next((k for k in offered if k.name == layout), None)) and not _matches(
+        special, headings
+    ):
+        text = f"{table.source}: layout '{layout}' does not fit the columns {listed(headings)}"
+        raise OptionError(text, option="layout", found=layout)
     return (None, "", table) if special is None else (special.read(table), special.name, table)
-
-
-def naming_of(columns: str | Naming | None) -> Naming | None:
-    """The `columns` option, parsed where it is text."""
-    return parse_columns(columns) if isinstance(columns, str) else columns
 
 
 def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
     """The layout that reads this file or folder as a whole, if any."""
+    (_, offered), head = layouts.layouts(), b""
     if layout not in (None, layouts.PLAIN):
-        known = next((known for known in layouts.file_layouts() if known.name == layout), None)
-        if known is not None and not path.exists():
+        named = next((known for known in offered if known.name == layout), None)
+        if named is not None and not path.exists():
             raise FileError("no such file or folder: check the path", path=str(path))
-        return known
-    head = b""
+        return named
+    if not files.exists(path):
+        return None
     with suppress(OSError, ValueError):  # those are said by what reads it
         if path.is_file():
             with path.open("rb") as file:
                 head = file.read(256)
-    if not files.exists(path):
-        return None
-    offered = (known for known in layouts.file_layouts() if layout is None or known.is_plain)
-    return next((known for known in offered if _matches(known, path, head)), None)
+    plain = (known for known in offered if layout is None or known.is_plain)
+    return next((known for known in plain if _matches(known, path, head)), None)
 
 
 def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> bool:
@@ -153,24 +153,11 @@ def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> boo
         return False
 
 
-def _table_layout(
-    table: Table, columns: str | Naming | None, layout: str | None
-) -> AbstractTableLayout | None:
-    if layout is None and columns is None:
-        matching = (known for known in layouts.table_layouts() if _matches(known, list(table.headings)))
-        return next(matching, None)
-    known = next((known for known in layouts.table_layouts() if known.name == layout), None)
-    if known is not None and not _matches(known, list(table.headings)):
-        text = f"{table.source}: layout '{layout}' does not fit the columns {listed(table.headings)}"
-        raise OptionError(text, option="layout", found=layout)
-    return known
-
-
 def read_table(
     source: Any, *, columns: str | Naming | None, sheet: str | None, joints: Joints = None
 ) -> Table:
     """A file or a data frame as named columns of text."""
-    naming = naming_of(columns)
+    naming = parse_columns(columns)
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
     if naming is not None and naming.items:
         return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))

@@ -6,15 +6,17 @@ says goes before all of these.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import NamedTuple
 
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import IGNORED, Joints, Naming, with_unit
-from workbench.data.readers.headings import is_known, meaning, meaning_of, normalised
+from workbench.data.readers.headings import meaning, meaning_of, normalised
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
@@ -24,15 +26,13 @@ _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Grid:
-    """Cells as they stand in the file.
+    """Cells as they stand in the file, with the decisions taken so far.
 
     Args:
-        source: Path of the file, for messages.
         rows: Cells of each row, stripped; rows may differ in length.
         lines: Line (or spreadsheet row) of each row, counted from 1.
         is_text: Whether separators part the cells, so that a row that lacks some is an error.
         comments: Comment lines before the first row, without their '#'.
-        notes: Decisions taken so far.
     """
 
     source: str
@@ -49,16 +49,14 @@ class Grid:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Table:
-    """Named columns of text.
+    """Named columns of text, with the decisions taken so far.
 
     Args:
-        source: Path of the file, for messages.
         headings: The file's text over each column.
         names: What each column is, as `q1[deg]`; `-` where it is left out.
         heading_line: Line of the headings.
         columns: Cells of each column, one a data row.
         lines: Line of each data row.
-        notes: Decisions taken so far.
     """
 
     source: str
@@ -85,6 +83,14 @@ class Table:
         return FileError(message, path=self.source, line=line, column=column)
 
 
+def grid_of(
+    names: Sequence[str], columns: Iterable[Sequence[str]], *, source: str, notes: Sequence[str] = ()
+) -> Grid:
+    """Columns of cells under a row of headings."""
+    rows = [list(names), *map(list, zip(*columns, strict=True))]
+    return Grid(source=source, rows=rows, lines=list(range(len(rows))), notes=tuple(notes))
+
+
 def with_points(grid: Grid) -> Grid:
     """The cells with decimal points, where all numbers of the file have commas."""
     commas = [(cell, k) for k, row in enumerate(grid.rows) for cell in row if _COMMA.fullmatch(cell)]
@@ -98,21 +104,71 @@ def with_points(grid: Grid) -> Grid:
     return replace(grid, rows=rows, notes=(*grid.notes, "decimal commas"))
 
 
+class _Part(NamedTuple):
+    """A table in a grid: row of its headings, end of its rows, and its known columns."""
+
+    start: int
+    end: int
+    keys: list[str]
+
+
+def only_table(grid: Grid) -> Grid:
+    """The grid of the one table that was meant, if there are several; those with equal headings are one.
+
+    Raises:
+        FileError: several may be meant; it names their lines.
+    """
+    parts = _parts(grid)
+    meant = [part for part in parts if any(re.fullmatch(r"q\d+", key) for key in part.keys)]
+    meant = meant or [part for part in parts if len(part.keys) > 1]
+    if len(parts) < 2 or not meant:
+        return grid
+    heading = grid.rows[meant[0].start]
+    if len(parts) == len(meant) and all(grid.rows[part.start] == heading for part in meant):
+        again = {part.start for part in meant[1:]}
+        kept = [pair for k, pair in enumerate(zip(grid.rows, grid.lines, strict=True)) if k not in again]
+        every, at = map(list, zip(*kept, strict=True))
+        return replace(grid, rows=every, lines=at, notes=(*grid.notes, "repeated headings are skipped"))
+    lines = [f"lines {grid.lines[part.start]}–{grid.lines[part.end - 1]}" for part in meant]
+    if len(meant) > 1:
+        raise grid.error(f"holds several tables ({', '.join(lines)}); keep one of them")
+    note = f"of {len(parts)} tables the one in {lines[0]} is read"
+    rows = slice(meant[0].start, meant[0].end)
+    return replace(grid, rows=grid.rows[rows], lines=grid.lines[rows], notes=(*grid.notes, note))
+
+
+def _parts(grid: Grid) -> list[_Part]:
+    """Tables begin where text stands above numbers, and two names are known or the width is another."""
+    found, width, row = list[_Part](), 0, 0
+    for is_text, run in groupby(grid.rows, lambda cells: not any(map(NUMBER.fullmatch, cells))):
+        cells = list(run)
+        if is_text:
+            names = max(cells, key=lambda row: (len(_keys(row)), len(row)))
+            known = _keys(names)
+            below = grid.rows[row + len(cells)] if row + len(cells) < len(grid.rows) else []
+            if below and sum(map(bool, names)) > 1 and (len(known) > 1 or len(below) != width):
+                width = len(below)
+                found.append(_Part(row + cells.index(names), len(grid.rows), known))
+                if len(found) > 1:
+                    found[-2] = found[-2]._replace(end=row)
+        row += len(cells)
+    return found
+
+
 def named_keys(grid: Grid) -> set[str]:
     """What the best heading row of a grid names."""
     rows = grid.rows[: _first_data_row(grid.rows)]
-    best = max(rows, key=lambda row: _known(row, {}), default=[])
-    return {known.key for cell in best if cell and (known := meaning_of(cell)) is not None}
+    best: list[str] = max(map(_keys, rows), key=len, default=[])
+    return set(best)
+
+
+def _keys(row: list[str]) -> list[str]:
+    """Of the cells that are headings that we know."""
+    return [key for cell in row if cell and (key := meaning_of(cell)) is not None]
 
 
 def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = None) -> Table:
-    """The table under the grid's heading row.
-
-    Args:
-        grid: All cells.
-        naming: What the caller says of the columns.
-        joints: Names of the robot's joints, by which columns may be called.
-    """
+    """The table under the grid's heading row; its columns may have the names of the robot's joints."""
     start = _first_data_row(grid.rows)
     if start == 0:
         raise grid.error(
@@ -134,31 +190,28 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     headings = list(grid.rows[head])
     while headings and not headings[-1]:
         headings.pop()
-    width, body, units = len(headings), head + 1, [""] * len(headings)
-    notes: tuple[str, ...] = ()
-    if head:
-        notes = (f"{head} row(s) above the headings (line {grid.lines[head]}) are skipped",)
+    body, units, notes = head + 1, [""] * len(headings), list[str]()
     below = grid.rows[body] if body < len(grid.rows) else []
     filled = [_bare_unit(cell) for cell in below if cell and cell not in ("-", "–")]
     if filled and all(map(is_unit, filled)):
-        units = [_bare_unit(cell) for cell in _padded(below, width)]
-        notes = (f"units are taken from line {grid.lines[body]}, below the headings", *notes)
+        units = [_bare_unit(cell) for cell in _padded(below, len(headings))]
+        notes.append(f"units are taken from line {grid.lines[body]}, below the headings")
         body += 1
+    if head:
+        notes.append(f"{head} row(s) above the headings (line {grid.lines[head]}) are skipped")
     names = [_with_unit(said.get(h, h), unit) for h, unit in zip(headings, units, strict=False)]
-    notes += tuple(
-        f"column '{h}' is left out" if said[h] == IGNORED else f"column '{h}' is read as {said[h]}"
-        for h in headings
-        if said.get(h, h) != h
-    )
-    return _table(grid, body, tuple(headings), tuple(names), grid.lines[head], notes)
+    for heading in headings:
+        if (ours := said.get(heading, heading)) != heading:
+            notes.append(f"column '{heading}' is {'left out' if ours == IGNORED else f'read as {ours}'}")
+    return _table(grid, body, headings, names, grid.lines[head], notes)
 
 
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
     """The table with column names that the caller gives; heading rows of the file are skipped."""
     start = _first_data_row(grid.rows)
-    notes: tuple[str, ...] = (f"the columns are named {', '.join(names)}, as requested",)
+    notes = [f"the columns are named {', '.join(names)}, as requested"]
     if start:
-        notes += (f"{start} row(s) above the data are skipped, since the columns were named",)
+        notes.append(f"{start} row(s) above the data are skipped, since the columns were named")
     return _table(grid, start, names, names, None, notes)
 
 
@@ -185,9 +238,9 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
                 f"the headings are {listed(cells)}"
             )
         said |= {cell: with_unit(side, parse_heading(cell).unit).heading() for cell, side in named.items()}
-    taken = {known.key for ours in said.values() if (known := meaning(parse_heading(ours).name))}
-    known_of = {cell: meaning(parse_heading(cell).name) for cell in cells if cell not in said}
-    return said | {cell: IGNORED for cell, known in known_of.items() if known and known.key in taken}
+    taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
+    left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
+    return said | dict.fromkeys(left, IGNORED)
 
 
 def _joint_name(name: str) -> str:
@@ -200,24 +253,18 @@ def _with_unit(name: str, unit: str) -> str:
 
 
 def _table(
-    grid: Grid,
-    start: int,
-    headings: tuple[str, ...],
-    names: tuple[str, ...],
-    heading_line: int | None,
-    notes: tuple[str, ...],
+    grid: Grid, start: int, headings: Sequence[str], names: Sequence[str], line: int | None, notes: list[str]
 ) -> Table:
     """Rows from `start` on as columns."""
-    width = len(headings)
-    even = [_fitted(grid, k, width) for k in range(start, len(grid.rows))]
+    even = [_fitted(grid, k, len(headings)) for k in range(start, len(grid.rows))]
     return Table(
         source=grid.source,
-        headings=headings,
-        names=names,
-        heading_line=heading_line,
-        columns=tuple(zip(*even, strict=True)) if even else ((),) * width,
+        headings=tuple(headings),
+        names=tuple(names),
+        heading_line=line,
+        columns=tuple(zip(*even, strict=True)) if even else ((),) * len(headings),
         lines=tuple(grid.lines[start:]),
-        notes=grid.notes + notes,
+        notes=(*grid.notes, *notes),
     )
 
 
@@ -247,7 +294,7 @@ def _first_data_row(rows: list[list[str]]) -> int:
 
 def _known(row: Sequence[str], said: Mapping[str, str]) -> int:
     """How many cells are headings that we or the caller know."""
-    return sum(bool(cell) and said.get(cell) != IGNORED and (cell in said or is_known(cell)) for cell in row)
+    return sum(bool(cell) and said.get(cell, meaning_of(cell)) not in (None, IGNORED) for cell in row)
 
 
 def _bare_unit(cell: str) -> str:

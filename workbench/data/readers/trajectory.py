@@ -22,32 +22,23 @@ class Trajectory:
     """Samples of a motion, or a list of poses.
 
     Args:
-        time: Time [s]; None when the file has none.
-        q: Joint positions [rad or m]; None when the file has none.
+        time: Time [s]; None, like the next three, when the file has none.
+        q: Joint positions [rad or m].
         position: Positions of the tool [m].
         rotation: Orientations of the tool.
         drivers: What else may drive effects, one number a row by the column's name, such as `payload` [kg].
-        source: Path, for messages.
         notes: Each decision that the reader took.
         joint_units: Unit of each joint's column in the file; empty where nothing says it.
     """
 
-    time: Float[np.ndarray, " rows"] | None
-    q: Float[np.ndarray, "rows n"] | None
-    position: Float[np.ndarray, "rows 3"] | None
-    rotation: Float[np.ndarray, "rows 3 3"] | None
-    source: str
-    notes: tuple[str, ...]
+    time: Float[np.ndarray, " rows"] | None = None
+    q: Float[np.ndarray, "rows n"] | None = None
+    position: Float[np.ndarray, "rows 3"] | None = None
+    rotation: Float[np.ndarray, "rows 3 3"] | None = None
+    source: str = "the array"
+    notes: tuple[str, ...] = ()
     drivers: Mapping[str, Float[np.ndarray, " rows"]] = field(default_factory=dict)
     joint_units: tuple[str, ...] = ()
-
-
-def trajectory_of(
-    *, q: np.ndarray | None = None, position: np.ndarray | None = None, rotation: np.ndarray | None = None
-) -> Trajectory:
-    """Joint positions or poses from arrays."""
-    q, position, rotation = (None if table is None else frozen(table) for table in (q, position, rotation))
-    return Trajectory(time=None, q=q, position=position, rotation=rotation, source="the array", notes=())
 
 
 def read_trajectory(

@@ -9,17 +9,11 @@ from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_columns, read_workbook, text_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
-from workbench.data.readers.table import Grid, named_keys, with_points
+from workbench.data.readers.table import Grid, grid_of, named_keys, with_points
 
 
 def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
-    """Cells of the sheet that holds the measurements.
-
-    Args:
-        data: The file.
-        path: For messages.
-        sheet: Name of the sheet; None: the only one whose headings are measurements.
-    """
+    """Cells of the named sheet, or of the only one whose headings are measurements."""
     grids = _grids(data, path)
     filled = [name for name, grid in grids.items() if grid.rows]
     known = [name for name in filled if len(named_keys(grids[name])) > 1]  # a lone name is chance
@@ -56,7 +50,7 @@ def _grids(data: bytes, path: Path) -> dict[str, Grid]:
 def read_parquet(data: bytes, path: Path) -> Grid:
     """Columns of a parquet file as cells of text, under a row of headings."""
     names, columns = read_columns(data, path)
-    return _under_names(names, columns, source=str(path))
+    return grid_of(names, columns, source=str(path))
 
 
 def read_frame(frame: Any) -> Grid:
@@ -74,10 +68,4 @@ def read_frame(frame: Any) -> Grid:
             option="source",
             found=frame,
         )
-    return _under_names([str(name) for name in names], columns, source="frame")
-
-
-def _under_names(names: list[str], columns: list[list[str]], *, source: str) -> Grid:
-    """Columns of cells under a row of headings."""
-    rows = [names, *(list(row) for row in zip(*columns, strict=True))]
-    return Grid(source=source, rows=rows, lines=list(range(len(rows))))
+    return grid_of([str(name) for name in names], columns, source="frame")

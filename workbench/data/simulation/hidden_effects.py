@@ -39,7 +39,6 @@ def hidden_effects(
     """Effects to hide in an arm.
 
     Args:
-        robot: The arm.
         wanted: Effects as they are, or in words, `NAME[:joint[:size]]` with joints from 1.
         rng: Source of what is not said: phases, directions, the shape of a local joint error.
 

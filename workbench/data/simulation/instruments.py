@@ -7,7 +7,6 @@ inclinometer's 0.001°.
 A new instrument is one more record.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -178,9 +177,8 @@ INSTRUMENTS: dict[str, Instrument] = {each.name: each for each in _ALL}
 """Every instrument by name."""
 
 
-def instrument_named(name: str, instruments: Mapping[str, Instrument] = INSTRUMENTS) -> Instrument:
-    if name not in instruments:
-        raise OptionError(
-            f"unknown instrument '{name}'; known: {', '.join(instruments)}", option="instrument", found=name
-        )
-    return instruments[name]
+def instrument_named(name: str) -> Instrument:
+    if name not in INSTRUMENTS:
+        known = ", ".join(INSTRUMENTS)
+        raise OptionError(f"unknown instrument '{name}'; known: {known}", option="instrument", found=name)
+    return INSTRUMENTS[name]

@@ -11,6 +11,7 @@ next to the one that it had.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -42,49 +43,104 @@ SIDES = frozen(np.concatenate([np.eye(3), -np.eye(3)]))
 SIDE_NAMES = ("+x", "+y", "+z", "−x", "−y", "−z")
 
 
-def read(
-    instrument: Instrument,
-    actual: Robot,
-    motion: Motion,
-    poses: Float[np.ndarray, "rows 4 4"],
-    rng: np.random.Generator,
-    anchors: Mapping[str, Vector3],
-) -> dict[str, Any]:
-    """The columns of a dataset that an instrument without touch fills, at poses in the measuring frame."""
-    rows, (sigma, turn) = len(poses), instrument.deviations
-    if instrument.observes is Observes.TILT:
-        return {"tilt": _tilts(instrument, actual, motion, rng)}
-    if instrument.observes in (Observes.MARKERS, Observes.RIGID_BODY):
-        return _markers(instrument, poses, rng)
-    if instrument.observes is Observes.DISTANCE:
-        names = np.array(list(anchors))
-        places = np.stack([anchors[name] for name in names])
-        taken = np.arange(rows) % len(names)  # in turn, or the nearest where only that is within reach
-        if instrument.stroke is not None:
-            taken = np.linalg.norm(poses[:, None, :3, 3] - places, axis=-1).argmin(axis=1)
-        names, places = names[taken], places[taken]
-        distances = np.linalg.norm(poses[:, :3, 3] - places, axis=1)
-        return {"distance": distances + rng.normal(0.0, sigma, rows), "anchor": names}
-    columns = {"position": poses[:, :3, 3] + rng.normal(0.0, sigma, (rows, 3))}
-    if instrument.observes is Observes.POSE:
-        turns = se3.rotvec_to_matrix(rng.normal(0.0, turn or 0.0, (rows, 3)))
-        columns["rotation"] = turns @ poses[:, :3, :3]
-    return columns
+@dataclass(frozen=True, eq=False)
+class VirtualInstrument:
+    """An instrument that measures a virtual arm.
 
+    Args:
+        instrument: What it sees, and how well.
+        arm: The actual arm.
+        rng: Source of the noise.
+        anchors: Places that distances are measured from, and centres of balls, by name [m].
+    """
 
-def unseen(
-    instrument: Instrument, actual: Robot, poses: Float[np.ndarray, "rows 4 4"], columns: dict
-) -> tuple[np.ndarray, str]:
-    """Why the instrument has no reading of each pose, "" where it has one, and how it was set up."""
-    reasons, note = np.full(len(poses), "", dtype="<U80"), ""
-    if instrument.sight is not None:
-        place = station(actual) if instrument.place is None else instrument.place
-        reasons, note = _lost(instrument.sight, poses, place)
-    if instrument.stroke is not None and "distance" in columns:
-        short, long = instrument.stroke
-        out = (columns["distance"] < short) | (columns["distance"] > long)
-        reasons[out] = f"the anchor is not within {short:g} to {long:g} m"
-    return reasons, note
+    instrument: Instrument
+    arm: Robot
+    rng: np.random.Generator
+    anchors: Mapping[str, Vector3]
+
+    def read(self, motion: Motion, poses: Float[np.ndarray, "rows 4 4"]) -> dict[str, Any]:
+        """The columns of a dataset that it fills without touch, at poses in the measuring frame."""
+        observes, rows, (sigma, turn) = self.instrument.observes, len(poses), self.instrument.deviations
+        if observes is Observes.TILT:
+            return {"tilt": self._tilts(motion)}
+        if observes in (Observes.MARKERS, Observes.RIGID_BODY):
+            return self._markers(poses)
+        if observes is Observes.DISTANCE:
+            names = np.array(list(self.anchors))
+            places = np.stack([self.anchors[name] for name in names])
+            taken = np.arange(rows) % len(names)  # in turn, or the nearest where only that is within reach
+            if self.instrument.stroke is not None:
+                taken = np.linalg.norm(poses[:, None, :3, 3] - places, axis=-1).argmin(axis=1)
+            distances = np.linalg.norm(poses[:, :3, 3] - places[taken], axis=1)
+            return {"distance": distances + self.rng.normal(0.0, sigma, rows), "anchor": names[taken]}
+        columns = {"position": poses[:, :3, 3] + self.rng.normal(0.0, sigma, (rows, 3))}
+        if observes is Observes.POSE:
+            turns = se3.rotvec_to_matrix(self.rng.normal(0.0, turn or 0.0, (rows, 3)))
+            columns["rotation"] = turns @ poses[:, :3, :3]
+        return columns
+
+    def _tilts(self, motion: Motion) -> dict[int, Float[np.ndarray, "rows 2"]]:
+        """Readings of an inclinometer on every moving link [rad], by link: `data/observations/tilt.py`.
+
+        The noise turns what it sees as upwards about the two axes across that.
+        """
+        moving = [i for i, joint in enumerate(self.arm.joints) if joint.kind != "fixed"]
+        frames, (_, turn), out = link_frames(self.arm, motion), self.instrument.deviations, {}
+        level = level_axes(self.arm.gravity) @ self.arm.base.rotation.T
+        for number, joint in enumerate(moving, start=1):
+            up = seen_from(level @ frames[:, 1 + joint, :3, :3])
+            seen = up + np.cross(self.rng.normal(0.0, turn or 0.0, up.shape), up)
+            out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
+        return out
+
+    def _markers(self, poses: Float[np.ndarray, "rows 4 4"]) -> dict[str, np.ndarray]:
+        """The markers themselves, or the pose that fits them."""
+        markers = self.instrument.markers
+        places = np.einsum("rij,mj->rmi", poses[:, :3, :3], markers) + poses[:, None, :3, 3]
+        sigma = self.instrument.sigma_position / np.sqrt(self.instrument.samples)
+        seen = places + self.rng.normal(0.0, sigma, places.shape)
+        if self.instrument.observes is Observes.MARKERS:
+            return {"markers": seen}
+        fits = np.stack([se3.best_fit(markers, row) for row in seen])
+        return {"position": fits[:, :3, 3], "rotation": fits[:, :3, :3]}
+
+    def unseen(self, poses: Float[np.ndarray, "rows 4 4"], columns: dict) -> tuple[np.ndarray, str]:
+        """Why there is no reading of each pose, "" where there is one, and how it was set up."""
+        reasons, note = np.full(len(poses), "", dtype="<U80"), ""
+        if (sight := self.instrument.sight) is not None:
+            place = station(self.arm) if self.instrument.place is None else self.instrument.place
+            reasons, note = _lost(sight, poses, place)
+        if self.instrument.stroke is not None and "distance" in columns:
+            short, long = self.instrument.stroke
+            out = (columns["distance"] < short) | (columns["distance"] > long)
+            reasons[out] = f"the anchor is not within {short:g} to {long:g} m"
+        return reasons, note
+
+    def touch(self, motion: Motion) -> tuple[Motion, np.ndarray, Bool[np.ndarray, " rows"]]:
+        """Touch balls at the anchors, or three planes, one after the other, from where the arm is.
+
+        Returns:
+            The motion with joint positions in contact, as they were where it can't be reached; the surface's
+            name of each row; and whether the contact was made.
+        """
+        sigma, turn_taking = self.instrument.deviations[0], np.arange(len(motion))
+        poses = tool_poses(self.arm, motion)
+        if self.instrument.observes is Observes.SPHERE:
+            names = np.array(list(self.anchors))[turn_taking % len(self.anchors)]
+            centres = np.stack([self.anchors[name] for name in names])
+            tips, names = centres + self.rng.normal(0.0, sigma, centres.shape), np.char.add("ball ", names)
+        else:
+            planes = three_planes(self.arm)
+            names = np.array(list(planes))[turn_taking % len(planes)]
+            normals, offsets = (np.stack(part) for part in zip(*map(planes.get, names), strict=True))
+            offsets = offsets + self.rng.normal(0.0, sigma, len(motion))
+            gaps = offsets - (normals * poses[:, :3, 3]).sum(axis=1)
+            tips = poses[:, :3, 3] + gaps[:, None] * normals
+        targets = se3.pose(poses[:, :3, :3], tips)
+        found = inverse.follow_many(self.arm, targets, motion.q, task=Task.POSITION, motion=motion)
+        q = np.where(found.converged[:, None], found.q, motion.q)
+        return motion.at(q), names, found.converged
 
 
 def three_anchors(robot: Robot) -> dict[str, Vector3]:
@@ -100,44 +156,6 @@ def three_planes(robot: Robot) -> dict[str, tuple[Vector3, float]]:
     distances = robot.reach * np.array([WALL_DISTANCE, WALL_DISTANCE, FLOOR_HEIGHT])
     names = ("plane front", "plane side", "plane floor")
     return {n: (rotation[:, i], float(rotation[:, i] @ origin + distances[i])) for i, n in enumerate(names)}
-
-
-def touch(
-    instrument: Instrument,
-    actual: Robot,
-    motion: Motion,
-    rng: np.random.Generator,
-    anchors: Mapping[str, Vector3],
-) -> tuple[Float[np.ndarray, "rows n"], np.ndarray, Bool[np.ndarray, " rows"]]:
-    """Touch balls at the anchors, or three planes, one after the other.
-
-    Args:
-        instrument: The probe; its noise is that of a ball's centre or along a plane's normal.
-        actual: The arm.
-        motion: Joint positions from which it comes, and what drives the arm's effects.
-        rng: Source of the noise.
-        anchors: Centres of the balls by name [m].
-
-    Returns:
-        Joint positions in contact [rad or m], as they were where it can't be reached; the surface's name of
-        each row; and whether the contact was made.
-    """
-    sigma, turn_taking = instrument.deviations[0], np.arange(len(motion))
-    poses = tool_poses(actual, motion)
-    if instrument.observes is Observes.SPHERE:
-        names = np.array(list(anchors))[turn_taking % len(anchors)]
-        centres = np.stack([anchors[name] for name in names])
-        tips, names = centres + rng.normal(0.0, sigma, centres.shape), np.char.add("ball ", names)
-    else:
-        planes = three_planes(actual)
-        names = np.array(list(planes))[turn_taking % len(planes)]
-        normals, offsets = (np.stack(part) for part in zip(*(planes[name] for name in names), strict=True))
-        offsets = offsets + rng.normal(0.0, sigma, len(motion))
-        gaps = offsets - (normals * poses[:, :3, 3]).sum(axis=1)
-        tips = poses[:, :3, 3] + gaps[:, None] * normals
-    targets = se3.pose(poses[:, :3, :3], tips)
-    found = inverse.follow_many(actual, targets, motion.q, task=Task.POSITION, motion=motion)
-    return np.where(found.converged[:, None], found.q, motion.q), names, found.converged
 
 
 def station(robot: Robot) -> Vector3:
@@ -172,33 +190,3 @@ def _angles(poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> Float[np.nd
     towards = place - poses[:, :3, 3]
     towards = towards / np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-12)
     return np.arccos(np.clip(np.einsum("rij,sj,ri->rs", poses[:, :3, :3], SIDES, towards), -1.0, 1.0))
-
-
-def _tilts(
-    instrument: Instrument, actual: Robot, motion: Motion, rng: np.random.Generator
-) -> dict[int, Float[np.ndarray, "rows 2"]]:
-    """Readings of an inclinometer on every moving link [rad], by link from 1: `data/observations/tilt.py`.
-
-    The noise turns what it sees as upwards about the two axes across that.
-    """
-    moving = [i for i, joint in enumerate(actual.joints) if joint.kind != "fixed"]
-    frames = link_frames(actual, motion)
-    level = level_axes(actual.gravity) @ actual.base.rotation.T
-    _, turn = instrument.deviations
-    out = {}
-    for number, joint in enumerate(moving, start=1):
-        up = seen_from(level @ frames[:, 1 + joint, :3, :3])
-        seen = up + np.cross(rng.normal(0.0, turn or 0.0, up.shape), up)
-        out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
-    return out
-
-
-def _markers(instrument: Instrument, poses: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """The markers themselves, or the pose that fits them."""
-    places = np.einsum("rij,mj->rmi", poses[:, :3, :3], instrument.markers) + poses[:, None, :3, 3]
-    sigma = instrument.sigma_position / np.sqrt(instrument.samples)
-    seen = places + rng.normal(0.0, sigma, places.shape)
-    if instrument.observes is Observes.MARKERS:
-        return {"markers": seen}
-    fits = np.stack([se3.best_fit(instrument.markers, row) for row in seen])
-    return {"position": fits[:, :3, 3], "rotation": fits[:, :3, :3]}

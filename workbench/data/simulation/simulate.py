@@ -7,6 +7,7 @@ and the joint angles are what the actual arm takes to be there, from its own inv
     measured pose = actual pose ⊕ noise,   p + N(0, σp²) per axis,   exp(N(0, σr²) per axis) R, base axes
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -23,7 +24,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Vector3
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import Instrument, Observes
-from workbench.data.simulation.readings import read, three_anchors, touch, unseen
+from workbench.data.simulation.readings import VirtualInstrument, three_anchors
 
 AUTO, MIXED = "auto", "mixed"
 MAX_LENGTH_ERROR = 1e-3
@@ -34,26 +35,15 @@ LIKELY_ERRORS = MAX_LENGTH_ERROR, ANGLE_ERROR
 
 
 def virtual_arm(
-    robot: Robot,
-    *,
-    rng: np.random.Generator,
-    length: float = MAX_LENGTH_ERROR,
-    angle: float = ANGLE_ERROR,
-    names: tuple[str, ...] | None = None,
+    robot: Robot, *, rng: np.random.Generator, length: float = MAX_LENGTH_ERROR, angle: float = ANGLE_ERROR
 ) -> Robot:
-    """An actual arm: the nominal one with even manufacturing errors of its constants.
+    """An actual arm: the nominal one with even manufacturing errors of its default free constants.
 
     Args:
-        robot: The nominal arm.
-        rng: Source of the errors.
         length: Maximum error of a length [m].
         angle: Maximum error of an angle [rad].
-        names: Constants with errors; the robot's default free ones if None.
-
-    Returns:
-        The arm; `values(names)` tells what is hidden in it.
     """
-    names = robot.default_free if names is None else names
+    names = robot.default_free
     elements = robot.chain.elements
     bounds = np.array(
         [angle if elements[i].axis.turns else length for i in robot.chain.indices(names)], float
@@ -74,10 +64,7 @@ def simulate(
     """Measure an arm at given joint positions.
 
     Args:
-        actual: The arm that is measured.
         motion: Joint positions, and what drives the arm's effects, which is written into the rows.
-        instrument: What measures it.
-        rng: Source of the noise.
         joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
         anchors: Places that distances are measured from [m]; three about the base if None.
 
@@ -91,17 +78,17 @@ def simulate(
             option="instrument",
             found=instrument.name,
         )
-    anchors = three_anchors(actual) if anchors is None else anchors
-    if instrument.observes not in (Observes.SPHERE, Observes.PLANE):
+    seen = VirtualInstrument(instrument, actual, rng, three_anchors(actual) if anchors is None else anchors)
+    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
+        motion, names, reached = seen.touch(motion)
+        rows = _rows(seen, motion, tool_poses(actual, motion), {"contact": names})
+        rows = without(rows, np.where(reached, "", "out of the arm's reach"))
+    else:
         poses = tool_poses(actual, motion)
-        seen = read(instrument, actual, motion, poses, rng, anchors)
-        return _dataset(actual, motion, instrument, rng, joint_noise, poses, seen)
-    q, names, reached = touch(instrument, actual, motion, rng, anchors)
-    motion = motion.at(q)
-    rows = _dataset(
-        actual, motion, instrument, rng, joint_noise, tool_poses(actual, motion), {"contact": names}
-    )
-    return without(rows, np.where(reached, "", "out of the arm's reach"))
+        rows = _rows(seen, motion, poses, seen.read(motion, poses))
+    if joint_noise > 0.0:
+        rows = replace(rows, q=rows.q + rng.normal(0.0, joint_noise, rows.q.shape))
+    return rows
 
 
 def simulate_targets(
@@ -110,10 +97,8 @@ def simulate_targets(
     *,
     instrument: Instrument,
     rng: np.random.Generator,
-    branch: str | Sequence[str] = AUTO,
+    branch: str = AUTO,
     near: Float[np.ndarray, "targets n"] | None = None,
-    joint_noise: float = 0.0,
-    anchors: Mapping[str, Vector3] | None = None,
     motion: Motion | None = None,
 ) -> Dataset:
     """Bring an arm to the targets of a fixture and measure it there.
@@ -125,13 +110,11 @@ def simulate_targets(
             tool's position with its noise and sees nothing else; equal places are one point.
         rng: Source of the noise.
         branch: `auto` (the branch that reaches all targets with the largest margin to the limits; each
-            target's own best where none does), `mixed` (every branch as often as the others), the name of
-            a branch, or one of these names per target.
+            target's own best where none does), `mixed` (every branch as often as the others), or the name
+            of a branch.
         near: Joint positions of the nominal arm at the targets, such as a plate's chosen ones: the actual
             arm takes the solution next to them, whatever `branch` says; where its limits forbid that one,
             the nearest other, and a note says so.
-        joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
-        anchors: Places that distances are measured from [m]; three about the base if None.
         motion: What drives the arm's effects beside q, one row a target; written into the rows.
 
     Returns:
@@ -153,30 +136,30 @@ def simulate_targets(
         actual.check_joints(near, "near")
         q, notes = _follow(actual, imposed, near, motion)
     state = Motion(q) if motion is None else motion.at(q)
-    anchors = three_anchors(actual) if anchors is None else anchors
+    seen = VirtualInstrument(instrument, actual, rng, three_anchors(actual))
     if instrument.observes is Observes.CONTACT:
-        seen: dict[str, Any] = {"contact": _points(targets[:, :3, 3])}
+        columns: dict[str, Any] = {"contact": _points(targets[:, :3, 3])}
     else:
-        seen = read(instrument, actual, state, imposed, rng, anchors)
-    return _dataset(actual, state, instrument, rng, joint_noise, imposed, seen, notes)
+        columns = seen.read(state, imposed)
+    return _rows(seen, state, imposed, columns, notes)
 
 
-def _dataset(actual, motion, instrument, rng, joint_noise, poses, seen, notes=()) -> Dataset:
+def _rows(seen: VirtualInstrument, motion: Motion, poses: np.ndarray, columns, notes=()) -> Dataset:
     """The rows; of the state what a table of measurements holds, as poses are taken at rest."""
-    shape = motion.q.shape
-    position, rotation = instrument.deviations
+    position, rotation = seen.instrument.deviations
     sigma = np.tile([position] * 3 + [np.nan if rotation is None else rotation] * 3, (len(motion), 1))
-    reasons, mounted = unseen(instrument, actual, poses, seen)
-    columns = Dataset.__dataclass_fields__.keys() - {"row"}
+    reasons, mounted = seen.unseen(poses, columns)
+    known = Dataset.__dataclass_fields__.keys() - {"row"}
+    state: dict[str, Any] = {name: values for name, values in motion.drivers.items() if name in known}
     rows = Dataset(
-        q=motion.q + (rng.normal(0.0, joint_noise, shape) if joint_noise > 0 else np.zeros(shape)),
+        q=motion.q,
         row=np.arange(len(motion)),
         sigma=sigma if position > 0 else None,
-        source=f"virtual {actual.name}",
-        notes=(f"simulated with instrument '{instrument.name}'", *notes, *filter(None, [mounted])),
+        source=f"virtual {seen.arm.name}",
+        notes=(f"simulated with instrument '{seen.instrument.name}'", *notes, *filter(None, [mounted])),
         more=motion.more,
-        **seen,
-        **{name: values for name, values in motion.drivers.items() if name in columns},
+        **columns,
+        **state,
     )
     return without(rows, reasons)
 
@@ -200,9 +183,9 @@ def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
 
 def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:
     """`point 1`, `point 2` … of rows that share a place to a micrometre."""
-    _, number = np.unique(np.round(places, 6), axis=0, return_inverse=True)
-    order = {n: i + 1 for i, n in enumerate(dict.fromkeys(number.tolist()))}
-    return np.array([f"point {order[n]}" for n in number.tolist()])
+    number = dict[tuple[float, ...], int]()
+    rounded = map(tuple, np.round(places, 6).tolist())
+    return np.array([f"point {number.setdefault(place, len(number) + 1)}" for place in rounded])
 
 
 def _follow(
@@ -224,9 +207,7 @@ def _follow(
     return q, tuple(notes)
 
 
-def _in_branches(
-    actual: Robot, poses: np.ndarray, branch: str | Sequence[str], motion: Motion | None
-) -> np.ndarray:
+def _in_branches(actual: Robot, poses: np.ndarray, branch: str, motion: Motion | None) -> np.ndarray:
     solutions = []
     for number, result in enumerate(inverse.solve_many(actual, poses, motion=motion), start=1):
         if not result.reachable:
@@ -234,19 +215,11 @@ def _in_branches(
                 f"target {number} is not reachable within limits: {result.reason}", target=number - 1
             )
         solutions.append({b.name: b for b in result.within_limits})
-    names: list[str | None] = [branch] * len(solutions) if isinstance(branch, str) else list(branch)
-    if len(names) != len(solutions):
-        raise OptionError(
-            f"{len(solutions)} targets need as many branches, got {len(names)}",
-            option="branch",
-            found=len(names),
-        )
-    mixed = evenly_mixed(solutions)
     shared = [name for name in solutions[0] if all(name in target for target in solutions)]
     common = max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
-    q = []
-    for k, (target, wanted) in enumerate(zip(solutions, names, strict=True)):
-        name = {AUTO: common, MIXED: mixed[k]}.get(str(wanted), wanted)
+    one = [common if branch == AUTO else branch] * len(solutions)
+    names, q = evenly_mixed(solutions) if branch == MIXED else one, []
+    for k, (target, name) in enumerate(zip(solutions, names, strict=True)):
         if name is not None and name not in target:
             raise DataError(
                 f"target {k + 1} has no branch '{name}' within limits; it has {', '.join(target)}",
@@ -258,13 +231,8 @@ def _in_branches(
 
 
 def evenly_mixed(solutions: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A branch per target so that all are used alike: always the least used, in alphabetical order.
-
-    Args:
-        solutions: Of every target, by the names of their branches.
-    """
-    used = dict.fromkeys(sorted({name for target in solutions for name in target}), 0)
-    chosen = []
+    """A branch per target, by solutions by name, so that all are used alike: the least used, then by name."""
+    used, chosen = Counter[str](), list[str]()
     for target in solutions:
         name = min(target, key=lambda n: (used[n], n))
         used[name] += 1

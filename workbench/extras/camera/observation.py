@@ -23,13 +23,7 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset, Labels
-from workbench.data.observations.observation import (
-    AbstractObservation,
-    Channel,
-    Linearised,
-    OwnErrors,
-    Unknown,
-)
+from workbench.data.observation import AbstractObservation, Channel, Linearised, OwnErrors, Unknown
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
 from workbench.extras.camera.likelihood import of_residuals
 from workbench.extras.camera.placing import placed

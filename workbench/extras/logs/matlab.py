@@ -16,7 +16,7 @@ from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts.layout import AbstractFileLayout
-from workbench.data.readers.table import Grid, with_headings
+from workbench.data.readers.table import Grid, grid_of, with_headings
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
@@ -82,8 +82,7 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
         headings += keys
         columns += [[_text(cell) for cell in cells] for cells in table.T]
         notes.append(f"'{side.name}' is read as {keys[0]} … {keys[-1]}, one measurement per {how}")
-    rows = [headings, *map(list, zip(*columns, strict=True))]
-    return Grid(source=str(path), rows=rows, lines=list(range(len(rows))), notes=tuple(notes))
+    return grid_of(headings, columns, source=str(path), notes=notes)
 
 
 def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tuple[NamedUnit, ...]] | None:

@@ -71,10 +71,10 @@ def _joints(path: Path, topic: str, rows: list[tuple[float, Any]], naming: Namin
     values = {"time": np.array([time for time, _ in rows])}
     headings, left = {}, []
     for name in names:
-        known = meaning(given.get(name, name))
-        if known is not None and re.fullmatch(r"q\d+", known.key) and known.key not in values:
-            values[known.key] = np.array([at.get(name, np.nan) for _, at in rows])
-            headings[known.key] = name
+        key = meaning(given.get(name, name)) or ""
+        if re.fullmatch(r"q\d+", key) and key not in values:
+            values[key] = np.array([at.get(name, np.nan) for _, at in rows])
+            headings[key] = name
         else:
             left.append(name)
     if not headings:

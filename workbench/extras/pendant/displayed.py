@@ -93,7 +93,7 @@ class Displayed:
         joint = joint if reading.unit == 1.0 else other[joint]
         angle = angle if convention.factor == 1.0 else other[angle]
         kind = convention.kind
-        units = (joint, length, angle if kind is not None and kind.has_units else "")
+        units = (joint, length, angle if kind is not None and kind.numbers == 3 else "")
         return DisplayMeaning(units, convention.name, reading.changes)
 
 
@@ -194,7 +194,7 @@ def _is_data(row: list[str]) -> bool:
 def _columns(head: list[str], body: list[list[str]], joints: int, path: Path) -> list[list[int]]:
     """Columns of joints, position and orientation, by their headings or else in this order."""
     width, names = len(body[0]), _names(head)
-    keys = {known.key: k for k, name in reversed([*enumerate(names)]) if (known := meaning(name)) is not None}
+    keys = {key: k for k, name in reversed([*enumerate(names)]) if (key := meaning(name)) is not None}
     own = {int(key[1:]): k for key, k in keys.items() if re.fullmatch(r"q\d+", key)}
     first = min(own, default=1)  # logs of controllers count from 0
     if own and sorted(own) != list(range(first, first + joints)):

@@ -12,8 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.data.observations import ContactObservation, PlaneObservation
-from workbench.data.observations.distance import DistanceObservation
+from workbench.data.observations import ContactObservation, DistanceObservation, PlaneObservation
 from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import pose_units, repeats, repeats_text
 from workbench.identification.errors.row_errors import count_measured

@@ -8,25 +8,19 @@ PLAIN = "plain"
 """The layout of formats.md, for tables that would else be taken for one of the others."""
 
 
-def file_endings() -> tuple[str, ...]:
-    """Of the names of all files that are read, in lower case."""
-    return tuple(dict.fromkeys((*TABLE_ENDINGS, *(end for known in file_layouts() for end in known.endings))))
-
-
-def layouts() -> tuple[AbstractTableLayout | AbstractFileLayout, ...]:
-    """Layouts of tables and of whole files, in the order in which they are tried."""
-    return parts("layouts", (AbstractTableLayout, AbstractFileLayout))
+def layouts() -> tuple[list[AbstractTableLayout], list[AbstractFileLayout]]:
+    """Layouts of tables, and of whole files and folders, each in the order in which they are tried."""
+    every = parts("layouts", (AbstractTableLayout, AbstractFileLayout))
+    tables = [known for known in every if isinstance(known, AbstractTableLayout)]
+    return tables, [known for known in every if isinstance(known, AbstractFileLayout)]
 
 
 def layout_names() -> tuple[str, ...]:
     """What may be asked for by name."""
-    return (PLAIN, *(known.name for known in layouts()))
+    return (PLAIN, *(known.name for known in parts("layouts", (AbstractTableLayout, AbstractFileLayout))))
 
 
-def table_layouts() -> list[AbstractTableLayout]:
-    return [known for known in layouts() if isinstance(known, AbstractTableLayout)]
-
-
-def file_layouts() -> list[AbstractFileLayout]:
-    """Those of files and folders."""
-    return [known for known in layouts() if isinstance(known, AbstractFileLayout)]
+def file_endings() -> tuple[str, ...]:
+    """Of the names of all files that are read, in lower case."""
+    more = (ending for known in layouts()[1] for ending in known.endings)
+    return tuple(dict.fromkeys((*TABLE_ENDINGS, *more)))

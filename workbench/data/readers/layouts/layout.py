@@ -47,12 +47,8 @@ def named(table: Table, names: Mapping[str, str], *notes: str) -> Fields:
     """The columns that are said to be something, in SI; the others are left out.
 
     Args:
-        table: The table.
-        names: What columns are by their exact headings, such as `{"x_t": "x[mm]"}`.
+        names: What columns are by their exact headings, such as `{"x_t": "x[mm]"}`; all must be there.
         notes: Decisions of the layout.
-
-    Raises:
-        FileError: A heading is not there.
     """
     if missing := [heading for heading in names if heading not in table.headings]:
         raise table.error(f"this layout needs a column '{missing[0]}'")

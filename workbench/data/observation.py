@@ -12,7 +12,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, dataclass_transform
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from workbench.base.columns import COLUMNS, Column
 from workbench.base.errors import OptionError
@@ -85,7 +85,7 @@ class AbstractObservation(ABC):
     """Rows that were observed in one way; every class of this kind is a frozen dataclass."""
 
     columns: ClassVar[tuple[str, ...]] = ()
-    """Columns of numbers that a row must have whole."""
+    """Columns of numbers that a row must have whole, in the order of the fields."""
     brings: ClassVar[tuple[Column, ...]] = ()
     """Columns of files that nobody else knows: they are read into `Dataset.more`."""
     sees_base: bool = True
@@ -122,9 +122,9 @@ class AbstractObservation(ABC):
             raise OptionError(f"{cls.__name__} brings the column '{taken}', which is known already")
 
     @classmethod
-    @abstractmethod
     def of(cls, data: "Dataset") -> "AbstractObservation":
-        """The observation of rows that all carry it."""
+        """The observation of rows that all carry it, by default made of its columns."""
+        return cls(*(np.asarray(data.column(name)) for name in cls.columns))
 
     @classmethod
     def each(cls, data: "Dataset") -> tuple["AbstractObservation", ...]:
@@ -167,35 +167,3 @@ class AbstractObservation(ABC):
     def own_errors(self, seen: Linearised) -> OwnErrors | None:
         """Errors of the rows, where these are neither positions nor orientations."""
         return None
-
-
-class AbstractPlaceObservation(AbstractObservation):
-    """Rows that share places by name, each place three unknown coordinates in the measuring frame.
-
-    Args:
-        place: Number of each row's place.
-        names: Names of the places.
-    """
-
-    place: Int[np.ndarray, " rows"]
-    names: tuple[str, ...]
-    sees_base = False
-    word: ClassVar[str]
-    """What a place is called in the names of its unknowns."""
-
-    @property
-    def unknowns(self) -> tuple[str, ...]:
-        return tuple(f"{self.word}[{name}].{axis}" for name in self.names for axis in "xyz")
-
-    @classmethod
-    def numbered(cls, labels: np.ndarray) -> tuple[Int[np.ndarray, " rows"], tuple[str, ...]]:
-        """Number of each row's place, and the places' names."""
-        names, index = np.unique(np.asarray(labels), return_inverse=True)
-        return frozen(index.astype(np.int64)), tuple(names.tolist())
-
-    def by_place(self, derivative: Float[np.ndarray, "rows m 3"]) -> Float[np.ndarray, "rows m u"]:
-        """Changes per coordinate of a row's own place, as changes per unknown."""
-        rows, m = derivative.shape[:2]
-        out = np.zeros((rows, m, len(self.names), 3))
-        out[np.arange(rows), :, self.place] = derivative
-        return out.reshape(rows, m, -1)
