@@ -33,8 +33,9 @@ def result_card(session: Session) -> str:
         below = f"No positions were measured{where}."
     elsewhere, less_certain = "", found.transfer_warning()
     if less_certain and (expected := 1e3 * found.transfer.anywhere.position) > last.error:
-        hint, size = text(capital(less_certain)), number(expected)
-        elsewhere = f'<div title="{hint}" style="color:{CAREFUL}">{size} mm expected elsewhere</div>'
+        says = f"{number(expected)} mm expected" if expected < first.error else "not certain to beat nominal"
+        hint = text(capital(less_certain))
+        elsewhere = f'<div title="{hint}" style="color:{CAREFUL}">{says} elsewhere</div>'
     return block(
         numbers(done)
         + elsewhere
