@@ -191,6 +191,7 @@ def serve(
             opening.read,
             is_certain=opening.is_certain,
             begin=opening.begin,
+            sentence=opening.sentence,
             data=data,
             demo=demo,
             beside=beside,

@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +23,15 @@ class Opening:
 
     Args:
         read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
-        begin: Makes the session from both once the page is open, and reports its progress.
+        begin: Makes the session from both once the page is open; reports its progress, and shows what it has.
         is_certain: Whether both are built in, so that they need no checks.
+        sentence: What the page says until then.
     """
 
     read: Callable[[], tuple[Any, Any]]
     begin: Callable
     is_certain: bool = False
+    sentence: str = "Solving inverse kinematics for the targets"
 
 
 def open_session(
@@ -47,13 +49,11 @@ def open_session(
 
     is_given = plate is not None
 
-    def begin(robot, plate, progress):
+    def begin(robot, plate, progress, show):
         from workbench.session.journal import folder as folders
 
-        if record:
-            return _with_recorder(folders.begin(robot, plate, is_given=is_given, folder=session), live)
-        made = folders.unrecorded_session(robot, plate, is_given=is_given)
-        return _with_recorder(made, live)
+        make = partial(folders.begin, folder=session) if record else folders.unrecorded_session
+        return _with_recorder(make(robot, plate, is_given=is_given), live)
 
     def read():
         from workbench.plate.plate_toml import load_plate
@@ -85,24 +85,24 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         opt.say_notes(recorded().notes)
         return recorded().robot, recorded().plate
 
-    def begin(robot, plate, progress):
+    def begin(robot, plate, progress, show):
         from workbench.session.journal import folder as folders
         from workbench.session.journal.restore import restore
 
         recording = recorded()
         with opt.progress_bar("replaying to the last state") as shown:
 
-            def show(part: float, text: str) -> None:
+            def tell(part: float, text: str) -> None:
                 shown(part, text)
                 progress(part, text)
 
-            with running(show):
-                restored = restore(recording)
+            with running(tell):
+                restored = restore(recording, show=show)
         if not record:
             return _with_recorder(folders.go_on_unrecorded(restored), live)
         return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)
 
-    return Opening(read, begin)
+    return Opening(read, begin, sentence=f"Opening {session.resolve().name}")
 
 
 def _with_recorder(begun, live: str | None):
@@ -110,12 +110,10 @@ def _with_recorder(begun, live: str | None):
     if begun.confirmed is not None:
         from workbench.session.view import Keepers
 
-        opt.say(f"session:  {begun.trouble}")
-        opt.say("to stop:  Ctrl-C")
+        opt.say(f"session:  {begun.trouble}\nto stop:  Ctrl-C")
         return replace(begun, keepers=(Keepers(lambda: _with_recorder(begun.confirmed(), live).keepers),))
     if begun.folder is None:
-        opt.say("session:  not recorded")
-        opt.say("to stop:  Ctrl-C")
+        opt.say("session:  not recorded\nto stop:  Ctrl-C")
     else:
         opt.say(f"session:  recorded in {begun.folder}")
         opt.say(f"to stop:  Ctrl-C; to continue: workbench serve --session {shlex.quote(str(begun.folder))}")

@@ -407,16 +407,16 @@ class Identification(AbstractReported):
             yield own.refused and f"nothing of the arm was identified: {own.refused}"
         if own is None or not own.refused:
             yield degradation_warning(self.nominal_rows, (best.train_rows, best.held_out_rows))
-        yield self._transfer_warning()
+        yield self.transfer_warning()
 
     @beside("the expected error elsewhere", "")
-    def _transfer_warning(self) -> str:
-        per_session = self.frames.base_per_session or self.frames.tool_per_session
-        if per_session or not self.best.fit.is_assessed:
+    def transfer_warning(self) -> str:
+        """That the arm is less certain where it was not measured; empty where it is not."""
+        is_known = self.best.fit.is_assessed and not self.frames.base_per_session
+        if not is_known or self.frames.tool_per_session or self.transfer.ratio <= WARNING_RATIO:
             return ""
-        if self.transfer.ratio <= WARNING_RATIO or self.transfer.anywhere.position <= ROUNDING:
-            return ""
-        return transfer_note(self.transfer, self.best.fit.problem.sees_rotation)
+        is_large = self.transfer.anywhere.position > ROUNDING
+        return transfer_note(self.transfer, self.best.fit.problem.sees_rotation) if is_large else ""
 
 
 def order_of_measuring(result: Identification) -> np.ndarray:

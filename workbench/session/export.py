@@ -79,8 +79,7 @@ def calibrated_as(ending: str) -> Callable[[Session], File]:
 
     def file(session: Session) -> File:
         name = f"{stem_of(session.robot.name)}-calibrated{ending}"
-        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            return name, save_robot(_calibrated(session), Path(folder, name)).read_bytes()
+        return name, _written(name, lambda path: save_robot(_calibrated(session), path))[0]
 
     return file
 
@@ -93,9 +92,9 @@ def exported_as(form: AbstractForm) -> Callable[[Session], NotedFile]:
 
     def file(session: Session) -> NotedFile:
         name = f"{stem_of(session.robot.name)}-{form.name}{form.ending}"
-        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            done = export(_calibrated(session), form.name, Path(folder, name), nominal=session.robot)
-            return name, done.path.read_bytes(), (done.verdict, *done.notes)
+        arm, nominal = _calibrated(session), session.robot
+        content, done = _written(name, lambda path: export(arm, form.name, path, nominal=nominal))
+        return name, content, (done.verdict, *done.notes)
 
     return file
 
@@ -112,9 +111,8 @@ def report_zip(session: Session) -> File:
     from workbench.identification.report.page import write_identification
 
     found = _identified(session)
-    content, _ = _packed(
-        lambda folder: write_identification(found, folder, wanted=session.choices.wanted), "report"
-    )
+    wanted = session.choices.wanted
+    content, _ = _written("report", lambda folder: write_identification(found, folder, wanted=wanted))
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 
@@ -130,7 +128,7 @@ def fixture_zip(session: Session) -> NotedFile:
         for target, state in zip(session.plate.targets, session.states, strict=True)
     )
     plate = replace(session.plate, targets=targets)
-    content, made = _packed(lambda folder: export_plate(plate, folder), "fixture")
+    content, made = _written("fixture", lambda folder: export_plate(plate, folder))
     lacking = (f"{name} is not written: {why}" for name, why in made.missing.items())
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
 
@@ -150,15 +148,17 @@ def _calibrated(session: Session) -> Robot:
     return run.calibrated.recorded(refused=found.refused(run))
 
 
-def _packed(write: Callable[[Path], T], name: str) -> tuple[bytes, T]:
-    """A folder of this name, as it is written, in a ZIP file, and what its writer gives."""
-    packed = io.BytesIO()
+def _written(name: str, write: Callable[[Path], T]) -> tuple[bytes, T]:
+    """A file of this name, or a folder in a ZIP file, as it is written, and what its writer gives."""
     with tempfile.TemporaryDirectory(prefix="workbench-") as room:
-        given = write(Path(room) / name)
+        given = write(path := Path(room, name))
+        if path.is_file():
+            return path.read_bytes(), given
+        packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in sorted((Path(room) / name).iterdir()):
-                archive.write(path, f"{name}/{path.name}")
-    return packed.getvalue(), given
+            for file in sorted(path.iterdir()):
+                archive.write(file, f"{name}/{file.name}")
+        return packed.getvalue(), given
 
 
 def stem_of(name: str) -> str:

@@ -109,7 +109,7 @@ def _under_way(session: Session) -> NextStep | None:
         known = session.results.identification
         times = np.nan if known is None else share_of_noise(session, known)
         if session.page.job.title == Diagnose.title and times > BEYOND_NOISE:
-            return NextStep(f"{times:.2g} × the instrument noise is left: not noise. Looking for its cause …")
+            return NextStep(f"Not noise: {times:.2g} × the instrument's. Looking for its cause …")
         return NextStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
         return NextStep(f"Release to keep this position; {_predicted(session)}.")

@@ -22,13 +22,8 @@ class Tab(StrEnum):
     @classmethod
     def _missing_(cls, value: object) -> "Tab | None":
         """By a name that it had in earlier recordings."""
-        former = {
-            "Region": cls.PLATE,
-            "Identify": cls.CALIBRATE,
-            "Diagnose": cls.CALIBRATE,
-            "More": cls.ROBOT,
-        }
-        return former.get(str(value))
+        calibration = dict.fromkeys(("Identify", "Diagnose"), cls.CALIBRATE)
+        return ({"Region": cls.PLATE, "More": cls.ROBOT} | calibration).get(str(value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,16 +70,18 @@ class RunningJob:
 
     Args:
         title: What it is.
+        begun: When it began, by the clock of `time.monotonic` [s].
         fraction: Share done.
         text: What it is doing.
-        left: How long it will take about, as far as that can be told [s]; NaN where it can't.
+        end: When it will end about, by the same clock, as far as that can be told; NaN where it can't.
         suspects: What may be found, by name, and how much speaks for each so far.
     """
 
     title: str
+    begun: float = math.nan
     fraction: float = 0.0
     text: str = ""
-    left: float = math.nan
+    end: float = math.nan
     suspects: Mapping[str, float] = field(default_factory=dict)
 
 

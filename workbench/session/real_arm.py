@@ -19,6 +19,8 @@ from workbench.session.state import Session
 
 SHARE_OF_REACH = 0.05
 """Share of the reach by which the nominal arm's mean error is drawn at first."""
+MAX_IDLE = 0.3
+"""Largest drawn turn that leaves the tool where it is [rad]."""
 LONGEST_SAMPLE = 0.1
 """Longest arrow that shows how long an error is drawn, in reaches."""
 
@@ -74,6 +76,7 @@ def bent_frames(
 
     Every link turns at its joint by what the two arms differ there, times the factor, so that the arm holds
     together. What of the tool's way these turns don't tell, as of a longer link, the least further turns do.
+    Turns that leave the tool where it is, which rows hardly tell, are drawn up to `MAX_IDLE`.
 
     Args:
         model: The arm as it is expected.
@@ -92,9 +95,11 @@ def bent_frames(
     way = actual[:, -1, :3, 3] - tool
     way = way if gap is None else np.where(np.isfinite(gap), gap, way)
     moves = se3.skew(places - tool[:, None]) @ expected[:, 1:-1, :3, :3]
-    left = way - np.einsum("rjxy,rjy->rx", moves, turns)
-    beside = np.linalg.pinv(np.concatenate(np.moveaxis(moves, 1, 0), axis=2)) @ left[..., None]
-    turns = turns + beside.reshape(turns.shape)
+    moves = np.concatenate(np.moveaxis(moves, 1, 0), axis=2)
+    to_turns, known = np.linalg.pinv(moves), turns.reshape(len(q), -1, 1)
+    idle = known - to_turns @ (moves @ known)
+    idle *= np.minimum(1.0, MAX_IDLE / (times * np.abs(idle).max((1, 2), keepdims=True, initial=1e-12)))
+    turns = (to_turns @ way[..., None] + idle).reshape(turns.shape)
     bent = expected[:, :-1].copy()
     for k in range(turns.shape[1]):
         turned = se3.pose(se3.rotvec_to_matrix(times * turns[:, k]), np.zeros((len(q), 3)))

@@ -51,15 +51,12 @@ def with_targets(
 ) -> Session:
     """The session with these targets, scored; in the middle of a drag only what was moved is looked at."""
     states = with_obstacles(session.robot, plate, states, session.states)
-    chosen = session.selected if selected is None else selected
+    chosen = min(max(session.selected if selected is None else selected, 0), len(plate) - 1)
+    noise, focus = instrument_for(session, plate), replace(session.playback, focus=Focus.TARGET)
+    found = score(session.robot, plate, states, noise=noise, region_q=session.region.q)
     return replace(
-        session,
-        plate=plate,
-        states=states,
-        noise=instrument_for(session, plate),
-        score=score_of(session, plate, states),
-        selected=min(max(chosen, 0), len(plate) - 1),
-    ).with_playback(focus=Focus.TARGET)
+        session, plate=plate, states=states, noise=noise, score=found, selected=chosen, playback=focus
+    )
 
 
 def move_targets(
@@ -128,10 +125,8 @@ def is_better(score: SetScore, than: SetScore) -> bool:
 
 
 def first_difference(before: Plate, after: Plate) -> int | None:
-    for i, (a, b) in enumerate(zip(before.targets, after.targets, strict=False)):
-        if a is not b:
-            return i
-    return None
+    pairs = enumerate(zip(before.targets, after.targets, strict=False))
+    return next((i for i, (a, b) in pairs if a is not b), None)
 
 
 def with_item(items: tuple, index: int, item) -> tuple:

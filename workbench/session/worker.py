@@ -32,8 +32,8 @@ from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
 """Minimum time between two progress messages that are drawn [s]."""
-KNOWN_AFTER = 3.0
-"""Time after which it is said how long work will take [s]."""
+KNOWN_AFTER, TICK = 3.0, 1.0
+"""Time after which it is said how long work will take, and how often [s]."""
 QUIET = 0.25
 """Without a command for so long, views draw what they have put off [s]."""
 log = logging.getLogger(__name__)
@@ -128,11 +128,7 @@ class Worker:
 
     def begin_chores(self, chores: Iterable[type[AbstractChore]]) -> None:
         """Let the session ask for these from now on, as once a page has been drawn."""
-
-        def begin() -> None:
-            self._chores = tuple(chores)
-
-        self._put(begin)
+        self._put(partial(setattr, self, "_chores", tuple(chores)))
 
     def wait(self, timeout: float = 60.0) -> bool:
         """Block until nothing is waiting or running; False after the timeout [s]."""
@@ -173,13 +169,11 @@ class Worker:
                 self._busy = False
                 self._changed.notify_all()
                 behind = [view for view in self._views if view.is_behind]
-                came = self._changed.wait_for(lambda: self._queue or self._closing, QUIET if behind else None)
+                pause = QUIET if behind else TICK if self._task else None
+                came = self._changed.wait_for(lambda: self._queue or self._closing, pause)
                 if self._closing:
                     return
-                item, self._busy = self._queue.popleft() if came else None, True
-            if item is None:
-                self._draw(behind)
-                continue
+                item, self._busy = self._queue.popleft() if came else self._show_job, True
             before = self._session
             if isinstance(item, AbstractCommand):
                 self._carry_out(item)
@@ -189,6 +183,8 @@ class Worker:
             if self._session is not before:
                 self._show(revision=before.page.revision + 1)
                 self._draw(self._views)
+            elif not came:
+                self._draw(behind)
 
     def _carry_out(self, command: AbstractCommand) -> None:
         begin, basis = time.monotonic(), len(self._journal)
@@ -236,7 +232,7 @@ class Worker:
         self._session = self._session.without_messages(
             lambda m: m.severity is Severity.ERROR or m.refused == type(task).__name__
         )
-        self._show(job=RunningJob(task.title))
+        self._show(job=RunningJob(task.title, time.monotonic()))
         self._start(task, basis, self._cancel)
 
     def _look_for_chores(self) -> None:
@@ -265,11 +261,9 @@ class Worker:
             nonlocal last
             if not is_chore and time.monotonic() - last > PROGRESS_INTERVAL:
                 last = time.monotonic()
-                elapsed = time.monotonic() - begin
-                left = (
-                    elapsed * (1.0 / fraction - 1.0) if fraction > 0.0 and elapsed > KNOWN_AFTER else math.nan
-                )
-                self._put(partial(self._show_job, fraction=fraction, text=text, left=left))
+                is_known = fraction > 0.0 and last - begin > KNOWN_AFTER
+                end = begin + (last - begin) / fraction if is_known else math.nan
+                self._put(partial(self._show_job, fraction=fraction, text=text, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
             suspects.update(sizes)

@@ -20,7 +20,7 @@ from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import Tell
+from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
@@ -28,7 +28,7 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
-from workbench.session.page_state import Severity
+from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Cubes, Points
 from workbench.views.drawables.sink import Item
@@ -217,11 +217,11 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
     done(app, LoadData("rows.csv", file))
     edits = [control(app, label) for label in ("x, y, z [mm]", "Angles [°]", "Branch", "Locked")]
     (group,) = (c for c in controls(app.server.gui).values() if "Delete" in getattr(c, "options", ()))
-    show = control(app, "Show the plate")
-    assert not app.worker.session.shows_plate
-    assert (show.visible, group.visible) == (True, False)
+    done(app, OpenTab(Tab.PLATE))
+    assert (app.worker.session.shows_plate, group.visible) == (False, False)
+    assert control(app, "Show the plate").visible
     assert all(edit.disabled for edit in edits)
     done(app, SelectTarget(3))
     assert app.worker.session.shows_plate
-    assert (show.visible, group.visible) == (False, True)
+    assert group.visible
     assert not any(edit.disabled for edit in edits)

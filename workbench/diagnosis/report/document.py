@@ -6,7 +6,6 @@ import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import MIN_STATED_ERRORS
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of, plural
 from workbench.diagnosis.confidence import Confidence
@@ -43,8 +42,8 @@ UNLIKELY = float(np.log(1e6))
 
 @blocks_of.register
 def diagnosis_blocks(result: Diagnosis) -> list[Block]:
-    """Everything that a diagnosis found, the verdict first."""
-    parts = (verdict, models, causes, effects, alternatives, candidates, next_poses, remarks)
+    """Everything that a diagnosis found, the verdict first, tables of constants and candidates last."""
+    parts = (verdict, models, causes, alternatives, next_poses, remarks, effects, candidates)
     return assembled(result, heading, *parts)
 
 
@@ -103,9 +102,9 @@ def effects(result: Diagnosis) -> Iterator[Block]:
         sizes = ("–" if spread is None else short(spread.mean) for spread in spreads)
         table.append((found.effect.label, text, *sizes))
     title = f"Added effects; mean error of {rows} rows without each one and with all"
-    yield ResultTable(title, ("effect", "coefficients", *headings), table, words=2)
     mapped = (found.text for found in result.effects if not _is_claimed(result, found.effect))
     yield from lines("in the map", mapped)
+    yield ResultTable(title, ("effect", "coefficients", *headings), table, words=2)
 
 
 def error_units(result: Diagnosis) -> list[tuple[str, str]]:
@@ -194,23 +193,16 @@ def outlier_text(result: Diagnosis) -> str:
 def coefficients(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> list[str]:
     """Names and sizes such as `compliance 0.0412 ± 0.0003 mrad/(N·m)`, to two digits of the standard error.
 
-    By joint if there is one each; of many only the most significant.
+    By joint if there is one each; of many only how many they are.
     """
+    if len(effect.names) > MAX_LISTED_COEFFICIENTS:
+        return [f"{len(effect.names)} along the joint" if effect.joints else f"{len(effect.names)}"]
     sizes = {}
     for name, value, error, unit in zip(
         effect.names, effect.coefficients, std, effect.units(chain), strict=True
     ):
         factor, symbol = readable_unit(unit)
         sizes[name] = f"{with_error(factor * value, factor * error)} {symbol}"
-    if len(sizes) <= MAX_LISTED_COEFFICIENTS:
-        one_each = len(effect.joints) == len(sizes) > 1
-        kept = 0 if one_each else 2 if len(effect.joints) == 1 else None
-        return [
-            f"{name if kept is None else name.partition('.')[kept]} {size}" for name, size in sizes.items()
-        ]
-    count, errors = f"{len(sizes)} coefficients", np.array(std)
-    clarity = np.abs(effect.coefficients) / np.where(errors > 0.0, errors, np.inf)
-    clearest = effect.names[int(clarity.argmax())]
-    if clarity.max() < MIN_STATED_ERRORS:
-        return [f"{count} none of them individually significant"]
-    return [f"{count}, largest {clearest.partition('.')[2]} {sizes[clearest]}"]
+    one_each = len(effect.joints) == len(sizes) > 1
+    kept = 0 if one_each else 2 if len(effect.joints) == 1 else None
+    return [f"{name if kept is None else name.partition('.')[kept]} {size}" for name, size in sizes.items()]

@@ -58,8 +58,8 @@ class DeleteTarget(AbstractChange):
             raise OptionError("the last target can't be deleted; move it instead")
 
     def apply(self, session: Session) -> Session:
-        targets = _without(session.plate.targets, self.target)
-        states = _without(session.states, self.target)
+        both, i = (session.plate.targets, session.states), self.target
+        targets, states = ((*items[:i], *items[i + 1 :]) for items in both)
         return move_targets(session, replace(session.plate, targets=targets), states)
 
 
@@ -98,10 +98,6 @@ def free_place(session: Session) -> tuple[float, float, float]:
     gaps = np.linalg.norm(places[:, None] - taken, axis=-1).min(axis=1)
     x, y, z = places[np.argmax(gaps > 0.999 * STEP)].tolist()
     return x, y, z
-
-
-def _without(items: tuple, index: int) -> tuple:
-    return (*items[:index], *items[index + 1 :])
 
 
 class ChooseBranch(AbstractChange):

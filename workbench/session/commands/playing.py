@@ -12,7 +12,14 @@ SLOWEST, FASTEST = 0.1, 10.0
 """Pace at which it is played, in multiples of its own."""
 
 
-class PlayTrack(AbstractChange):
+class AbstractTrackChange(AbstractChange):
+    """A change that needs a planned trajectory."""
+
+    def check(self, session: Session) -> None:
+        _planned(session)
+
+
+class PlayTrack(AbstractTrackChange):
     """Play the trajectory from where it stopped, or from the start if it has ended."""
 
     title = "Play the trajectory"
@@ -33,14 +40,11 @@ class PlayTrack(AbstractChange):
         return session.with_part(begun).with_playback(focus=Focus.TRACK)
 
 
-class PauseTrack(AbstractChange):
+class PauseTrack(AbstractTrackChange):
     """Stop playing where the arm is; what moves it then says where that is (`PlaceTrack`)."""
 
     title = "Pause the trajectory"
     key = "pause"
-
-    def check(self, session: Session) -> None:
-        _planned(session)
 
     def apply(self, session: Session) -> Session:
         return session.with_part(replace(_planned(session), is_pausing=True))
@@ -72,14 +76,11 @@ class PlaceTrack(AbstractChange):
         return session.with_part(_planned(session).stopped(self.at)).with_playback(focus=focus)
 
 
-class LeaveTrack(AbstractChange):
+class LeaveTrack(AbstractTrackChange):
     """Stop playing, and let the arm go back to the selected target."""
 
     title = "Leave the trajectory"
     key = "leave"
-
-    def check(self, session: Session) -> None:
-        _planned(session)
 
     def apply(self, session: Session) -> Session:
         played = _planned(session)

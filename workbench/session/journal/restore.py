@@ -8,6 +8,7 @@ recorded: its user is told, and it goes on in a recording of its own.
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
@@ -17,7 +18,7 @@ from workbench.base.installed_package import package_version
 from workbench.base.progress import progress
 from workbench.report.json import document
 from workbench.report.result_fields import ResultFields
-from workbench.session.command import UnknownCommand
+from workbench.session.command import AbstractTask, UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.numbers import ROUNDING, Difference, compare, numbers_of
 from workbench.session.journal.reader import JournalLine, Recording
@@ -26,6 +27,7 @@ from workbench.session.page_state import Severity
 from workbench.session.state import Session
 
 MEAN_ERROR = "position_mm.mean"
+Show = Callable[[Session], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,15 +81,19 @@ class Restored:
         )
 
 
-def restore(recording: Recording, *, is_computed: bool = False) -> Restored:
+def restore(
+    recording: Recording, *, is_computed: bool = False, show: Callable[[Session], None] = lambda session: None
+) -> Restored:
     """The session after the recording's last command, to go on from there.
 
     Args:
         recording: As it was read.
         is_computed: Whether searches and chores are computed again, too.
+        show: Told of the session before everything that takes long.
     """
+    entries = recording.entries
     written = [recording.header["numbers"], *(line.numbers for line in recording.lines)]
-    after = (steps if is_computed else stored_steps)(recording.first, recording.entries)
+    after = (steps if is_computed else stored_steps)(recording.first, entries)
     compared, found, now = 0, list[Difference](), dict[int, dict[str, Any]]()
     for step, (then, session) in enumerate(zip(written, chain([recording.first], after), strict=True)):
         numbers = numbers_of(session, then)
@@ -95,7 +101,10 @@ def restore(recording: Recording, *, is_computed: bool = False) -> Restored:
         compared += len(pairs)
         if unequal := [pair for pair in pairs if pair.size > ROUNDING]:
             found, now[step] = [*found, *unequal], numbers
-        progress(step / len(written), recording.lines[step - 1].title if step else "")
+        following = entries[step : step + 1]
+        if not following or (isinstance(following[0].command, AbstractTask) and following[0].result is None):
+            show(session)
+        progress(step / len(written), following[0].command.title if following else "")
     if recording.skipped:
         session = session.with_message(Severity.WARNING, recording.skipped)
     if not found:

@@ -64,12 +64,14 @@ def gap_at(session: Session) -> np.ndarray | None:
 
 def blame(session: Session) -> Iterator[Item]:
     """A glow around every joint of the effect whose law is shown, with its name."""
-    effect = shown_effect(session)
-    for k, joint in enumerate(() if effect is None else effect.joints):
+    found, effect = session.results.diagnosis, shown_effect(session)
+    if found is None or effect is None:
+        return
+    blamed = next((c for c in found.causes if any(e is effect for e in c.effects)), effect)
+    for k, joint in enumerate(blamed.joints):  # a cause names those joints alone that it is sure of
         inputs = session.robot, drawn_joints(session), joint
         yield Item(f"arm/blame/{joint + 1}", _glow, inputs)
-        text = effect.plain if effect is not None and k == 0 else ""
-        yield Item(f"arm/blame_words/{joint + 1}", _glow_label, (*inputs, text))
+        yield Item(f"arm/blame_words/{joint + 1}", _glow_label, (*inputs, "" if k else blamed.plain))
 
 
 def branches(session: Session) -> Iterator[Item]:

@@ -144,7 +144,8 @@ def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label
     start = SAMPLE_ASIDE * reach / max(float(np.hypot(x, y)), 1e-9) * np.array([y, -x, 0.0])
     error = sample_error(times, reach)
     end = start + np.array([0.0, 0.0, times * error])
-    words = Label(text=f"this long = {1e3 * error:g} mm", place=end)
+    below = start - np.array([0.0, 0.0, 0.05 * reach])  # what happened to the base has its words above
+    words = Label(text=f"this long = {1e3 * error:g} mm", place=below)
     return Arrows(starts=start[None], ends=end[None], colour=MARK, thick=2.0), words
 
 

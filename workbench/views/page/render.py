@@ -14,7 +14,7 @@ from workbench.session.worker import Worker
 from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels import panels as all_panels
-from workbench.views.page.panels.header import CaptionPanel, Header, HeaderVerdict
+from workbench.views.page.panels.header import CaptionPanel, Messages, Strip
 from workbench.views.page.panels.legend import LegendPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.start_card import StartCard
@@ -27,8 +27,6 @@ from workbench.views.page.viser_internals import hand_over, icons_at_once
 
 MIN_WIDTH, WINDOW_SHARE = 340, 0.42
 """Where the window is narrow: minimum width of the panel [px], and its share of the window."""
-STRIP: tuple[type[AbstractPanel], ...] = (HeaderVerdict, Header)
-"""The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
 FIRST = Tab.PLATE
 """The tab that a page opens at first."""
 
@@ -145,9 +143,8 @@ def _build_panels(
                 warn_of_broken(f"the panel {kind.__name__}", error)
 
     opened = worker.session.page.opened
-    with gui.add_folder("Next"):
-        for kind in STRIP:
-            make(kind(worker))
+    with gui.add_folder("Next"):  # above the tabs; the style sheet keeps it in view
+        make(Strip(worker))
     make_all(None)
     tabs = Tabs(server, first=FIRST if opened is None else opened.tab)
     for tab in Tab:
@@ -158,6 +155,7 @@ def _build_panels(
             if link and tab is Tab.EXPORT:
                 gui.add_html(_link(link))
     tabs.ready()
+    make(Messages(worker))
     make(LegendPanel(worker))
     make(card)
     make(CaptionPanel(worker, card.ask))

@@ -14,7 +14,7 @@ import webbrowser
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import viser
 
@@ -24,6 +24,9 @@ from workbench.base.threads import one_thread
 from workbench.views.page.html import block, text
 from workbench.views.page.local_server import is_open, local_server, page_address
 from workbench.views.page.viser_internals import stop_server
+
+if TYPE_CHECKING:
+    from workbench.session.state import Session
 
 PORT = 8090
 """Default port, tried first."""
@@ -38,6 +41,7 @@ def serve(
     port: int | None = None,
     open_browser: bool = True,
     begin: Callable | None = None,
+    sentence: str = "Solving inverse kinematics for the targets",
     demo: bool = False,
     beside: Iterable[Callable] = (),
     asks: bool = False,
@@ -53,8 +57,9 @@ def serve(
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
-        begin: Makes the session of robot and plate, with what follows it, and tells how far it is; None: one
-            that is not recorded.
+        begin: Makes the session of robot and plate, with what follows it; tells how far it is, and shows what
+            it has by then. None: one that is not recorded.
+        sentence: What the page says until then.
         demo: Whether a two-minute demo plays first.
         beside: As of `App`.
         asks: Whether the start card is shown.
@@ -69,7 +74,7 @@ def serve(
     server = bound(host, port, lambda: names[0] if names else "")
     end: Callable[[], None] = partial(stop_server, server)
     try:
-        waiting = server.gui.add_html(block("Solving inverse kinematics for the targets …"))
+        waiting = server.gui.add_html(block(f"{text(sentence)} …"))
         if is_certain:
             is_announced = True
             _announce(server, on_ready, open_browser)
@@ -83,10 +88,14 @@ def serve(
                 is_announced = True
                 _announce(server, on_ready, open_browser)
             from workbench.plate.patterns import circle_before
-            from workbench.views.page.scene.start_scene import first_picture
+            from workbench.views.page.scene.start_scene import first_picture, next_picture
 
-            def show(part: float, sentence: str) -> None:
-                waiting.content = block(f"Restoring the last state: {100 * part:.0f} % ({text(sentence)})")
+            def tell(part: float, step: str) -> None:
+                waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
+
+            def show(session: "Session") -> None:
+                nonlocal drawn
+                drawn = next_picture(server, session, drawn)
 
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
             _go_on(stop)
@@ -97,7 +106,7 @@ def serve(
             _go_on(stop)
             with one_thread():
                 plate = default_circle(robot) if plate is None else plate
-                begun = begin(robot, plate, show) if begin else unrecorded_session(robot, plate)
+                begun = begin(robot, plate, tell, show) if begin else unrecorded_session(robot, plate)
             waiting.remove()
             names.append(begun.name)
             app = App(

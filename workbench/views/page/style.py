@@ -34,7 +34,7 @@ PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 PHONE_SCENE = 41
 """The scene's share of a phone's height above it [%]."""
-DRAWINGS = "job, index, history, changes, verdict, row-chart, joints, result, curves"
+DRAWINGS = "suspects, index, history, changes, verdict, row-chart, joints, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
@@ -43,6 +43,10 @@ ONLY_TRACK = 'data-track="1"'
 """Stands before a slider whose number is said elsewhere."""
 CAPTION = 'data-caption="1"'
 """Marks what is said over the scene."""
+MESSAGE = 'data-message="1"'
+"""Marks the last message."""
+PRESSED = "data-pressed"
+"""Marks the page while the pointer rests where it has pressed: what the hint there says is known by then."""
 RULES = f"""
 :root[data-mantine-color-scheme="light"] {{
   --mantine-color-dimmed: #5f6770 !important; --mantine-color-gray-filled: #5c636a !important;
@@ -60,7 +64,7 @@ RULES = f"""
 [role="tab"][aria-selected="true"] {{ color: var(--mantine-color-custom-text) !important }}
 .mantine-Button-label, .mantine-Text-root[style*="0.875em"], .mantine-Input-input,
 .mantine-Paper-root > .mantine-Paper-root {{ font-size: max(12px, .875em) !important }}
-[{CAPTION}] {{ position: fixed; z-index: 5; top: 22px; left: 0; width: calc(100vw - {PANEL_WIDTH}px);
+[{CAPTION}] {{ position: fixed; z-index: 5; bottom: 22px; left: 0; width: calc(100vw - {PANEL_WIDTH}px);
   box-sizing: border-box; padding: 0 max(16px, calc(50vw - {PANEL_WIDTH // 2 + 330}px));
   text-align: center; font-size: 19px; line-height: 1.4; pointer-events: none }}
 [{CAPTION}] > div {{ background: color-mix(in srgb, var(--mantine-color-body) 96%, transparent);
@@ -69,7 +73,7 @@ RULES = f"""
   font-variant-numeric: tabular-nums }}
 [{CAPTION}] > a {{ display: inline-block; margin-top: 10px; padding: 5px 16px; border-radius: 4px;
   background: #1d4ed8; color: #fff; font-size: 15px; text-decoration: none; pointer-events: auto }}
-.mantine-Notifications-root {{ top: auto !important; bottom: 1em; left: 22em !important }}
+.mantine-Notifications-root {{ top: auto !important; bottom: 1em; left: 1em !important }}
 .mantine-Notification-root {{ pointer-events: none !important }}
 .mantine-Notification-root button {{ pointer-events: auto !important }}
 canvas[data-engine] {{ background: {css(SKY)} }}
@@ -78,9 +82,13 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {STRIP} {{ position: sticky; top: 0; z-index: 20; margin: -12px 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
-{INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !important }}
+{INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 9px !important }}
 {INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
-{STRIP} [data-testid="hint"] {{ min-height: 2.9em }}
+{STRIP} [data-testid="hint"] {{ min-height: calc(2.9em + 2px); box-sizing: border-box }}
+{INSIDE} > [style*="contain: layout"] {{ position: absolute; inset: auto 0 0; padding: 0 !important }}
+div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px 0 6px;
+  background: var(--mantine-color-body) }}
+:root[{PRESSED}] .mantine-Tooltip-tooltip {{ visibility: hidden }}
 {INSIDE} > [style*="margin-inline"] {{ flex: 1 1 0 }}
 {PANEL} div[style*="min-height: 2.4em"] {{ overflow: clip !important }}
 {TABS} {{ position: sticky; top: var(--strip, 0px); z-index: 19;
@@ -218,6 +226,17 @@ addEventListener("keydown", e => {{
   const sheet = [...document.querySelectorAll(".mantine-Modal-content")].at(-1);
   const leave = [...sheet?.querySelectorAll("button") ?? []];
   leave.find(b => {LEAVE}.includes(b.innerText.trim()))?.click();
+}}, true);
+const outside = (e, box) => e.x < box.left || e.x > box.right || e.y < box.top || e.y > box.bottom;
+let pressed = null;
+addEventListener("pointerdown", e => {{
+  pressed = e.target.closest?.("button, label, input, a")?.getBoundingClientRect();
+  document.documentElement.toggleAttribute({PRESSED!r}, !!pressed);
+}}, true);
+addEventListener("pointermove", e => {{
+  if (!pressed || !outside(e, pressed)) return;
+  pressed = null;
+  document.documentElement.removeAttribute({PRESSED!r});
 }}, true);
 let held = null;
 addEventListener("focusin", e => {{

@@ -58,10 +58,13 @@ class RecordingSink(AbstractSink):
         self._hidden.discard(item.path)
 
     def _log(self, path: str, old: Any, new: Any) -> None:
+        path = self._prefix + path
         if isinstance(new, rr.AsComponents):
-            self._canvas.log(self._prefix + path, new)
-        else:
-            LOG[type(new)](self._canvas, self._prefix + path, old, new)
+            self._canvas.log(path, new)
+        elif type(new) in LOG:
+            LOG[type(new)](self._canvas, path, old, new)
+        elif old is None or differences(old, new):
+            self._canvas.log(path, WHOLE[type(new)](new))
 
     def remove(self, path: str) -> None:
         self._hidden.discard(path)
@@ -155,15 +158,6 @@ def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None
         canvas.log(path, boxes)
 
 
-def _whole(draw: Callable[[Any], Any]) -> Callable[[Canvas, str, Any, Any], None]:
-
-    def log_whole(canvas: Canvas, path: str, old: Any, new: Any) -> None:
-        if old is None or differences(old, new):
-            canvas.log(path, draw(new))
-
-    return log_whole
-
-
 def _points(points: Points) -> rr.Points3D:
     return rr.Points3D(points.places, colors=points.colours, radii=points.radius)
 
@@ -199,9 +193,12 @@ LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
     Arm: _log_arm,
     Label: _log_label,
     Cubes: _log_cubes,
-    Points: _whole(_points),
-    Arrows: _whole(_arrows),
-    Axes: _whole(_axes),
-    Line: _whole(line),
-    Cuboid: _whole(_cuboid),
 }
+WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {
+    Points: _points,
+    Arrows: _arrows,
+    Axes: _axes,
+    Line: line,
+    Cuboid: _cuboid,
+}
+"""Drawn anew where anything of them has changed."""

@@ -6,7 +6,6 @@ Each keeps what it needs of earlier steps; everything else is drawn from the cur
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import replace
 
 import rerun as rr
 
@@ -40,7 +39,7 @@ class AbstractTimeline(ABC):
 class Log(AbstractTimeline):
     """`log`: one line per decision, and what a demo says.
 
-    The places of a drag are left out, what the session computes by itself, and how the page looks.
+    The places of a drag are left out, what the session computes by itself, and how page and scene look.
     """
 
     def __init__(self) -> None:
@@ -68,11 +67,11 @@ class Log(AbstractTimeline):
 
 
 def _look_alike(before: Session | None, now: Session) -> bool:
-    """Whether two sessions differ in nothing but the page and what is laid over the scene."""
-    if before is None:
+    """Whether two sessions differ in nothing but the page, what is laid over the scene, and the row shown."""
+    if before is None or differences(before, now) - {"page", "choices", "results", "playback"}:
         return False
-    alike = replace(before.choices, overlay=now.choices.overlay)
-    return differences(before, now) <= {"page", "choices"} and not differences(alike, now.choices)
+    chosen, found = differences(before.choices, now.choices), differences(before.results, now.results)
+    return chosen <= {"overlay"} and found <= {"row"}
 
 
 class Series(AbstractTimeline):

@@ -1,5 +1,6 @@
 """The diagnosis: the verdict, errors before and after, the candidates, and where to measure next."""
 
+from collections.abc import Mapping
 from functools import partial
 
 import viser
@@ -8,12 +9,14 @@ from workbench.base.wording import capital
 from workbench.diagnosis.report.charts import budget_bars
 from workbench.diagnosis.report.document import alternatives, candidates, causes, effects, next_poses, remarks
 from workbench.report.blocks import Block, Sentence, Tone
+from workbench.report.chart import Bar, Bars
 from workbench.report.result_display import as_html
 from workbench.session.commands.diagnose import TakeNextPoses
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import next_poses_csv
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
+from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.page.html import block, folded, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.result_card import weighed
@@ -24,17 +27,25 @@ HINT = (
     "reverts this."
 )
 SPACED = "margin:2px 0 6px"
+SUSPECTS = 4
+"""Bars of a diagnosis under way."""
 MAX_BUTTONS = 3
 """Events with a button; of more, those after them once these have been pressed."""
+
+
+def _suspects(session: Session) -> Mapping[str, float] | None:
+    """What a diagnosis under way may find, and how much speaks for each so far."""
+    return session.page.job and session.page.job.suspects
 
 
 class DiagnosePanel(AbstractPanel):
     """What was found, and where to measure next."""
 
     tab, order = Tab.CALIBRATE, 20
-    depends = ("results.diagnosis", "results.accepted", "measurements.loaded", "is_idle")
+    depends = ("results.diagnosis", "results.accepted", "measurements.loaded", "is_idle", _suspects)
 
     def build(self, gui: viser.GuiApi) -> None:
+        self.html(lambda s: _suspected(_suspects(s)))
         self.html(_verdict)
         for place in range(MAX_BUTTONS):
             self.html(partial(_event, place))
@@ -64,6 +75,16 @@ class DiagnosePanel(AbstractPanel):
             self.save(event, next_poses_csv)
         else:
             self.send(TakeNextPoses)
+
+
+def _suspected(found: Mapping[str, float] | None) -> str:
+    """The strongest suspects."""
+    ranked = sorted((found or {}).items(), key=lambda pair: -pair[1])[:SUSPECTS]
+    if not ranked:
+        return ""
+    share = 100.0 / max(ranked[0][1], 1e-9)
+    drawn = Bars([Bar(capital(name), share * gain, css(SELECTED)) for name, gain in ranked], unit="%").svg()
+    return block(heading("Suspects so far, by how much speaks for each") + drawn, testid="suspects")
 
 
 def _event(place: int, session: Session) -> str:

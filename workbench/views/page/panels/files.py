@@ -25,8 +25,7 @@ from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, 
 from workbench.views.page.panels.panel import AbstractPanel
 
 FORMATS = (
-    "The arm of the shown fit: TOML for this program, effects and all; URDF for others, the best geometry "
-    "without effects; the report as an HTML page with tables and figures."
+    "TOML is for this program, with all effects; URDF for others, geometry alone; the report is a web page."
 )
 OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}

@@ -8,6 +8,7 @@ import viser
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.wording import plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
 from workbench.identification.report.charts import constant_bars
@@ -24,17 +25,13 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
 from workbench.views.page.panels.form import Control, Make, Shown
-from workbench.views.page.panels.index import WantedPanel
+from workbench.views.page.panels.index import build_wanted
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.panels.result_card import result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 WHY = "Why? Each change, in mm at the tool"
-HOW_TO_FIT = (
-    "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it needs at "
-    "least 20 rows. Add causes: fit the effects found together with the geometry; comparisons and the saved "
-    "arm then include them."
-)
+HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add causes fits both."
 HELD, CONFOUNDED = "fixed under Options", "not distinguishable from the pose of camera or board"
 """Why a joint's zero was not identified from pictures."""
 FRAMES = {
@@ -53,22 +50,11 @@ class FitPanel(AbstractPanel):
     """The steps of a calibration, their options, and the result."""
 
     tab, order = Tab.CALIBRATE, 10
-    depends = (
-        "results.identification",
-        "results.fit",
-        "measurements.loaded",
-        "choices.wanted",
-        "measurements.levelled",
-        "measurements.left_out",
-        "choices.fixed",
-        "robot",
-        "is_idle",
-    )
+    depends = ("results.identification", "results.fit", "measurements", "choices", "robot", "is_idle")
 
     _robot: Robot | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._wanted = WantedPanel(self._worker)
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
         steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add causes": AddEffects}
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=_has_rows)
@@ -81,7 +67,7 @@ class FitPanel(AbstractPanel):
         self.html(_of_fit(lambda found, s: _warnings(found)))
 
     def _build_options(self, gui: viser.GuiApi) -> None:
-        self._wanted.make(gui)
+        build_wanted(self)
         self.form(SetLevelled, self.checkbox("Levelled", LEVELLED, lambda s: s.measurements.levelled))
         hint = "Share of the rows held out for checking."
         self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
@@ -98,7 +84,6 @@ class FitPanel(AbstractPanel):
         self._free = gui.add_folder("Free parameters", expand_by_default=False)
 
     def show(self, session: Session) -> None:
-        self._wanted.show_fields(session)
         with self._algorithms:  # one may have been registered since
             for name in filter(lambda name: name not in self._chosen, ALGORITHMS):
                 title, hint = ALGORITHMS[name].title, ALGORITHMS[name].summary
@@ -229,10 +214,8 @@ def joint_zeros(found: Identification, shown: str, fixed: frozenset[str]) -> str
 
 def _warnings(found: Identification) -> str:
     """How many there are, and folded what they say."""
-    count = len(found.warnings)
-    head = f"{count} warning" + "s" * (count > 1)
     listed = bullets(map(text, found.warnings), style=f"margin:0;color:{CAREFUL}")
-    return block(folded(head, listed), testid="warnings") if count else ""
+    return listed and block(folded(plural(len(found.warnings), "warning"), listed), testid="warnings")
 
 
 def _details(found: Identification, shown: str) -> str:

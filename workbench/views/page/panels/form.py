@@ -97,6 +97,10 @@ class AbstractControls:
         self._worker = worker
         self._controls: list[Control] = []
 
+    @property
+    def session(self) -> Session:
+        return self._worker.session
+
     def show_fields(self, session: Session) -> None:
         for field in self._controls:
             field.show(session)

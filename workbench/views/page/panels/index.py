@@ -23,7 +23,7 @@ from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import BAD, MUTED, block, change, heading, number, text
-from workbench.views.page.panels.form import DEGREE
+from workbench.views.page.panels.form import DEGREE, AbstractControls
 from workbench.views.page.panels.panel import AbstractPanel, ask
 
 INDEX = INDICES["O"]
@@ -237,22 +237,18 @@ def determined(session: Session) -> str:
 REQUIRED = "Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."
 
 
-class WantedPanel(AbstractPanel):
-    """Input of the required error, in every tab that uses it."""
+def build_wanted(panel: AbstractControls) -> None:
+    """Fields for the required error, in every panel that uses it."""
 
-    tab = None
-    depends = ("choices.wanted",)
-
-    def build(self, gui: viser.GuiApi) -> None:
-        (label, hint), limits = REQUIRED, (0.0, 1000.0, 0.01)
-        position = self.number(label, limits, hint, lambda s: _wanted(s)[0], unit=1e-3, digits=3)
-        hint = "Maximum orientation error allowed; 0: no requirement."
-        rotation = self.number("Required [°]", limits, hint, lambda s: _wanted(s)[1], unit=DEGREE, digits=3)
-        self.form(self._want, position, rotation)
-
-    def _want(self, position: float, rotation: float) -> SetWanted:
-        before = self._worker.session.choices.wanted
+    def wanted(position: float, rotation: float) -> SetWanted:
+        before = panel.session.choices.wanted
         return SetWanted(position or None, rotation or None, before is not None and before.per_axis)
+
+    (label, hint), limits = REQUIRED, (0.0, 1000.0, 0.01)
+    length = panel.number(label, limits, hint, lambda s: _wanted(s)[0], unit=1e-3, digits=3)
+    hint = "Maximum orientation error allowed; 0: no requirement."
+    angle = panel.number("Required [°]", limits, hint, lambda s: _wanted(s)[1], unit=DEGREE, digits=3)
+    panel.form(wanted, length, angle)
 
 
 def _wanted(session: Session) -> tuple[float, float]:

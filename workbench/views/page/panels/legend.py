@@ -1,4 +1,4 @@
-"""Window over the scene: what its colours mean, and the errors of the selected row."""
+"""Window over the scene's empty corner: what its colours mean, and the errors of the selected row."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
 from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
 from workbench.session.played_motion import Played
-from workbench.session.real_arm import bending_robot, sample_error
+from workbench.session.real_arm import bending_robot
 from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
@@ -47,28 +47,16 @@ MARKS = tuple((float(k), f"{10**k:,}".replace(",", " ")) for k in range(DECADES 
 WIDTH, MARGIN = 300, 15
 BAR = "height:10px;border-radius:3px;margin-top:5px"
 """Style of a colour scale."""
-ENDS = 14.0, 80.0
+ENDS = 20.0, 80.0
 """Where along it there is room for words besides those at its ends [%]."""
 
 
 class LegendPanel(AbstractPanel):
-    """A separate window in the lower left corner: what colours mean, and the errors of the selected row."""
+    """A separate window in the upper left corner: what colours mean, and the errors of the selected row."""
 
     depends = (
-        "region.view",
-        inputs,
-        "page.chore",
-        "plate",
-        "drag",
-        "states",
-        "results.comparison",
-        "results.diagnosis",
-        "choices.overlay",
-        "playback.focus",
-        "results.row",
-        "measurements.left_out",
-        "results.identification",
-        bending_robot,
+        *("plate", "states", "drag", "region", "playback", "measurements", "results", "choices.overlay"),
+        *("page.chore", bending_robot, inputs),
     )
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -86,7 +74,7 @@ class LegendPanel(AbstractPanel):
                 value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
             )
         self.form(lambda times: self._overlaid(exaggeration=times), self.add(times))
-        window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
+        window.float(x=MARGIN, y=MARGIN, width=WIDTH)
         self.add(Control(window, visible=lambda session: key.content))
         self._links = {
             stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self._overlaid, stage=stage)))
@@ -97,12 +85,12 @@ class LegendPanel(AbstractPanel):
         return SetOverlay(replace(self._worker.session.choices.overlay, **changes))
 
     def _key(self, session: Session) -> str:
-        rows = coloured_rows(session)
-        scales = cubes_scale(session)
-        if rows is not None:  # two scales of the same colours each need a name
+        rows, scales = session.results.comparison, cubes_scale(session)
+        is_seen = session.choices.overlay.points and session.playback.focus is not Focus.TRACK
+        if rows is not None and rows.stages and is_seen:  # two scales of the same colours each need a name
             named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
             scales += named + points(session, rows, self._links)
-        content = scales + things(session, is_alone=not scales) + sample(session)
+        content = scales + things(session, is_alone=not scales)
         return content and block(content, testid="key", style="margin:2px 0 6px")
 
 
@@ -112,28 +100,9 @@ def has_errors(session: Session) -> bool:
     return is_known and session.playback.focus is not Focus.TARGET
 
 
-def sample(session: Session) -> str:
-    """How long an error is drawn: the arrow that stands beside the base."""
-    rows, focus, overlay = session.results.comparison, session.playback.focus, session.choices.overlay
-    if rows is None or not rows.stages or not overlay.arrows or focus not in (Focus.ROW, Focus.JOG):
-        return ""
-    error = 1e3 * sample_error(overlay.exaggeration, session.robot.reach)
-    arrow = f'<b style="color:{css(MARK)};-webkit-text-stroke:.5px currentColor">↑</b>'
-    return f'<div data-testid="sample">{arrow} beside the base: this long = {error:g} mm</div>'
-
-
-def coloured_rows(session: Session) -> Comparison | None:
-    """The rows whose errors colour points in the scene."""
-    rows = session.results.comparison
-    is_seen = session.choices.overlay.points and session.playback.focus is not Focus.TRACK
-    return rows if rows is not None and rows.stages and is_seen else None
-
-
 def cubes_scale(session: Session) -> str:
     """Meaning, colours and unit of the cubes."""
-    if not are_shown(session):
-        return ""
-    field = drawn_field(session)
+    field = drawn_field(session) if are_shown(session) else None
     if field is None:
         return ""
     if (numbers := field.values(session)) is None:
@@ -171,13 +140,12 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     is_bent = model_and_real(session) is not None and overlay.calibrated and focus is not Focus.TARGET
     marks = (
         ("measured", FITTED, rows is not None and not rows.stages and focus is not Focus.TRACK),
-        ("selected row", MARK, rows is not None and focus is Focus.ROW),
         ("target", REACHED, has_plate),
         ("selected", SELECTED, has_plate),
         ("out of reach", OUT_OF_REACH, has_plate and any(not s.reached for s in session.states)),
         ("blocked", BLOCKED, has_plate and any(s.reached and s.hit for s in session.states)),
         ("model", JOINT, is_bent),
-        ("real arm and its error", CALIBRATED, is_bent),
+        ("real arm", CALIBRATED, is_bent),
         ("nominal error", NOMINAL, is_bent and overlay.arrows and focus in (Focus.ROW, Focus.JOG)),
         ("other branches", BRANCH, overlay.ghosts and focus is Focus.TARGET),
     )
@@ -186,8 +154,12 @@ def things(session: Session, *, is_alone: bool = False) -> str:
 
 
 def _mark(label: str, colour: tuple[int, int, int]) -> str:
-    dot = f"display:inline-block;width:10px;height:10px;border-radius:2px;background:{css(colour)}"
-    return f'<span style="white-space:nowrap;margin-right:10px"><span style="{dot}"></span> {label}</span> '
+    return f'<span style="white-space:nowrap;margin-right:10px">{_dot(colour)} {label}</span> '
+
+
+def _dot(colour: tuple[int, int, int]) -> str:
+    style = f"display:inline-block;width:10px;height:10px;border-radius:2px;background:{css(colour)}"
+    return f'<span style="{style}"></span>'
 
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
@@ -237,9 +209,10 @@ def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
     """What happened, in the colour of its arrow, and which points were measured before it."""
     if not happened:
         return ""
-    small = "; small points: before it, compared with the arm as it was" if rows.is_earlier.any() else ""
+    small = "Small points were measured before it and are compared with the arm as it was."
+    hint = small if rows.is_earlier.any() else ""
     marked = " ".join(badge(event.mark, css(EVENT)) for event in happened)
-    return f'<div data-testid="events">{marked}<span style="color:{MUTED}">{small}</span></div>'
+    return f'<div data-testid="events" title="{hint}">{marked}</div>'
 
 
 def row_errors(rows: Comparison, row: int) -> str:
@@ -251,5 +224,5 @@ def row_errors(rows: Comparison, row: int) -> str:
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]
     errors = ", ".join(known) or "no position was measured"
-    content = f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
+    content = f"{_dot(MARK)} <b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'

@@ -19,7 +19,7 @@ from workbench.session.page_state import Tab
 from workbench.session.state import NO_FIELD, Session
 from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.form import LENGTH, Control
-from workbench.views.page.panels.index import WantedPanel
+from workbench.views.page.panels.index import build_wanted
 from workbench.views.page.panels.panel import AbstractPanel
 
 CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer of z": 2}
@@ -32,13 +32,9 @@ class RegionPanel(AbstractPanel):
     depends = ("region.view", "plate.region", "page.chore", "choices.wanted", inputs)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._wanted = WantedPanel(self._worker)
         with gui.add_folder("Region and requirement", expand_by_default=False):
-            self._wanted.make(gui)
+            build_wanted(self)
             self._build()
-
-    def show(self, session: Session) -> None:
-        self._wanted.show_fields(session)
 
     def _build(self) -> None:
         fields = CUBE_FIELDS.values()

@@ -3,12 +3,13 @@
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.session.stages import StageErrors, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import css, stage_colours
-from workbench.views.page.html import MUTED, block, number, on_any_page, text
+from workbench.views.page.html import CAREFUL, MUTED, block, number, on_any_page, text
 
 HEIGHT, BINS = 84.0, 36
 TICKS = (1.0, 2.0, 5.0)
@@ -30,8 +31,14 @@ def result_card(session: Session) -> str:
     below = f"Mean position error on {measured} {kind} poses{where}; the chart counts them by their error."
     if not measured:
         below = f"No positions were measured{where}."
+    elsewhere, less_certain = "", found.transfer_warning()
+    if less_certain and (expected := 1e3 * found.transfer.anywhere.position) > last.error:
+        says = f"{number(expected)} mm expected" if expected < first.error else "not certain to beat nominal"
+        hint = text(capital(less_certain))
+        elsewhere = f'<div title="{hint}" style="color:{CAREFUL}">{says} elsewhere</div>'
     return block(
         numbers(done)
+        + elsewhere
         + histogram(done, noise_length(found))
         + f'<div style="color:{MUTED}">{text(below)}</div>',
         testid="result",

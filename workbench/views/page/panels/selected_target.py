@@ -23,7 +23,6 @@ from workbench.views.page.panels.panel import AbstractPanel
 LEFT_TO_PROGRAM = "automatic"
 MARK = " · blocked"
 ROUNDED = 1e-6
-HIDDEN = "The scene shows measured rows; plate and targets are hidden."
 
 
 class TargetsPanel(AbstractPanel):
@@ -46,13 +45,6 @@ class TargetsPanel(AbstractPanel):
         rpy = self.coordinates("Angles", ANGLE, hint, lambda s: _target(s).rpy, disabled=_is_fixed)
         self.form(lambda *pose: MoveTarget(chosen.typed, *pose), xyz, rpy)
         self.html(_selected)
-        self.button(
-            "Show the plate",
-            lambda: SelectTarget(chosen.typed),
-            viser.Icon.EYE,
-            "Show plate and targets in the scene again, instead of the measured rows.",
-            visible=_is_hidden,
-        )
         hint = "Keep this target fixed when others are moved."
         locked = self.checkbox("Locked", hint, lambda s: _target(s).locked, disabled=_is_hidden)
         self.sends(locked, lambda: LockTarget(chosen.typed, locked.typed))
@@ -88,7 +80,9 @@ def _is_fixed(session: Session) -> bool:
 def _selected(session: Session) -> str:
     """State of the selected target."""
     target, state = _target(session), session.states[session.selected]
-    shown = text(HIDDEN) if _is_hidden(session) else _state(target, state) + near_limit(session.robot, state)
+    shown = "The scene shows measured rows; plate and targets are hidden."
+    if session.shows_plate:
+        shown = _state(target, state) + near_limit(session.robot, state)
     return block(shown, testid="state", style="margin:4px 0 6px")
 
 

@@ -48,12 +48,13 @@ class StartCard(AbstractPanel):
 
     def build_reopen_button(self, gui: viser.GuiApi) -> None:
         """A button that opens the card again."""
-        again = gui.add_button("What do you have?", icon=viser.Icon.HOME, color="gray", hint=INTRODUCTION)
-
-        @again.on_click
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                self._open(event.client.gui)
+        self._gui = gui
+        self.press(
+            "What do you have?",
+            lambda e: e.client and self._open(e.client.gui),
+            viser.Icon.HOME,
+            INTRODUCTION,
+        )
 
     def ask(self) -> None:
         """Open it on every page, instead of the demo."""
@@ -90,15 +91,10 @@ class StartCard(AbstractPanel):
 
     def _build_questions(self, gui: viser.GuiApi, builders: Iterable[Build | None]) -> None:
         """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
-        robot = self.dropdown("Built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
+        label, hint = "Your robot: URDF, TOML, ZIP with meshes", "The nominal arm."
+        self.upload(label, load, hint, endings=MODELS, maximum=MAX_FILE_BYTES)
+        robot = self.dropdown("… or built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
         self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
-        self.upload(
-            "… or your robot: URDF, TOML, ZIP with meshes",
-            load,
-            "The nominal arm.",
-            endings=MODELS,
-            maximum=MAX_FILE_BYTES,
-        )
         self._inputs = {build: gui.add_folder(None) for build in builders}
         for build, folder in self._inputs.items():
             with folder:

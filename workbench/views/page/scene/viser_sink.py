@@ -200,11 +200,8 @@ def _add_line(server: viser.ViserServer, name: str, line: Line) -> Node:
 
 
 def _add_cuboid(server: viser.ViserServer, name: str, cuboid: Cuboid) -> Node:
-    edges, pixels = (
-        cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes),
-        1.6 if max(cuboid.cubes) == 1 else 0.5,
-    )
-    return _segments(server, name, edges, np.array(cuboid.colour), pixels)
+    edges, is_one = cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes), max(cuboid.cubes) == 1
+    return _segments(server, name, edges, np.array(cuboid.colour), 1.6 if is_one else 0.5)
 
 
 def _segments(
