@@ -170,10 +170,9 @@ class Likelihood:
         cls, problem: Problem, x: Float[np.ndarray, " p"], *groups: Float[np.ndarray, " p"]
     ) -> "Likelihood":
         """Of a problem without prior knowledge of the groups."""
-        information, pull = np.diag((FAR * problem.units) ** -2), np.zeros(len(x))
         own = problem.prior.T @ problem.prior
-        information, pull = information + own, own @ (x - problem.prior_centre)
-        return cls(Pictures.at(problem, x), x, x - problem.start, information, pull, groups)
+        known, pull = own + np.diag((FAR * problem.units) ** -2), own @ (x - problem.prior_centre)
+        return cls(Pictures.at(problem, x), x, x - problem.start, known, pull, groups)
 
     def likeliest(self, pinned: Mapping[int, float] | None = None) -> Likeliest:
         """The likeliest sizes; some may be pinned, by their place: τ → 0 holds a group, inf lets it go."""
@@ -187,22 +186,24 @@ class Likelihood:
         index = np.array([*range(WIDTH), *([WIDTH] * len(self.groups))])
         rest = [k for k in range(len(index)) if k not in pinned]
         sizes = np.array([pinned.get(k, 1.0) for k in range(len(index))])
-        bounds = np.log(np.array([MIN_SIZE, MAX_SIZE]).T[index[rest]])
+        each = 3 * len(self.pictures.count)
+        numbers = [self.pictures.count.sum(), each, each, *map(np.count_nonzero, self.groups)]
+        scale = np.sqrt(np.maximum(numbers, 1)[rest])  # about how well each logarithm is known
 
         def cost(logs: np.ndarray) -> tuple[float, np.ndarray]:
-            sizes[rest] = np.exp(logs)
+            sizes[rest] = np.exp(logs / scale)
             value, gradient, *_ = self.cost(np.log(sizes))
-            return value, gradient[rest]
+            return value, gradient[rest] / scale
 
-        start = np.log(begin[index[rest]])
-        found = minimize(cost, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"ftol": 1e-9})
-        sizes[rest] = np.exp(found.x)
+        start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, index[rest]])
+        walls = np.transpose(bounds)
+        found = minimize(cost, start, method="L-BFGS-B", jac=True, bounds=walls, options={"ftol": 1e-9})
+        sizes[rest] = np.exp(found.x / scale)
         return sizes, float(found.fun)
 
     def evidence(self) -> float:
         """Twice the gain in log likelihood where the first group is not held at what is given."""
-        held = self.likeliest({WIDTH: MIN_SIZE[WIDTH]}).cost
-        return max(held - self.likeliest().cost, 0.0)
+        return max(self.likeliest({WIDTH: MIN_SIZE[WIDTH]}).cost - self.likeliest().cost, 0.0)
 
     def mean(self, place: int) -> float:
         """Root mean square of a size over its likelihood, every size alike likely beforehand.
@@ -230,9 +231,8 @@ class Likelihood:
         smallest at the step δ = H⁻¹g, which therefore counts as fixed.
         """
         pictures, sizes = self.pictures, np.exp(logs)
-        sigma, spread = sizes[0], sizes[1:3]
         c, log_v = pictures.compressed(sizes)
-        mixed, weigh = c @ pictures.cross, 1.0 / sigma**2
+        mixed, weigh = c @ pictures.cross, 1.0 / sizes[0] ** 2
         measured = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
         g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1]))) - self.pull
         precision = self._precision(sizes[WIDTH:])
@@ -247,7 +247,7 @@ class Likelihood:
         log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum() - np.linalg.slogdet(p)[1]
         cost = log_v + log_h + weigh * square + float(whole @ self.off**2) - float(g @ step)
 
-        size = np.repeat(spread, 3) / sigma
+        size = np.repeat(sizes[1:3], 3) / sizes[0]
         f = np.swapaxes(c / size, 1, 2)
         left = pictures.pull - pictures.cross @ step
         seen = f @ pictures.cross
