@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import generator
 import numpy as np
 import pytest
 
@@ -14,16 +15,7 @@ from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.plates import score_json
 
 # theta, d, a, alpha, beta of ARIA Table 1; beta of joint 2 is free instead of d, as axes 2 and 3 are parallel
-TABLE_1 = np.array(
-    [
-        [0, 0.205, 0, np.pi / 2, 0],
-        [0, 0, 0.41, 0, 0],
-        [np.pi / 2, -0.0048, 0.03, np.pi / 2, 0],
-        [0, 0.336, 0, -np.pi / 2, 0],
-        [0, -0.049, 0, np.pi / 2, 0],
-        [0, 0.202, 0, 0, 0],
-    ]
-)
+TABLE_1 = generator.aria().table
 FREE = [(i, k) for i in range(6) for k in range(5) if k != (1 if i == 1 else 4)]
 
 
