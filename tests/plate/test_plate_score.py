@@ -19,23 +19,9 @@ TABLE_1 = generator.aria().table
 FREE = [(i, k) for i in range(6) for k in range(5) if k != (1 if i == 1 else 4)]
 
 
-def turned(axis, angle):
-    c, s = np.cos(angle), np.sin(angle)
-    i, j = [(1, 2), (2, 0), (0, 1)][axis]
-    matrix = np.eye(4)
-    matrix[[i, j], [i, j]] = c
-    matrix[i, j], matrix[j, i] = -s, s
-    return matrix
-
-
 def forward(q, table=TABLE_1):
     """ARIA eqs. (7), (8)."""
-    pose = np.eye(4)
-    for angle, (theta, d, a, alpha, beta) in zip(q, table, strict=True):
-        shift = np.eye(4)
-        shift[:3, 3] = [a, 0, d]
-        pose = pose @ turned(2, angle + theta) @ shift @ turned(0, alpha) @ turned(1, beta)
-    return pose
+    return generator.VirtualArm("hayati", table).pose(q)[0]
 
 
 def jacobian(q, step=1e-6):
