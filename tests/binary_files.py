@@ -1,9 +1,21 @@
 """Fixtures for files of binary formats: each is read in a child; the same bytes in one test, in one."""
 
+import io
+import zipfile
+
 import pytest
 
 from workbench.base.bounded_process import ChildError
 from workbench.data import binary_tables
+
+
+def zipped(*files: tuple) -> bytes:
+    """An archive of files by their names."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files:
+            archive.writestr(name, content)
+    return out.getvalue()
 
 
 @pytest.fixture(autouse=True)

@@ -8,55 +8,24 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from generator import turn
+from generator import VirtualArm, shift, turn
 from round_trip import aligned
 
-ARMS = {
-    # theta, d, a, alpha of every joint [rad, m]: standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha)
-    "industrial": [
-        (0.0, 0.45, 0.15, -np.pi / 2),
-        (-np.pi / 2, 0.0, 0.59, 0.0),
-        (0.0, 0.0, 0.13, -np.pi / 2),
-        (0.0, 0.647, 0.0, np.pi / 2),
-        (0.0, 0.0, 0.0, -np.pi / 2),
-        (0.0, 0.095, 0.0, 0.0),
-    ],
-    "ur5": [
-        (0.0, 0.089159, 0.0, np.pi / 2),
-        (0.0, 0.0, -0.425, 0.0),
-        (0.0, 0.0, -0.39225, 0.0),
-        (0.0, 0.10915, 0.0, np.pi / 2),
-        (0.0, 0.09465, 0.0, -np.pi / 2),
-        (0.0, 0.0823, 0.0, 0.0),
-    ],
-    "hobby": [
-        (0.0, 0.17, 0.064, -np.pi / 2),
-        (-np.pi / 2, 0.0, 0.305, 0.0),
-        (0.0, 0.0, 0.0, -np.pi / 2),
-        (0.0, 0.223, 0.0, np.pi / 2),
-        (0.0, 0.0, 0.0, -np.pi / 2),
-        (0.0, 0.036, 0.0, 0.0),
-    ],
-    "7R": [
-        (0.0, 0.34, 0.0, -np.pi / 2),
-        (0.0, 0.0, 0.0, np.pi / 2),
-        (0.0, 0.4, 0.0, np.pi / 2),
-        (0.0, 0.0, 0.0, -np.pi / 2),
-        (0.0, 0.4, 0.0, -np.pi / 2),
-        (0.0, 0.0, 0.0, np.pi / 2),
-        (0.0, 0.126, 0.0, 0.0),
-    ],
-}
+H = np.pi / 2
+ARMS = {  # theta, d, a, alpha of every joint [rad, m]: standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha)
+    "industrial": [(0, 0.45, 0.15, -H), (-H, 0, 0.59, 0), (0, 0, 0.13, -H), (0, 0.647, 0, H), (0, 0, 0, -H),
+                   (0, 0.095, 0, 0)],
+    "ur5": [(0, 0.089159, 0, H), (0, 0, -0.425, 0), (0, 0, -0.39225, 0), (0, 0.10915, 0, H),
+            (0, 0.09465, 0, -H), (0, 0.0823, 0, 0)],
+    "hobby": [(0, 0.17, 0.064, -H), (-H, 0, 0.305, 0), (0, 0, 0, -H), (0, 0.223, 0, H), (0, 0, 0, -H),
+              (0, 0.036, 0, 0)],
+    "7R": [(0, 0.34, 0, -H), (0, 0, 0, H), (0, 0.4, 0, H), (0, 0, 0, -H), (0, 0.4, 0, -H), (0, 0, 0, H),
+           (0, 0.126, 0, 0)],
+}  # fmt: skip
 LIMIT = 2.6
 K = np.array([1350.0, 1352.0, 810.0, 612.0])
 SIZE = np.array([1600, 1200])
 SOLID = 20  # ids from one solid's to the next one's
-
-
-def shift(x=0.0, y=0.0, z=0.0):
-    m = np.eye(4)
-    m[:3, 3] = x, y, z
-    return m
 
 
 def look(eye, at):
@@ -91,32 +60,14 @@ class Arm:
         self.zeros = np.zeros(n) if self.zeros is None else self.zeros
 
     def poses(self, q, direction=None):
-        q = q + self.zeros
+        """With 3 kg at every frame's origin."""
+        masses = {"masses": np.full(len(self.dh), 3.0), "coms": np.zeros((len(self.dh), 3))}
+        arm, q = VirtualArm("dh", np.column_stack([self.dh, self.beta]), **masses), q + self.zeros
         if self.compliance is not None:
-            q = q - self.compliance * self.moments(q)
+            q = q - self.compliance * arm.moments(q)[..., 2]
         if self.backlash is not None:
             q = q + self.backlash * direction
-        return self.chain(q)[-1]
-
-    def chain(self, q):
-        """Frames after every joint."""
-        at, found = np.broadcast_to(np.eye(4), (len(q), 4, 4)), []
-        for k, (theta, d, a, alpha) in enumerate(self.dh):
-            at = at @ turn("z", q[:, k] + theta) @ shift(a, 0, d) @ turn("x", alpha) @ turn("y", self.beta[k])
-            found.append(at)
-        return found
-
-    def moments(self, q):
-        """Moments of gravity about every joint for 3 kg at every frame's origin [N m]."""
-        frames = self.chain(q)
-        before = [np.broadcast_to(np.eye(4), (len(q), 4, 4)), *frames[:-1]]
-        out = np.zeros_like(q)
-        for k, base in enumerate(before):
-            for frame in frames[k:]:
-                arm = frame[:, :3, 3] - base[:, :3, 3]
-                torque = np.cross(arm, [0, 0, -9.81 * 3.0])
-                out[:, k] -= (torque * base[:, :3, 2]).sum(1)
-        return out
+        return arm.pose(q)
 
     def toml(self, name, more=""):
         joints = "".join(
@@ -180,20 +131,17 @@ class Scene:
     def target(self):
         return self.targets[0]
 
-    def table(self, keep=None):
-        keep = range(len(self.q)) if keep is None else keep
-        chosen = set(keep)
+    def table(self):
         lines = ["image,camera,id,corner,u[px],v[px]"]
-        lines += [f"{i},{c},{k},{j},{u:.4f},{v:.4f}" for i, c, k, j, u, v in self.rows if i in chosen]
+        lines += [f"{i},{c},{k},{j},{u:.4f},{v:.4f}" for i, c, k, j, u, v in self.rows]
         return "\n".join(lines) + "\n"
 
-    def joints(self, keep=None):
-        keep = range(len(self.q)) if keep is None else keep
+    def joints(self):
         own = [f"{s}," for s in self.session] or [""] * len(self.q)
         head = f"image,{'session,' if self.session else ''}" + ",".join(
             f"q{j + 1}[rad]" for j in range(self.q.shape[1])
         )
-        rows = (f"{i},{own[i]}" + ",".join(map(repr, self.q[i].tolist())) for i in keep)
+        rows = (f"{i},{own[i]}" + ",".join(map(repr, self.q[i].tolist())) for i in range(len(self.q)))
         return "\n".join([head, *rows]) + "\n"
 
 
@@ -234,11 +182,11 @@ def scene(
     middle = np.array([0.5 * reach, 0.0, 0.45 * reach])
     eyes = eyes or [(middle + np.array([0.5 * reach + 0.4, -0.3 * reach, 0.2 * reach]))]
     if on_tool:
-        eye = [shift(0.03, 0.05, 0.02) @ turn("z", 0.3) @ turn("x", 0.1) @ small(rng, 0.05, 0.01)]
-        body = [shift(0.55 * reach, 0.1 - 0.35 * k, 0.02) @ small(rng, 0.2, 0.05) for k in range(solids)]
+        eye = [shift([0.03, 0.05, 0.02]) @ turn("z", 0.3) @ turn("x", 0.1) @ small(rng, 0.05, 0.01)]
+        body = [shift([0.55 * reach, 0.1 - 0.35 * k, 0.02]) @ small(rng, 0.2, 0.05) for k in range(solids)]
     else:
         eye = [look(at, middle) @ small(rng, 0.03, 0.02) for at in eyes]
-        body = [shift(0.01, 0.02 + 0.26 * k, 0.13) @ small(rng, 0.2, 0.01) for k in range(solids)]
+        body = [shift([0.01, 0.02 + 0.26 * k, 0.13]) @ small(rng, 0.2, 0.01) for k in range(solids)]
     cameras = eye if cameras is None else cameras
     targets = body if targets is None else targets
     q, rows, truth = [], [], []

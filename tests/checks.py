@@ -40,6 +40,12 @@ def check_forward(robot: Robot, q: JointRows, *, tolerance: float = 1e-12) -> fl
     return float(worst[row])
 
 
+def with_errors(robot: Robot, errors: np.ndarray) -> Robot:
+    """The arm whose free constants are off by so much."""
+    names = robot.default_free
+    return robot.with_values(dict(zip(names, (robot.values(names) + errors).tolist(), strict=True)))
+
+
 def pose_change(
     later: Float[np.ndarray, "*lead 4 4"], earlier: Float[np.ndarray, "*lead 4 4"]
 ) -> Float[np.ndarray, "*lead 6"]:

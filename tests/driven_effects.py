@@ -1,9 +1,13 @@
-"""Measured files of arms with an effect that something beside the joint positions drives."""
+"""Measured files of arms: by a tracker, and with an effect that something beside joint positions drives."""
 
 from pathlib import Path
 
-from workbench import load_robot, measure_poses, write_measurements
+import numpy as np
+
+from workbench import Motion, Robot, load_robot, measure_poses, write_measurements
 from workbench.arm.effects.backlash import Backlash
+from workbench.data.simulation.instruments import instrument_named
+from workbench.data.simulation.simulate import simulate
 
 DRIVEN = {
     "temperature": ("thermal-growth::1e-4", 3),
@@ -12,6 +16,13 @@ DRIVEN = {
     "direction": (Backlash((1,), (1.5e-3,), by="motion"), 3),
 }
 """An effect that each column drives, and the seed of arm, poses and noise."""
+
+
+def tracked_file(actual: Robot, path: Path, rng: np.random.Generator, *, rows: int, reach: float) -> Path:
+    """Poses of an arm, joints up to so far from 0, that a tracker measures."""
+    q = rng.uniform(*np.clip(actual.limits, -reach, reach).T, (rows, actual.dof))
+    measured = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
+    return write_measurements(measured, path)
 
 
 def driven_file(driver: str, folder: Path) -> tuple[Path, str]:

@@ -10,7 +10,10 @@ vector right before its driven rotation (in the axes there), which imitates comp
 that a geometric model does not declare.
 """
 
+import tomllib
 from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -37,6 +40,13 @@ def move(axis, length):
     m = np.zeros((*length.shape, 4, 4))
     m[...] = I4
     m[..., "xyz".index(axis), 3] = length
+    return m
+
+
+def shift(vector):
+    """A 4×4 translation."""
+    m = I4.copy()
+    m[:3, 3] = vector
     return m
 
 
@@ -271,30 +281,11 @@ def aria():
     return VirtualArm("hayati", table, limits=ARIA_LIMITS, masses=ARIA_MASSES, coms=ARIA_COMS)
 
 
-def aria_table3():
-    """The virtual arm of ARIA's Table 3, as printed; starred entries are 0."""
-    table = _table(
-        (1.67e-7, 0.205, 1.28e-6, 1.57, 0),
-        (1.17e-6, 0, 0.41, 0.1, -1.41e-7),
-        (1.57, -0.0048, 0.03, 1.57, 0),
-        (-0.8, 0.34, -3.25e-7, -1.57, 0),
-        (3.16e-7, -0.049, -2.00e-8, 1.57, 0),
-        (-3.97e-7, 0.205, -7.38e-8, 5.39e-8, 0),
-    )
-    return replace(aria(), table=table)
-
-
-def aria_table4():
-    """The real arm of ARIA's Table 4, as printed; starred entries are 0."""
-    table = _table(
-        (0.0068, 0.21, -0.0016, 1.58, 0),
-        (-0.0024, 0, 0.41, -0.011, 0.0063),
-        (1.54, -0.0066, 0.036, 1.59, 0),
-        (-0.015, 0.34, -0.00081, -1.59, 0),
-        (0.026, -0.049, 0.0018, 1.56, 0),
-        (0.0093, 0.216, -0.0011, -0.0087, 0),
-    )
-    return replace(aria(), table=table)
+def aria_as_printed(number):
+    """The virtual arm of ARIA's Table 3, or the real one of Table 4, as printed; starred entries are 0."""
+    printed = Path(__file__).with_name("studies") / "aria_printed.toml"
+    rows = tomllib.loads(printed.read_text(encoding="utf-8"))[f"table_{number}"]
+    return replace(aria(), table=_table(*([float(cell or 0.0) for cell in row] for row in rows)))
 
 
 def three_parallel():
@@ -327,12 +318,10 @@ def katana():
         (0, 0, 0.139, 0, 0),
         (0, 0.1473, 0, -QUARTER, 0),
     )
-    base = I4.copy()
-    base[:3, 3] = 0.055, 0.055, 0.2015
     return VirtualArm(
         "craig",
         table,
-        base,
+        shift([0.055, 0.055, 0.2015]),
         turn("x", QUARTER) @ move("z", 0.2),
         limits=np.deg2rad(_table((-169.5, 169.5), (-30, 102), (-122.5, 122.5), (-112, 112), (-168, 168))),
         masses=np.array([1.2, 1.03, 0.9, 1.0, 0.8]),
@@ -355,8 +344,8 @@ def seven():
 
 ARMS = {
     "aria": aria,
-    "aria-table3": aria_table3,
-    "aria-table4": aria_table4,
+    "aria-table3": partial(aria_as_printed, 3),
+    "aria-table4": partial(aria_as_printed, 4),
     "three-parallel": three_parallel,
     "katana": katana,
     "seven": seven,

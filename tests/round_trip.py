@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from generator import four, move, rotation, turn
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 SCALES = {"rad": 1.0, "deg": np.pi / 180.0, "m": 1.0, "mm": 1e-3, "s": 1.0, "degC": 1.0, "kg": 1.0}
 ORDERS = {
@@ -75,16 +76,8 @@ Arm = Callable[[Rows], Poses]
 
 def rows_of(q: np.ndarray) -> Rows:
     """Joint positions of which nothing else is known."""
-    count = len(q)
-    return Rows(
-        q,
-        np.full((count, 3), np.nan),
-        None,
-        np.full(count, ""),
-        np.zeros_like(q),
-        np.zeros(count),
-        np.zeros(count),
-    )
+    nothing, names = np.zeros(len(q)), np.full(len(q), "")
+    return Rows(q, np.full((len(q), 3), np.nan), None, names, np.zeros_like(q), nothing, nothing)
 
 
 def read_rows(path: Path) -> Rows:
@@ -119,6 +112,24 @@ def read_rows(path: Path) -> Rows:
         payload=np.zeros(len(q)) if payload is None else payload,
         time=np.full(len(q), np.nan) if time is None else time,
     )
+
+
+def write_rows(path: Path, rows: Rows) -> None:
+    """Joints and poses as a table."""
+    head = [*(f"q{k + 1}[rad]" for k in range(rows.q.shape[1])), "x[m]", "y[m]", "z[m]"]
+    table = [rows.q, rows.position]
+    if rows.rotation is not None:
+        head += ["qx", "qy", "qz", "qw"]
+        table.append(Rotation.from_matrix(rows.rotation).as_quat())
+    lines = [",".join(head), *(",".join(map(repr, row)) for row in np.hstack(table).tolist())]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def thinned(source: Path, most: int) -> tuple[str, list[str]]:
+    """Heading and lines of a table, evenly spread where it is large."""
+    head, *lines = source.read_text().splitlines()
+    kept = np.unique(np.linspace(0, len(lines) - 1, min(len(lines), most)).astype(int))
+    return head, [lines[k] for k in kept]
 
 
 def directions(q: np.ndarray, time: np.ndarray, session: np.ndarray) -> np.ndarray:
@@ -435,8 +446,7 @@ def _flexure(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shi
 
 def _uneven(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
     (joint,) = _joints(effect)
-    kind = arm.steps[arm.driven[joint]][0]
-    load = moments[:, joint, "xyz".index(kind[1]) + (3 if kind[0] == "r" else 0)] / effect["load"]
+    load = _own(arm, joint, moments) / effect["load"]
     low, high = effect["range"]
     t, u = np.clip(load, -1, 1), np.clip((rows.q[:, joint] - (low + high) / 2) / ((high - low) / 2), -1, 1)
     shapes = (u * t, u * u * t, np.sign(t) * t * t)
@@ -485,18 +495,19 @@ def toml_arm(text: str) -> TomlArm:
 
     deflected = {j for e in effects if e["name"] in BENDING for j in _joints(e)}
 
+    def turn_across(kind: str, name: str) -> None:
+        own = "xyz".index(kind[1])
+        steps.extend((f"r{'xyz'[k % 3]}", 0.0, f"{name}.{k % 3}") for k in (own + 1, own + 2))
+
     def add(kind: str, value: float, name: str, *, drives: bool) -> None:
-        if drives and len(driven) in tilted:
-            own = "xyz".index(kind[1])
-            for axis in ((own + 1) % 3, (own + 2) % 3):
-                steps.append(("rxryrz"[2 * axis : 2 * axis + 2], 0.0, f"tilt{len(driven)}.{axis}"))
+        joint = len(driven) if drives else -1
+        if joint in tilted:
+            turn_across(kind, f"tilt{joint}")
         if drives:
             driven.append(len(steps))
         steps.append((kind, value, name))
-        if drives and len(driven) - 1 in deflected:
-            own = "xyz".index(kind[1])
-            for axis in ((own + 1) % 3, (own + 2) % 3):
-                steps.append(("rxryrz"[2 * axis : 2 * axis + 2], 0.0, f"bend{len(driven) - 1}.{axis}"))
+        if joint in deflected:
+            turn_across(kind, f"bend{joint}")
 
     def carry(entry: dict) -> None:
         if links is not None:
@@ -548,6 +559,9 @@ class FrameArm:
         return here, self.base @ here @ self.tool
 
 
+MIMIC = {"multiplier": 1, "offset": 0}
+
+
 def moved(axis: np.ndarray, by: np.ndarray, *, turns: bool) -> np.ndarray:
     """Rotations about, or translations along, any axis (Rodrigues)."""
     ways = by[:, None] * axis / np.linalg.norm(axis)
@@ -572,11 +586,8 @@ def urdf_arm(text: str) -> FrameArm:
     def moving(link: str) -> int:
         return sum(node.get("type") != "fixed" for node in chain(link))
 
-    tip = (
-        "calibrated_tool"
-        if "calibrated_tool" in joints
-        else max(joints, key=lambda n: (moving(n), len(chain(n))))
-    )
+    ends = ["calibrated_tool"] if "calibrated_tool" in joints else joints
+    tip = max(ends, key=lambda n: (moving(n), len(chain(n))))
     base, tool, found, columns = np.eye(4), np.eye(4), [], list[str]()
     for node in chain(tip):
         place = node.find("origin")
@@ -592,14 +603,9 @@ def urdf_arm(text: str) -> FrameArm:
             kind, mimic = node.get("type"), node.find("mimic")
             of = node.get("name") if mimic is None else mimic.get("joint")
             columns += [of] if mimic is None and kind != "fixed" else []
-            by = (
-                [float(mimic.get(k, d)) for k, d in (("multiplier", 1), ("offset", 0))]
-                if mimic is not None
-                else [1.0, 0.0]
-            )
-            found.append(
-                (origin, along, None if kind == "fixed" else (kind != "prismatic", columns.index(of), *by))
-            )
+            by = [1.0, 0.0] if mimic is None else [float(mimic.get(*k)) for k in MIMIC.items()]
+            driven = None if kind == "fixed" else (kind != "prismatic", columns.index(of), *by)
+            found.append((origin, along, driven))
     return FrameArm(base, found, tool)
 
 

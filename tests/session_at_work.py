@@ -1,6 +1,7 @@
 """A session of the built-in arm on its plate, worked out once."""
 
 from dataclasses import dataclass, field
+from functools import partial
 from threading import Event
 
 import pytest
@@ -48,10 +49,12 @@ def worker(first, view):
 def do(worker):
     """Carry commands out one after the other; returns the session afterwards."""
 
-    def carry_out(*commands) -> Session:
-        for command in commands:
-            worker.submit(command)
-            assert worker.wait(120.0)
-        return worker.session
+    return partial(carry_out, worker)
 
-    return carry_out
+
+def carry_out(worker: Worker, *commands) -> Session:
+    """The session after commands, each carried out before the next one."""
+    for command in commands:
+        worker.submit(command)
+        assert worker.wait(120.0)
+    return worker.session

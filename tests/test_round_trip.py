@@ -64,16 +64,8 @@ def virtual(nominal: VirtualArm, folder: Path, *, seed: int, turned: bool) -> Me
     limits = np.tile([-2.0, 2.0], (arm.dof, 1)) if arm.limits is None else arm.limits.clip(-2.5, 2.5)
     q = replace(arm, limits=limits).random(rng, 110)
     position, rotation = arm.measure(q, rng, 2e-5, 1e-4, arm.sag(q, compliance=4e-5))
-    head = [f"q{k + 1}[rad]" for k in range(arm.dof)] + ["x[m]", "y[m]", "z[m]"]
-    table = [q, position]
-    if turned:
-        r = rotation
-        head += ["roll[rad]", "pitch[rad]", "yaw[rad]"]
-        pitch = np.arctan2(-r[:, 2, 0], np.hypot(r[:, 0, 0], r[:, 1, 0]))
-        roll, yaw = np.arctan2(r[:, 2, 1], r[:, 2, 2]), np.arctan2(r[:, 1, 0], r[:, 0, 0])
-        table += [np.column_stack([roll, pitch, yaw])]
-    lines = [",".join(head), *(",".join(map(repr, row)) for row in np.hstack(table).tolist())]
-    (folder / "rows.csv").write_text("\n".join(lines) + "\n")
+    rows = replace(trip.rows_of(q), position=position, rotation=rotation if turned else None)
+    trip.write_rows(folder / "rows.csv", rows)
     (folder / "robot.toml").write_text(nominal.toml(free='"auto"'))
     return Measured(str(folder / "robot.toml"), folder / "rows.csv")
 
@@ -84,9 +76,8 @@ VIRTUAL = {"aria": (aria, 1, True), "reflector": (three_parallel, 2, False), "se
 def real(name: str, shared: Path, folder: Path) -> Measured:
     """A real set, thinned where it is large."""
     place, robot = SETS[name]
-    head, *lines = (shared / place / "measurements.csv").read_text().splitlines()
-    kept = np.unique(np.linspace(0, len(lines) - 1, min(len(lines), MAX_ROWS)).astype(int))
-    (folder / "rows.csv").write_text("\n".join([head, *(lines[k] for k in kept)]) + "\n")
+    head, lines = trip.thinned(shared / place / "measurements.csv", MAX_ROWS)
+    (folder / "rows.csv").write_text("\n".join([head, *lines]) + "\n")
     return Measured(robot, folder / "rows.csv")
 
 
@@ -168,12 +159,10 @@ def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callab
     line = " ".join(out.split("mean error of the files on ")[1].split())
     rows = found["measurements"]
     numbers, held_out = np.arange(len(measured.rows)), np.array(rows["held_out_rows"])
-    pose_difference = (
-        [*(row["row"] for row in rows["excluded"]), *rows["outliers"], *found["suspects"]]
-        if diagnosed
-        else []
-    )
-    refitted = np.setdiff1d(numbers, pose_difference) if "after the final fit" in line else None
+    refitted = None
+    if "after the final fit" in line:
+        apart = [*(row["row"] for row in rows["excluded"]), *rows["outliers"], *found["suspects"]]
+        refitted = np.setdiff1d(numbers, apart)
     if not diagnosed:
         shown = found["algorithms"][re.search(r"calibrated robot \((\w+)\)", out)[1].lower()]
         file = trip.errors(trip.read_arm(toml), measured.rows.take(held_out))
@@ -200,12 +189,12 @@ ENTRANCES = {"python": in_python_calls, "command": by_command, "page": on_the_pa
 
 
 OTHERS = [("aria", "command"), ("reflector", "page")]
-"""By the quickest entrance every set, by the others one."""
-ENTERED = [marked(*each) for each in (*product((*VIRTUAL, *REAL), ["python"]), *OTHERS)]
+"""By the quickest entrance every set, by the others one, which is diagnosed by all in the slow tests."""
+ENTERED = [marked(*each) for each in product((*VIRTUAL, *REAL), ["python"], [False, True])]
+ENTERED += [pytest.param(*each, d, marks=[pytest.mark.slow] * d) for each in OTHERS for d in (False, True)]
 
 
-@pytest.mark.parametrize("diagnosed", [False, True], ids=["identify", "diagnose"])
-@pytest.mark.parametrize(("measured", "entrance"), ENTERED, indirect=["measured"])
+@pytest.mark.parametrize(("measured", "entrance", "diagnosed"), ENTERED, indirect=["measured"])
 def test_each_file_leaves_what_was_shown(measured, entrance, diagnosed, run, tmp_path):
     saved = ENTRANCES[entrance](measured, tmp_path, diagnosed=diagnosed, run=run)
     saved.check(measured.rows)

@@ -17,21 +17,9 @@ from workbench.base.errors import WorkbenchError
 
 ROOT = Path(__file__).resolve().parents[1] / "workbench"
 WINGS = [
-    "parts",
-    "base",
-    "report",
-    "arm",
-    "data",
-    "plate",
-    "identification",
-    "diagnosis",
-    "exports",
-    "session",
-    "views",
-    "cli",
-    "extras",
-    "__main__",
-]
+    "parts", "base", "report", "arm", "data", "plate", "identification", "diagnosis", "exports", "session",
+    "views", "cli", "extras", "__main__",
+]  # fmt: skip
 PLACE = {name: i for i, name in enumerate(WINGS)}
 HOMES = {
     "viser": {"views/page", "extras"},

@@ -111,10 +111,9 @@ def _placed(flange: np.ndarray, rows: trip.Rows) -> Callable[[np.ndarray], tuple
 
 def real(name: str, shared: Path, folder: Path) -> Measured:
     place, robot = SETS[name]
-    head, *lines = (shared / place / "measurements.csv").read_text().splitlines()
-    kept = np.unique(np.linspace(0, len(lines) - 1, min(len(lines), ROWS)).astype(int))
-    for part, rows in (("given", np.delete(kept, np.s_[::3])), ("fresh", kept[::3])):
-        (folder / f"{part}.csv").write_text("\n".join([head, *(lines[k] for k in rows)]) + "\n")
+    head, lines = trip.thinned(shared / place / "measurements.csv", ROWS)
+    for part, rows in (("given", [n for k, n in enumerate(lines) if k % 3]), ("fresh", lines[::3])):
+        (folder / f"{part}.csv").write_text("\n".join([head, *rows]) + "\n")
     given, fresh = (trip.read_rows(folder / f"{part}.csv") for part in ("given", "fresh"))
     return Measured(name, robot, folder / "given.csv", given, fresh)
 
@@ -141,18 +140,8 @@ def virtual(name: str, folder: Path) -> Measured:
     rows = replace(rows, position=position, rotation=noise @ pose[:, :3, :3] if turned else None)
     m = Measured(name, robot, folder / "given.csv", rows.take(np.s_[FRESH:]), rows.take(np.s_[:FRESH]),
                  lambda rows: actual(rows)[0])  # fmt: skip
-    write(m.path, m.given)
+    trip.write_rows(m.path, m.given)
     return m
-
-
-def write(path: Path, rows: trip.Rows) -> None:
-    head = [*(f"q{k + 1}[rad]" for k in range(rows.q.shape[1])), "x[m]", "y[m]", "z[m]"]
-    table = [rows.q, rows.position]
-    if rows.rotation is not None:
-        head += ["qx", "qy", "qz", "qw"]
-        table.append(Rotation.from_matrix(rows.rotation).as_quat())
-    lines = [",".join(head), *(",".join(map(repr, row)) for row in np.hstack(table).tolist())]
-    path.write_text("\n".join(lines) + "\n")
 
 
 SETS_READ = [*VIRTUAL, *(pytest.param(f"real {name}", marks=pytest.mark.data) for name in REAL)]
@@ -254,7 +243,7 @@ def test_a_rezeroed_arm_is_better_than_before(measured, joint, run, calibrated, 
     given, fresh = (replace(r, q=r.q - knock) for r in (measured.given, measured.fresh))
     now = replace(measured, given=given, fresh=fresh,
                   actual=lambda rows: measured.actual(replace(rows, q=rows.q + knock)))  # fmt: skip
-    write(tmp_path / "moved.csv", given.take(np.s_[:40]))
+    trip.write_rows(tmp_path / "moved.csv", given.take(np.s_[:40]))
     saved = tmp_path / "rezeroed.toml"
     status, _, err = run("rezero", tmp_path / "moved.csv", "--robot", calibrated, "--save", saved)
     assert status == 0, err
@@ -275,7 +264,7 @@ def test_a_corrected_path_is_nearer_to_what_was_commanded(measured, run, calibra
     inside = 0.85 * best + 0.15 * measured.given.q.mean(0)  # the path stays within the limits
     rows = replace(rows, q=inside + np.linspace(-0.1, 0.1, len(rows))[:, None])
     path, out = tmp_path / "path.csv", tmp_path / "corrected.csv"
-    write(path, rows)
+    trip.write_rows(path, rows)
     asked = ("compensate", path, "--robot", calibrated, "--nominal", measured.robot, "--out", out)
     status, _, err = run(*asked)
     assert status == 0, err

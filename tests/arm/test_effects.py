@@ -9,6 +9,7 @@ import pytest
 from checks import joint_wrenches
 from refusals import mentions, refuses
 from scipy.optimize import brentq
+from slow import slow
 
 from workbench import Frame, Motion, Robot, load_robot, read_urdf, write_urdf
 from workbench.arm.effects import EFFECTS
@@ -124,7 +125,7 @@ def test_zero_coefficients_change_nothing(arms, arm, name):
     )
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", ["aria", "sliding", *map(slow, ("katana", "urdf"))])
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_the_total_derivative(arms, arm, name):
     """Constants, frames and coefficients, through the fixed point."""

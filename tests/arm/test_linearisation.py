@@ -13,21 +13,21 @@ def q(aria, rng=None):
     return np.random.default_rng(3).uniform(low, high, (10, 6))
 
 
-def simple(jacobian, *, units=("m", "rad"), length=2.0, sigma=None):
+def of_matrix(jacobian, *, rows=1, sigma=1.0, units=None, length=1.0) -> Linearisation:
     jacobian = np.array(jacobian, float)
-    rows = len(jacobian)
+    m, p = jacobian.shape
     return Linearisation(
         jacobian=jacobian,
-        names=tuple("ab"[: jacobian.shape[1]]),
-        units=units,
-        sigma=np.ones(rows) if sigma is None else np.array(sigma, float),
-        measurement=np.arange(rows),
+        names=tuple(f"p{i}" for i in range(p)),
+        units=("m",) * p if units is None else units,
+        sigma=np.full(m, sigma),
+        measurement=np.arange(m) // rows,
         length=length,
     )
 
 
 def test_an_angle_counts_as_the_arc_at_the_characteristic_length():
-    linearisation = simple([[3.0, 0.0], [0.0, 8.0]])
+    linearisation = of_matrix([[3.0, 0.0], [0.0, 8.0]], units=("m", "rad"), length=2.0)
     assert np.allclose(linearisation.scaled, [[3.0, 0.0], [0.0, 4.0]])
     assert np.allclose(linearisation.singular_values, [4.0, 3.0])
     assert linearisation.condition == pytest.approx(4.0 / 3.0)
@@ -35,7 +35,7 @@ def test_an_angle_counts_as_the_arc_at_the_characteristic_length():
 
 
 def test_covariance_and_rank_below_full_rank():
-    linearisation = simple([[1.0, 2.0], [2.0, 4.0]], length=1.0)
+    linearisation = of_matrix([[1.0, 2.0], [2.0, 4.0]], units=("m", "rad"))
     assert linearisation.rank() == 1
     assert linearisation.condition == np.inf
     assert np.allclose(np.abs(linearisation.unidentifiable.T @ [1.0, 2.0]), 0.0, atol=1e-12)

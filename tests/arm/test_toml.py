@@ -225,29 +225,17 @@ def test_each_mistake_is_one_file_error(name, tmp_path):
     assert len(str(caught.value)) <= 300
 
 
-@given(
-    st.dictionaries(
-        st.sampled_from(["name", "convention", "joint", "element", "base", "session", "gravity"]),
-        st.recursive(
-            st.none()
-            | st.booleans()
-            | st.integers(-3, 3)
-            | st.floats()
-            | st.sampled_from(["hayati", "elementary", "auto", "rx"]),
-            lambda inner: (
-                st.lists(inner, max_size=3)
-                | st.dictionaries(
-                    st.sampled_from(
-                        ["axis", "joint", "value", "free", "type", "order", "name", "xyz", "limits"]
-                    ),
-                    inner,
-                    max_size=4,
-                )
-            ),
-            max_leaves=12,
-        ),
-    )
+KEYS = st.sampled_from(["name", "convention", "joint", "element", "base", "session", "gravity"])
+INNER = st.sampled_from(["axis", "joint", "value", "free", "type", "order", "name", "xyz", "limits"])
+WORDS = st.sampled_from(["hayati", "elementary", "auto", "rx"])
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-3, 3) | st.floats() | WORDS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(INNER, inner, max_size=4),
+    max_leaves=12,
 )
+
+
+@given(st.dictionaries(KEYS, VALUES))
 @settings(max_examples=300)
 def test_no_table_ends_in_another_error(data):
     data = _without_none({"convention": "elementary", **data})

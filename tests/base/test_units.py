@@ -13,30 +13,20 @@ from workbench.base.units import (
     to_si,
 )
 
+DEG = np.pi / 180
+IN_SI = {
+    Quantity.ANGLE: {"rad": 1, "mrad": 1e-3, "grad": np.pi / 200, "arcmin": DEG / 60}
+    | dict.fromkeys(("deg", "°", "Grad"), DEG),
+    Quantity.LENGTH: {"mm": 1e-3, "µm": 1e-6, "um": 1e-6, "in": 0.0254},
+    Quantity.TIME: {"s": 1, "min": 60},
+    Quantity.TORQUE: {"N*m": 1, "Nm": 1, "N·m": 1},
+    Quantity.NUMBER: {"-": 1, "": 1},
+    Quantity.MASS: {"kg": 1},
+}
+
 
 @pytest.mark.parametrize(
-    ("unit", "quantity", "si"),
-    [
-        ("rad", Quantity.ANGLE, 1.0),
-        ("deg", Quantity.ANGLE, np.pi / 180),
-        ("°", Quantity.ANGLE, np.pi / 180),
-        ("Grad", Quantity.ANGLE, np.pi / 180),
-        ("grad", Quantity.ANGLE, np.pi / 200),
-        ("mrad", Quantity.ANGLE, 1e-3),
-        ("arcmin", Quantity.ANGLE, np.pi / 180 / 60),
-        ("mm", Quantity.LENGTH, 1e-3),
-        ("µm", Quantity.LENGTH, 1e-6),
-        ("um", Quantity.LENGTH, 1e-6),
-        ("in", Quantity.LENGTH, 0.0254),
-        ("s", Quantity.TIME, 1.0),
-        ("min", Quantity.TIME, 60.0),
-        ("kg", Quantity.MASS, 1.0),
-        ("N*m", Quantity.TORQUE, 1.0),
-        ("Nm", Quantity.TORQUE, 1.0),
-        ("N·m", Quantity.TORQUE, 1.0),
-        ("-", Quantity.NUMBER, 1.0),
-        ("", Quantity.NUMBER, 1.0),
-    ],
+    ("unit", "quantity", "si"), [(unit, kind, si) for kind, own in IN_SI.items() for unit, si in own.items()]
 )
 def test_one_of_each_unit_in_si(unit, quantity, si):
     assert to_si(np.array([2.0]), unit, quantity)[0] == pytest.approx(2.0 * si, rel=1e-14)
@@ -57,18 +47,11 @@ def test_temperatures_have_offsets(unit, value, celsius):
     assert to_si(np.array([value]), unit, Quantity.TEMPERATURE)[0] == pytest.approx(celsius, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("unit", "quantity"),
-    [
-        ("foo", Quantity.LENGTH),
-        ("mm", Quantity.ANGLE),
-        ("", Quantity.ANGLE),
-        ("deg", Quantity.NUMBER),
-        ("C", Quantity.TEMPERATURE),
-        ("9**9**9**9", Quantity.LENGTH),
-        ("__import__('os')", Quantity.LENGTH),
-    ],
-)
+OTHERS = dict.fromkeys(("foo", "9**9**9**9", "__import__('os')"), Quantity.LENGTH)
+OTHERS |= {"mm": Quantity.ANGLE, "": Quantity.ANGLE, "deg": Quantity.NUMBER, "C": Quantity.TEMPERATURE}
+
+
+@pytest.mark.parametrize(("unit", "quantity"), OTHERS.items())
 def test_other_units_are_refused(unit, quantity):
     with pytest.raises(UnitError) as caught:
         to_si(np.array([1.0]), unit, quantity)
@@ -85,20 +68,17 @@ def test_whole_millimetres_turn_into_the_nearest_metres():
     assert to_si(whole, "mm", Quantity.LENGTH).tolist() == [float(f"{value / 1000:.3f}") for value in whole]
 
 
-@pytest.mark.parametrize(
-    ("text", "heading"),
-    [
-        ("q1[deg]", Heading("q1", "deg")),
-        ("q1 (deg)", Heading("q1", "deg")),
-        ("x / mm", Heading("x", "mm")),
-        ("x in mm", Heading("x", "mm")),
-        ("Temperatur [°C]", Heading("Temperatur", "°C")),
-        ("qw", Heading("qw", None)),
-        ("qw[]", Heading("qw", "")),
-    ],
-)
-def test_headings(text, heading):
-    assert parse_heading(text) == heading
+def test_headings():
+    parts = {
+        "q1[deg]": ("q1", "deg"),
+        "q1 (deg)": ("q1", "deg"),
+        "x / mm": ("x", "mm"),
+        "x in mm": ("x", "mm"),
+    }
+    parts |= {"Temperatur [°C]": ("Temperatur", "°C"), "qw": ("qw", None), "qw[]": ("qw", "")}
+    assert {text: parse_heading(text) for text in parts} == {
+        text: Heading(*own) for text, own in parts.items()
+    }
 
 
 def test_what_is_a_unit():

@@ -26,8 +26,8 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 import numpy as np
 from arms import SIGMA, robot_of, states
 from decide import DISTINGUISHABLE, Sight
-from draws import draw
-from generator import four, move, rotation
+from draws import direction, draw
+from generator import four, rotation, shift
 from laws import poses as deflected_poses
 from morphologies import MORPHOLOGIES
 from options import run_options
@@ -184,22 +184,19 @@ def _measured(case, arm, state, effects, rng):
     """What happened, and the poses (rows, 4, 4) that were measured without noise."""
     bases, tools = np.tile(arm.base, (ROWS, 1, 1)), np.tile(arm.tool, (ROWS, 1, 1))
     q, truth, count = state.q.copy(), [], len(case.events)
+    grown = 1.0 - np.exp(-(state.time - state.time[0]) / PACE)
     for k, event in enumerate(case.events):
-        low, high = (0.9, 0.95) if case.late else ((k + 0.7) / (count + 0.4), (k + 0.7) / (count + 0.4))
-        row = int(ROWS * rng.uniform(low, high)) + int(rng.integers(-4, 5))
-        row = min(row, ROWS - 6)
+        low, high = (0.9, 0.95) if case.late else 2 * ((k + 0.7) / (count + 0.4),)
+        row = min(int(ROWS * rng.uniform(low, high)) + int(rng.integers(-4, 5)), ROWS - 6)
         joint = int(rng.integers(arm.dof))
         if event == "zero-step":
             q[row:, joint] += rng.choice([-1.0, 1.0]) * rng.uniform(*ZERO)
             truth.append(Happened(event, joint, row))
         elif event == "warm-up joint":
-            q[:, joint] += (
-                WARM * rng.choice([-1.0, 1.0]) * (1.0 - np.exp(-(state.time - state.time[0]) / PACE))
-            )
+            q[:, joint] += WARM * rng.choice([-1.0, 1.0]) * grown
             truth.append(Happened("warm-up", joint))
         elif event == "warm-up frame":
-            grown = 1.0 - np.exp(-(state.time - state.time[0]) / PACE)
-            bases[:, :3, 3] += grown[:, None] * 1e-3 * _direction(rng)
+            bases[:, :3, 3] += grown[:, None] * 1e-3 * direction(rng)
             truth.append(Happened("warm-up"))
         elif event == "tool-step":
             tools[row:] = tools[row:] @ _moved(rng, rng.uniform(*TURN) if case.pose or case.markers else 0.0)
@@ -216,20 +213,11 @@ def _measured(case, arm, state, effects, rng):
 
 
 def _moved(rng, turn):
-    return four(rotation(turn * _direction(rng))) @ _shift(rng.uniform(*SLIP) * _direction(rng))
+    return four(rotation(turn * direction(rng))) @ shift(rng.uniform(*SLIP) * direction(rng))
 
 
 def _off(frame, rng):
-    return frame @ four(rotation(0.02 * rng.uniform(-1, 1, 3))) @ _shift(0.02 * rng.uniform(-1, 1, 3))
-
-
-def _shift(vector):
-    return move("x", vector[0]) @ move("y", vector[1]) @ move("z", vector[2])
-
-
-def _direction(rng):
-    vector = rng.standard_normal(3)
-    return vector / np.linalg.norm(vector)
+    return frame @ four(rotation(0.02 * rng.uniform(-1, 1, 3))) @ shift(0.02 * rng.uniform(-1, 1, 3))
 
 
 def judge(name: str, seed: int) -> dict:

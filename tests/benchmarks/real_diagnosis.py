@@ -185,19 +185,6 @@ def bounds(done: dict[str, list[Part]]) -> Iterator[tuple[str, bool]]:
         yield f"{name}: at most {maximum} causes ≤ {MAX_CAUSES}", maximum <= MAX_CAUSES
 
 
-HEADS = (
-    "set",
-    "folds",
-    "held out [mm]",
-    "held out [°]",
-    "unspoken",
-    "found",
-    "causes",
-    "map [mm]",
-    "verdict",
-)
-
-
 def main(arguments=None):
     given = options(arguments)
     folds: dict[str, list[Part]] = {}
@@ -206,7 +193,9 @@ def main(arguments=None):
         done = one(robot, train, held)
         print(f"{name}, {part}: {done}", file=sys.stderr, flush=True)
         (pairs if part.startswith("half") else folds).setdefault(name, []).append(done)
-    table = Table(*HEADS, "joint noise", "s", title="diagnosis of measured arms: nominal → geometry → final")
+    heads = "set|folds|held out [mm]|held out [°]|unspoken|found|causes|map [mm]|verdict|joint noise|s"
+    title = "diagnosis of measured arms: nominal → geometry → final"
+    table = Table(*heads.split("|"), title=title)
     for name, parts in folds.items():
         table.add_row(*row(name, parts))
     console = Console(width=max(Console().width, 200))

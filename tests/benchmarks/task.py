@@ -17,6 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from generator import VirtualArm, rotation
+from generator import turn as about
+
 ARMS = ("plain", "tilted")
 JOINTS = 6
 SIGMA_POSITION = 1e-4  # m
@@ -25,29 +29,12 @@ LENGTH_ERROR = 2e-3  # m, even
 ANGLE_ERROR = np.deg2rad(0.5)  # even
 HALF_PI = np.pi / 2
 # alpha, a, theta, d of each joint
-NOMINAL = np.array(
-    [
-        [0.0, 0.0, 0.0, 0.205],
-        [HALF_PI, 0.0, 0.0, 0.0],
-        [0.0, 0.41, HALF_PI, -0.0048],
-        [HALF_PI, 0.03, 0.0, 0.336],
-        [-HALF_PI, 0.0, 0.0, -0.049],
-        [HALF_PI, 0.0, 0.0, 0.202],
-    ]
-)
+NOMINAL = np.array([
+    [0, 0, 0, 0.205], [HALF_PI, 0, 0, 0], [0, 0.41, HALF_PI, -0.0048], [HALF_PI, 0.03, 0, 0.336],
+    [-HALF_PI, 0, 0, -0.049], [HALF_PI, 0, 0, 0.202],
+])  # fmt: skip
 TOOL = np.array([0.03, -0.02, 0.10])  # m, orientation of the flange
 LIMITS = np.array([[-3.0, 3.0], [-0.97, 3.6], [-3.0, 1.69], [-3.0, 3.0], [-3.0, 3.0], [-3.0, 3.0]])
-
-
-def rotation(axis, angle):
-    """Rotation matrices about a coordinate axis (0, 1, 2)."""
-    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
-    rows = {
-        0: [[one, zero, zero], [zero, c, -s], [zero, s, c]],
-        1: [[c, zero, s], [zero, one, zero], [-s, zero, c]],
-        2: [[c, -s, zero], [s, c, zero], [zero, zero, one]],
-    }[axis]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 def transform(turn, place):
@@ -59,24 +46,10 @@ def transform(turn, place):
     return out
 
 
-def rotvec(vector):
-    """Rotation matrices of rotation vectors (Rodrigues)."""
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    x, y, z = np.moveaxis(vector / np.maximum(angle[..., 0], 1e-300), -1, 0)
-    o = np.zeros_like(x)
-    k = np.moveaxis(np.array([[o, -z, y], [z, o, -x], [-y, x, o]]), (0, 1), (-2, -1))
-    return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
-
-
-def forward(q, constants=NOMINAL, beta=None, base=None, tool=None):
-    """Poses of the tool for joint rows."""
-    beta = np.zeros(JOINTS) if beta is None else beta
-    pose = np.broadcast_to(np.eye(4) if base is None else base, (len(q), 4, 4))
-    for i, (alpha, a, theta, d) in enumerate(constants):
-        pose = pose @ transform(rotation(0, alpha) @ rotation(1, beta[i]), np.zeros(3))
-        turn = rotation(2, q[:, i] + theta)
-        pose = pose @ transform(turn, np.array([a, 0.0, 0.0]) + turn @ np.array([0.0, 0.0, d]))
-    return pose @ (transform(np.eye(3), TOOL) if tool is None else tool)
+def arm(constants, beta, **frames):
+    """The arm of these constants."""
+    alpha, a, theta, d = constants.T
+    return VirtualArm("craig", np.column_stack([theta, d, a, alpha, beta]), **frames)
 
 
 def make(seed, train, held_out):
@@ -85,7 +58,7 @@ def make(seed, train, held_out):
     spread = np.array([ANGLE_ERROR, LENGTH_ERROR, ANGLE_ERROR, LENGTH_ERROR])
     constants = NOMINAL + rng.uniform(-1, 1, NOMINAL.shape) * spread
     base, tool = (
-        transform(rotvec(rng.uniform(-1, 1, 3) * ANGLE_ERROR), rng.uniform(-1, 1, 3) * LENGTH_ERROR)
+        transform(rotation(rng.uniform(-1, 1, 3) * ANGLE_ERROR), rng.uniform(-1, 1, 3) * LENGTH_ERROR)
         for _ in range(2)
     )
     tool = transform(np.eye(3), TOOL) @ tool
@@ -94,8 +67,8 @@ def make(seed, train, held_out):
     q = rng.uniform(LIMITS[:, 0], LIMITS[:, 1], (train + held_out, JOINTS))
     arrays = {"q": q[:train], "q_held_out": q[train:]}
     for name, beta in zip(ARMS, (np.zeros(JOINTS), tilt), strict=True):
-        actual = forward(q, constants, beta, base, tool)
-        turned = rotvec(rng.normal(0, SIGMA_ROTATION, (train, 3))) @ actual[:train, :3, :3]
+        actual = arm(constants, beta, base=base, tool=tool).pose(q)
+        turned = rotation(rng.normal(0, SIGMA_ROTATION, (train, 3))) @ actual[:train, :3, :3]
         noise = rng.normal(0, SIGMA_POSITION, (train, 3))
         arrays[name] = transform(turned, actual[:train, :3, 3] + noise)
         arrays[f"{name}_held_out"] = actual[train:]
@@ -107,9 +80,9 @@ def urdf():
     lines = ['<robot name="aria">', '<link name="base_link"/>']
     parent = "base_link"
     for i, (alpha, a, theta, d) in enumerate(NOMINAL, 1):
-        place = np.array([a, 0, 0]) + rotation(0, alpha) @ [0, 0, d]
+        place = np.array([a, 0, 0]) + about("x", alpha)[:3, :3] @ [0, 0, d]
         # Rot(x, α) Rot(z, θ) as roll, pitch, yaw: α = ±90° turns yaw into pitch
-        turn = rotation(0, alpha) @ rotation(2, theta)
+        turn = (about("x", alpha) @ about("z", theta))[:3, :3]
         pitch = np.arcsin(np.clip(-turn[2, 0], -1, 1))
         roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
         if abs(abs(turn[2, 0]) - 1) < 1e-12:

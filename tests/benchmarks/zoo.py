@@ -10,7 +10,6 @@ without one under `--alarms`. Results on judging seeds must change nothing in th
 """
 
 import argparse
-import importlib
 import multiprocessing
 import os
 import sys
@@ -34,27 +33,18 @@ from morphologies import ARMS, MORPHOLOGIES, SIX
 from rich.console import Console
 from rich.progress import track
 
+from workbench.diagnosis.diagnose import diagnose
 from workbench.report.blocks import ResultTable
 from workbench.report.result_display import as_text
 
-DIAGNOSE = "workbench.diagnosis.diagnose:diagnose"
 GROUPS = {"all": tuple(MORPHOLOGIES), "six": SIX, "classic": tuple(ARMS)}
 """Morphologies by one word."""
 EACH, THREE, GOOD, ALARMS, FALSE, ODDS = 0.95, 0.85, 0.95, 0.02, 0.05, 0.05
 """Least share right of each kind, of three at once, and of good models; greatest share of arms without an
 effect that are accused under a condition, of false causes per arm, and expected error of stated odds."""
 HEADS = (
-    "case",
-    "arms",
-    "right",
-    "or in a class",
-    "missed",
-    "false",
-    "failed",
-    "good",
-    "error / σ",
-    "seconds",
-)
+    "case", "arms", "right", "or in a class", "missed", "false", "failed", "good", "error / σ", "seconds"
+)  # fmt: skip
 
 
 class Task(NamedTuple):
@@ -75,7 +65,6 @@ def options(arguments=None):
     parser.add_argument("--alarms", default="all", help="conditions of arms without an effect, likewise")
     parser.add_argument("--held-out", type=float, default=0.0, help="share kept from the diagnosis")
     parser.add_argument("--jobs", type=int, default=2, help="processes; 0: this one, for a debugger")
-    parser.add_argument("--diagnose", default=DIAGNOSE, help="module:function that takes robot and data")
     parser.add_argument("--wrong", action="store_true", help="list the cases that are not right")
     parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
     given = parser.parse_args(arguments)
@@ -102,10 +91,8 @@ def tasks(given) -> Iterator[Task]:
 
 def one(task: Task, given) -> Judged | None:
     """Make and judge one case; None where no arm can show it."""
-    module, function = given.diagnose.split(":")
-    if (case := drawn(task, given.on)) is None:
-        return None
-    return judge(case, getattr(importlib.import_module(module), function), held_out=given.held_out)
+    case = drawn(task, given.on)
+    return None if case is None else judge(case, diagnose, held_out=given.held_out)
 
 
 def drawn(task: Task, arms: Sequence[str]) -> Case | None:

@@ -1,26 +1,14 @@
 """Files that can't be measurements: one sentence with file, line and column, as the right error."""
 
-import io
-import zipfile
-
 import numpy as np
 import pytest
+from binary_files import zipped
 
 from workbench.base.errors import DataError, FileError, OptionError, UnitError
 from workbench.data.readers import preview, read_measurements
 
 HEAD = "q1[rad],q2[rad],x[m],y[m],z[m]\n"
 ROWS = "0.1,0.2,1.0,2.0,3.0\n0.3,0.4,1.1,2.1,3.1\n"
-
-
-@pytest.fixture
-def file(tmp_path):
-    def write(content, name="rows.csv"):
-        path = tmp_path / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
-
-    return write
 
 
 def refusal(path, error=FileError, **options):
@@ -67,26 +55,19 @@ def test_unreadable_options(file):
         refusal(path, OptionError, columns=columns)
 
 
-def archive(name):
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as made:
-        made.writestr(name, "hello")
-    return buffer.getvalue()
-
-
 @pytest.mark.parametrize(
     ("content", "word"),
     [
         (b"\x89PNG\r\n\x1a\n" + bytes(20), "PNG"),
         (b"%PDF-1.7\n1 0 obj", "PDF"),
-        (archive("a.txt"), "zip"),
+        (zipped(("a.txt", "hello")), "zip"),
         (b"\x1f\x8b\x08" + bytes(9), "gzip"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", ".xlsx"),
         (b"\x89HDF\r\n\x1a\n" + bytes(9), "-v7"),
         (b"MATLAB 7.3 MAT-file" + bytes(200), "-v7"),
         (b"MATLAB 5.0 MAT-file" + bytes(200), "MATLAB"),
         (b"PAR1" + bytes(9), "parquet"),
-        (archive("xl/workbook.xml") + b"[Content_Types].xml", "workbook"),
+        (zipped(("xl/workbook.xml", "hello")) + b"[Content_Types].xml", "workbook"),
         (b'name = "arm"\nconvention = "dh"\n\n[[joint]]\ntheta = 0.0\nd = 0.2\n', "TOML"),
         (b'<?xml version="1.0"?>\n<robot name="arm"><link name="base"/></robot>', "URDF"),
         (b"<html><body>1,2,3</body></html>", "XML"),

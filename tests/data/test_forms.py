@@ -18,13 +18,8 @@ ROTATED = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]  # 90° about x
 
 
 @pytest.fixture
-def read(tmp_path):
-    def reader(content, name="rows.csv", **options):
-        path = tmp_path / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return read_measurements(path, **options)
-
-    return reader
+def read(file):
+    return lambda content, name="rows.csv", **options: read_measurements(file(content, name), **options)
 
 
 COMMA = "q1[deg],q2[mm],x[mm],y[in],z[µm]\n90,500,1000,10,2000000\n-45.5,0.25,1,2,3\n"

@@ -20,7 +20,7 @@ import numpy as np
 from cases import ANY, CASES, POOL, Case, permitted, required
 from decide import Sight, decidable, shows
 from draws import HOUR, draw, steady
-from generator import four, move, rotation
+from generator import four, rotation, shift
 from laws import State, wound
 from laws import poses as deflected_poses
 from morphologies import ARMS, MORPHOLOGIES
@@ -74,7 +74,7 @@ def make(
     nominal = MORPHOLOGIES[arm]()
     actual = nominal.perturbed(of_arm, LENGTH, ANGLE)
     if free_frames:
-        actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
+        actual = replace(actual, base=off(actual.base, of_arm), tool=off(actual.tool, of_arm))
     chosen = CASES[kind]
     load = chosen.payload or ((0.0, 2.0) if of_arm.random() < 0.5 else None)
     drawn = states(actual, max(ROWS, poses), of_rows, load)
@@ -86,7 +86,7 @@ def make(
     state, exact = drawn.take(slice(0, poses)), states(actual, 2 * EXACT, of_exact, load)
     exact = exact.take(np.flatnonzero(steady(actual, hidden, exact))[:EXACT])
     sigma = (noise * SIGMA[0], noise * SIGMA[1])
-    data, off = _measured(actual, hidden, state, sigma, of_noise, chosen.misseated)
+    data, misseated = _measured(actual, hidden, state, sigma, of_noise, chosen.misseated)
     known = {"payload"} if load else set()
     small = [e for e in hidden if not shows(sight, e, hidden)] if chosen.everywhere else []
     return Case(
@@ -98,7 +98,7 @@ def make(
         exact=_table(deflected_poses(actual, hidden, exact), exact, known, "pose"),
         truth=tuple(required(e) for e in hidden if e not in small and not chosen.nameless),
         allowed=tuple(permitted(chosen, hidden, nominal.dof)),
-        misseated=off,
+        misseated=misseated,
         hidden=hidden,
         actual=actual,
         state=state,
@@ -107,19 +107,15 @@ def make(
     )
 
 
-def _off(frame, rng):
+def off(frame, rng):
     """A frame as it stands, away from where it is said to be."""
-    return frame @ four(rotation(TURNED * rng.uniform(-1, 1, 3))) @ _shift(PLACED * rng.uniform(-1, 1, 3))
+    return frame @ four(rotation(TURNED * rng.uniform(-1, 1, 3))) @ shift(PLACED * rng.uniform(-1, 1, 3))
 
 
 def _across(vector, rng):
     """A unit vector across another, at random."""
     found = np.cross(vector, rng.standard_normal(3))
     return found / np.linalg.norm(found)
-
-
-def _shift(vector):
-    return move("x", vector[0]) @ move("y", vector[1]) @ move("z", vector[2])
 
 
 def states(arm, rows, rng, payload):

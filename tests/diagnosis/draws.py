@@ -106,11 +106,12 @@ def _deciding(effect, held):
 def _whole(name, rng):
     if name == "thermal-growth":
         return Effect(name, (), (float(rng.uniform(*GROWTH)),))
-    parts = [rng.uniform(*size) * _direction(rng) for size in (CREEP, TWIST)]
+    parts = [rng.uniform(*size) * direction(rng) for size in (CREEP, TWIST)]
     return Effect(name, (), tuple((np.concatenate(parts) / HOUR).tolist()))
 
 
-def _direction(rng):
+def direction(rng):
+    """A unit vector."""
     v = rng.standard_normal(3)
     return v / np.linalg.norm(v)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from checks import with_errors
 
 from tests.exports import readers
 from workbench import Frame, Motion, Robot, load_robot, tool_poses
@@ -22,10 +23,8 @@ def calibrated(name: str, seed: int = 0) -> tuple[Robot, Robot]:
     """A nominal arm, and one like it with constants that are a little off and a tool; without effects."""
     nominal = load_robot(name).with_effects()
     rng = np.random.default_rng(seed)
-    names = nominal.default_free
-    moved = nominal.values(names) + rng.normal(0.0, 1e-3, len(names))
+    arm = with_errors(nominal, rng.normal(0.0, 1e-3, len(nominal.default_free)))
     tool = Frame(np.array([0.01, -0.02, 0.12]), se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])))
-    arm = nominal.with_values(dict(zip(names, moved.tolist(), strict=True)))
     return nominal, arm.with_frames(base=Frame(), tool=tool)
 
 

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from checks import with_errors
 
 import workbench as wb
 from workbench.arm.calibrated_region import region_text
@@ -18,11 +19,7 @@ CENTRE = np.array([0.0, -1.2, 1.2, -1.0, 1.0, 0.0])
 def arms():
     rng = np.random.default_rng(0)
     nominal = wb.load_robot("ur5e").bare
-    names = nominal.default_free
-    made = {
-        n: float(v + rng.normal() * 1e-3) for n, v in zip(names, nominal.values(names).tolist(), strict=True)
-    }
-    actual = nominal.with_values(made)
+    actual = with_errors(nominal, 1e-3 * rng.normal(size=len(nominal.default_free)))
     q = CENTRE + rng.uniform(-0.35, 0.35, (40, 6))
     points = actual.predict(q)[:, :3, 3] + rng.normal(0.0, 5e-5, (40, 3))
     return actual, wb.identify(wb.load_robot("ur5e"), Dataset(q=q, position=points)).robot

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checks import with_errors
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.calibration_record import Calibration, Expected, Observed
@@ -66,8 +67,7 @@ def test_more_parts_leave_less_and_what_is_left_is_said(nominal):
     rng = np.random.default_rng(4)
     names = nominal.default_free
     sizes = [5e-3 if n.endswith((".d", ".a")) else 0.01 for n in names]
-    wrong = nominal.values(names) + rng.normal(size=len(names)) * sizes
-    calibrated = nominal.with_values(dict(zip(names, wrong, strict=True)))
+    calibrated = with_errors(nominal, rng.normal(size=len(names)) * sizes)
     q = rng.uniform(-1.5, 1.5, (100, 6))
     found = [controller_numbers(calibrated, nominal, q=q, parts=list(ControllerPart)[:k]) for k in (1, 2, 3)]
 
@@ -85,10 +85,7 @@ def test_more_parts_leave_less_and_what_is_left_is_said(nominal):
 
 def test_the_answer_is_a_minimum(nominal):
     rng = np.random.default_rng(5)
-    names = nominal.default_free
-    calibrated = nominal.with_values(
-        dict(zip(names, nominal.values(names) + rng.normal(0, 3e-3, len(names)), strict=True))
-    )
+    calibrated = with_errors(nominal, rng.normal(0, 3e-3, len(nominal.default_free)))
     q = rng.uniform(-1.5, 1.5, (60, 6))
     found = controller_numbers(calibrated, nominal, q=q)
     wanted = tool_poses(calibrated, Motion(q))

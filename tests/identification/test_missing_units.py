@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tests.generator import VirtualArm
+from tests.generator import VirtualArm, shift
+from tests.round_trip import placed
 from workbench import evaluate, identify, load_robot, read_measurements
 from workbench.base.errors import UnitError
 from workbench.data.readers.preview import preview
@@ -20,14 +21,15 @@ UR5E = [(0, 0.1625, 0, H), (0, 0, -0.425, 0), (0, 0, -0.3922, 0), (0, 0.1333, 0,
 
 @pytest.fixture(scope="module")
 def measured():
+    return poses_of_ur5e(np.random.default_rng(11), 40)
+
+
+def poses_of_ur5e(rng, count):
     """Joints [rad] and poses [m] of a UR5e with errors of half a millimetre, elsewhere in a room."""
-    rng = np.random.default_rng(11)
     table = np.column_stack([np.array(UR5E) + rng.normal(0.0, 5e-4, (6, 4)), np.zeros(6)])
-    base, tool = np.eye(4), np.eye(4)
-    base[:3, :3], base[:3, 3] = Rotation.from_euler("xyz", [0.02, -0.01, 0.7]).as_matrix(), (0.4, -0.3, 0.9)
-    tool[:3, 3] = 0.01, 0.02, 0.08
-    q = rng.uniform([-2, -2.2, 0.3, -2, -2, -2], [2, -0.4, 2.2, 2, 2, 2], (40, 6))
-    return q, VirtualArm("dh", table, base=base, tool=tool).pose(q)
+    base = placed([0.4, -0.3, 0.9], [0.02, -0.01, 0.7])
+    q = rng.uniform([-2, -2.2, 0.3, -2, -2, -2], [2, -0.4, 2.2, 2, 2, 2], (count, 6))
+    return q, VirtualArm("dh", table, base=base, tool=shift([0.01, 0.02, 0.08])).pose(q)
 
 
 def table(names, *columns):

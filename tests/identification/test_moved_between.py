@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 from refusals import refuses
-from scipy.spatial.transform import Rotation
 
-from tests.generator import VirtualArm
-from tests.identification.test_missing_units import UR5E
+from tests.identification.test_missing_units import poses_of_ur5e
 from workbench import Dataset, identify
 from workbench.base.errors import DataError
 
@@ -14,12 +12,8 @@ from workbench.base.errors import DataError
 def rows(seed, moved_at, *, of=60):
     """Joints and points of a UR5e, of which the instrument is carried elsewhere after some rows."""
     rng = np.random.default_rng(seed)
-    table = np.column_stack([np.array(UR5E) + rng.normal(0.0, 5e-4, (6, 4)), np.zeros(6)])
-    base, tool = np.eye(4), np.eye(4)
-    base[:3, :3], base[:3, 3] = Rotation.from_euler("z", 0.7).as_matrix(), (0.4, -0.3, 0.9)
-    tool[:3, 3] = 0.01, 0.02, 0.08
-    q = rng.uniform([-2, -2.2, 0.3, -2, -2, -2], [2, -0.4, 2.2, 2, 2, 2], (of, 6))
-    points = VirtualArm("dh", table, base=base, tool=tool).pose(q)[:, :3, 3]
+    q, poses = poses_of_ur5e(rng, of)
+    points = poses[:, :3, 3]
     points[moved_at:] += 0.5, 0.2, 0.0
     return q, points + rng.normal(0.0, 3e-5, points.shape)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
+from slow import slow
 
 from workbench import Dataset, Motion, Noise, Prior, load_robot, tool_poses
 from workbench.arm.frame import FRAME_PARTS
@@ -59,8 +60,8 @@ def held_out_error(robot, arm, rng, rows=100):
 HIDDEN = {
     "made badly": lambda: generator.aria().perturbed(np.random.default_rng(11)),
     "made badly too": lambda: generator.aria().perturbed(np.random.default_rng(12)),
-    "table 3": generator.aria_table3,
-    "table 4": generator.aria_table4,
+    "table 3": generator.ARMS["aria-table3"],
+    "table 4": generator.ARMS["aria-table4"],
 }
 
 
@@ -193,7 +194,7 @@ def test_a_replaced_joint_is_mastered_with_a_few_poses(tmp_path):
     assert errors[1] > 5 * errors[0]
 
 
-@pytest.mark.parametrize("loss", [Loss.HUBER, Loss.TUKEY])
+@pytest.mark.parametrize("loss", [Loss.HUBER, slow(Loss.TUKEY)])
 def test_a_robust_loss_withstands_bad_rows_and_lists_them(loss):
     rng = np.random.default_rng(41)
     arm = generator.aria().perturbed(rng)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from checks import with_errors
 
 import workbench as wb
 from workbench.data.dataset import Dataset
@@ -10,12 +11,9 @@ from workbench.identification.rows.two_places import two_places
 
 def measured(shift, away, *, noise=5e-5):
     rng, nominal = np.random.default_rng(3), wb.load_robot("ur5e").bare
-    names = nominal.default_free
-    made = {
-        n: float(v + rng.normal() * 5e-4) for n, v in zip(names, nominal.values(names).tolist(), strict=True)
-    }
+    arm = with_errors(nominal, 5e-4 * rng.normal(size=len(nominal.default_free)))
     q = rng.uniform(-2.0, 2.0, (90, 6))
-    points = nominal.with_values(made).predict(q)[:, :3, 3] + rng.normal(0.0, noise, (90, 3))
+    points = arm.predict(q)[:, :3, 3] + rng.normal(0.0, noise, (90, 3))
     return Dataset(q=q, position=points + away[:, None] * np.asarray(shift))
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
+from tests.arm.test_linearisation import of_matrix
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.base.errors import OptionError
@@ -11,19 +12,6 @@ from workbench.plate.observability import INDICES, I, O, SetIndex, index_named
 from workbench.plate.predicted_error import rise_without_each
 
 SETS = tuple(name for name, index in INDICES.items() if isinstance(index, SetIndex))
-
-
-def of_matrix(jacobian, *, rows=1, sigma=1.0, units=None, length=1.0) -> Linearisation:
-    jacobian = np.array(jacobian, float)
-    m, p = jacobian.shape
-    return Linearisation(
-        jacobian=jacobian,
-        names=tuple(f"p{i}" for i in range(p)),
-        units=("m",) * p if units is None else units,
-        sigma=np.full(m, sigma),
-        measurement=np.arange(m) // rows,
-        length=length,
-    )
 
 
 def arm_set(number=10, seed=0) -> Linearisation:

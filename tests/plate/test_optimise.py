@@ -202,36 +202,17 @@ def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goa
 
 
 @pytest.mark.parametrize(
-    ("change", "design", "error", "message"),
+    ("changed", "wanted", "kept", "error", "message"),
     [
-        (lambda p: replace(p, size=None), DesignRequest(), OptionError, "has no size"),
-        (lambda p: p, DesignRequest(number=200), OptionError, "plate size and spacing conflict: 200 targets"),
-        (
-            lambda p: replace(p, xyz=np.array([0.1, 0.0, 0.1])),
-            DesignRequest(),
-            OptionError,
-            "overlaps the base of robot 'ARIA' by .* mm",
-        ),
-        (
-            lambda p: p,
-            DesignRequest(constraints=Constraints(clearance=0.05)),
-            OptionError,
-            "clearance and the plate's place conflict",
-        ),
-        (
-            lambda p: p,
-            DesignRequest(places=20, constraints=Constraints(limit_margin=3.0)),
-            DataError,
-            "joint limits and .* conflict",
-        ),
-        (
-            lambda p: p,
-            DesignRequest(number=30, places=60, constraints=Constraints(spacing=0.1)),
-            DataError,
-            "spacing and clearance from other blocks conflict",
-        ),
+        ({"size": None}, {}, {}, OptionError, "has no size"),
+        ({}, {"number": 200}, {}, OptionError, "plate size and spacing conflict: 200 targets"),
+        ({"xyz": np.array([0.1, 0, 0.1])}, {}, {}, OptionError, "overlaps the base of robot 'ARIA' by .* mm"),
+        ({}, {}, {"clearance": 0.05}, OptionError, "clearance and the plate's place conflict"),
+        ({}, {"places": 20}, {"limit_margin": 3.0}, DataError, "joint limits and .* conflict"),
+        ({}, {"number": 30, "places": 60}, {"spacing": 0.1}, DataError, "spacing and .* blocks conflict"),
     ],
 )
-def test_what_can_not_be_had_is_named(aria, plate, goal, change, design, error, message):
+def test_what_can_not_be_had_is_named(aria, plate, goal, changed, wanted, kept, error, message):
+    request = DesignRequest(**wanted, constraints=Constraints(**kept))
     with pytest.raises(error, match=message):
-        optimise_plate(aria, change(plate), reading=SEAT, goal=goal, rng=rng(), request=design)
+        optimise_plate(aria, replace(plate, **changed), reading=SEAT, goal=goal, rng=rng(), request=request)

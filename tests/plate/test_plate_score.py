@@ -2,55 +2,26 @@
 
 from dataclasses import replace
 
+import generator
 import numpy as np
 import pytest
 
 import workbench as wb
 from workbench.arm.linearisation import linearise
+from workbench.plate import target_readings as readings
 from workbench.plate.free_constants import identified_names, visible, visible_basis
 from workbench.plate.plate import Kind, Target
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.plates import score_json
-from workbench.plate.target_readings import (
-    READINGS,
-    SEAT,
-    linearise_reading,
-    linearise_targets,
-    reading_named,
-    usual_sigma,
-)
 
 # theta, d, a, alpha, beta of ARIA Table 1; beta of joint 2 is free instead of d, as axes 2 and 3 are parallel
-TABLE_1 = np.array(
-    [
-        [0, 0.205, 0, np.pi / 2, 0],
-        [0, 0, 0.41, 0, 0],
-        [np.pi / 2, -0.0048, 0.03, np.pi / 2, 0],
-        [0, 0.336, 0, -np.pi / 2, 0],
-        [0, -0.049, 0, np.pi / 2, 0],
-        [0, 0.202, 0, 0, 0],
-    ]
-)
+TABLE_1 = generator.aria().table
 FREE = [(i, k) for i in range(6) for k in range(5) if k != (1 if i == 1 else 4)]
-
-
-def turned(axis, angle):
-    c, s = np.cos(angle), np.sin(angle)
-    i, j = [(1, 2), (2, 0), (0, 1)][axis]
-    matrix = np.eye(4)
-    matrix[[i, j], [i, j]] = c
-    matrix[i, j], matrix[j, i] = -s, s
-    return matrix
 
 
 def forward(q, table=TABLE_1):
     """ARIA eqs. (7), (8)."""
-    pose = np.eye(4)
-    for angle, (theta, d, a, alpha, beta) in zip(q, table, strict=True):
-        shift = np.eye(4)
-        shift[:3, 3] = [a, 0, d]
-        pose = pose @ turned(2, angle + theta) @ shift @ turned(0, alpha) @ turned(1, beta)
-    return pose
+    return generator.VirtualArm("hayati", table).pose(q)[0]
 
 
 def jacobian(q, step=1e-6):
@@ -162,11 +133,11 @@ def in_the_air(plate, above):
 def test_a_score_solves_for_a_ball_bar_s_anchors_as_the_search_does(aria, plate, solutions):
     air, names = in_the_air(plate, 0.0), aria.default_free
     q = np.stack([found[0].q for found in solutions])
-    sigma = usual_sigma(air)
-    assert sigma[0] == READINGS["ball-bar"][1]
-    assert usual_sigma(plate) == SEAT
-    seen = linearise_targets(aria, air, q, names=names, sigma=sigma)
-    reading, exact = reading_named("ball-bar", aria, air), np.zeros((len(q), 2))
-    searched = linearise_reading(aria, q, reading, target_sigma=exact, names=names)
+    sigma = readings.usual_sigma(air)
+    assert sigma[0] == readings.READINGS["ball-bar"][1]
+    assert readings.usual_sigma(plate) == readings.SEAT
+    seen = readings.linearise_targets(aria, air, q, names=names, sigma=sigma)
+    reading, exact = readings.reading_named("ball-bar", aria, air), np.zeros((len(q), 2))
+    searched = readings.linearise_reading(aria, q, reading, target_sigma=exact, names=names)
     information = searched.scaled.T @ searched.scaled
     assert np.allclose(seen.scaled.T @ seen.scaled, information, rtol=1e-6, atol=1e-9 * information.max())

@@ -2,6 +2,8 @@
 
 import json
 
+from session_at_work import carry_out
+
 from workbench.session import Worker
 from workbench.session.journal import codec
 from workbench.session.journal.reader import JOURNAL
@@ -17,10 +19,7 @@ class Run:
         )
 
     def __call__(self, *commands):
-        for command in commands:
-            self.worker.submit(command)
-            assert self.worker.wait(120.0)
-        return self.worker.session
+        return carry_out(self.worker, *commands)
 
     @property
     def lines(self):

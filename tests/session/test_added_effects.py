@@ -37,7 +37,7 @@ def judged_errors(validation):
     return (validation.held_out or validation.train).position_mm.mean
 
 
-@pytest.fixture(scope="module", params=["payload", "direction", slow("temperature"), slow("time")])
+@pytest.fixture(scope="module", params=["direction", *map(slow, ("payload", "temperature", "time"))])
 def measured(request, tmp_path_factory):
     return driven_file(request.param, tmp_path_factory.mktemp("driven"))
 

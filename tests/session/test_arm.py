@@ -1,12 +1,11 @@
 """Another robot, another plate, jogging; rows left out and parameters held; the hidden effect."""
 
-import io
-import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import trimesh
+from binary_files import zipped
 from refusals import mentions, refuses
 
 from workbench import Motion, load_robot, tool_poses, write_plate, write_toml, write_urdf
@@ -94,15 +93,6 @@ def test_a_urdf_from_the_page_is_corrected_in_a_copy(do, tmp_path):
     assert b"<robot" in content
 
 
-def archive(files) -> bytes:
-    """A ZIP file of these."""
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w") as made:
-        for name, content in files.items():
-            made.writestr(name, content)
-    return packed.getvalue()
-
-
 JOINT = '<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>'
 URDF = f"""<robot name="one"><link name="base"/><link name="arm"><visual><geometry>
 <mesh filename="package://one/meshes/arm.stl"/></geometry></visual></link><link name="hand"/>
@@ -114,7 +104,7 @@ URDF = f"""<robot name="one"><link name="base"/><link name="arm"><visual><geomet
 def test_a_urdf_in_an_archive_brings_its_meshes(first):
     stl = trimesh.creation.box((0.3, 0.05, 0.05)).export(file_type="stl")
     for meshes in ({"one/meshes/arm.stl": stl}, {}):
-        command = LoadModel("arm.zip", archive({"one/urdf/one.urdf": URDF} | meshes))
+        command = LoadModel("arm.zip", zipped(("one/urdf/one.urdf", URDF), *meshes.items()))
         assert holds_urdf(command.name, command.content)
         session = command.finish(first, command.compute(first))
         assert [len(mesh.faces) for mesh in link_meshes(session.robot)] == [12] * len(meshes)
@@ -125,8 +115,8 @@ def test_a_urdf_in_an_archive_brings_its_meshes(first):
     ("content", "why"),
     [
         (b"PK\x03\x04 no archive", "damaged archive"),
-        (archive({"arm.stl": b"x"}), "found none"),
-        (archive({"a.urdf": URDF, "b/b.urdf": URDF}), "found a.urdf, b.urdf"),
+        (zipped(("arm.stl", b"x")), "found none"),
+        (zipped(("a.urdf", URDF), ("b/b.urdf", URDF)), "found a.urdf, b.urdf"),
     ],
 )
 def test_an_archive_without_one_urdf_is_refused(first, content, why):

@@ -4,14 +4,14 @@ import zipfile
 
 import numpy as np
 import pytest
+from driven_effects import tracked_file
 
-from workbench import Motion, load_robot, tool_poses, write_measurements
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
 from workbench.data.readers.preview import preview
-from workbench.data.simulation.instruments import instrument_named
-from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
@@ -29,9 +29,8 @@ from workbench.session.state import Focus
 def file(tmp_path_factory) -> bytes:
     robot, rng = load_robot("aria"), np.random.default_rng(8)
     actual = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01)
-    q = rng.uniform(*np.clip(robot.limits, -2.5, 2.5).T, (50, 6))
-    rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
-    return write_measurements(rows, tmp_path_factory.mktemp("data") / "a.csv").read_bytes()
+    path = tmp_path_factory.mktemp("data") / "a.csv"
+    return tracked_file(actual, path, rng, rows=50, reach=2.5).read_bytes()
 
 
 def test_before_a_fit_rows_of_a_tracker_elsewhere_lie_where_the_arm_reached_them(do, tmp_path):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checks import with_errors
 from refusals import mentions
 
 from workbench import load_robot, measure_poses, write_measurements
@@ -20,9 +21,7 @@ from workbench.session.page_state import Severity
 @pytest.fixture(scope="module")
 def ur5_rows():
     nominal = load_robot("ur5")
-    off = nominal.values(nominal.default_free)
-    slightly = dict(zip(nominal.default_free, (off + 1e-3).tolist(), strict=True))
-    return measure_poses(nominal, 40, actual=nominal.with_values(slightly), seed=2)[1]
+    return measure_poses(nominal, 40, actual=with_errors(nominal, 1e-3), seed=2)[1]
 
 
 @pytest.fixture(scope="module")

@@ -63,6 +63,17 @@ def record(tmp_path, first):
         run.worker.close()
 
 
+@pytest.fixture
+def resumed(record):
+    """Goes on with the session in a folder."""
+
+    def make(folder) -> Run:
+        recording = read_recording(folder)
+        return record(resume(recording, replay(recording.first, recording.entries)))
+
+    return make
+
+
 def moves(first, count=8, target=2):
     """A drag."""
     x, y, z = first.plate.targets[target].xyz.tolist()
@@ -132,12 +143,11 @@ def test_plates_that_were_searched_for_are_taken_from_the_journal(record, first,
         check(read_recording(run.folder))
 
 
-def test_a_session_goes_on(record, first, tmp_path):
+def test_a_session_goes_on(record, resumed, first):
     run = record()
     before = run(*moves(first), SelectTarget(4))
     run.worker.close()
-    recording = read_recording(run.folder)
-    again = record(resume(recording, replay(recording.first, recording.entries)))
+    again = resumed(run.folder)
     assert again.folder == run.folder
     assert again.worker.session.score.indices == before.score.indices
     again(Undo(), MeasureVirtualArm(2), Identify(("ols",)))
@@ -170,7 +180,7 @@ def test_a_branch_leaves_the_first_session_alone(record, whole, tmp_path):
     [lambda content: content[:-40], lambda content: content[:-200] + bytes(199) + b"\n"],
     ids=["torn", "power lost"],
 )
-def test_a_last_line_that_is_not_whole_is_left_out_said_and_written_over(record, spoil):
+def test_a_last_line_that_is_not_whole_is_left_out_said_and_written_over(record, resumed, spoil):
     run = record()
     run(SelectTarget(1), SelectTarget(2))
     run.worker.close()
@@ -179,7 +189,7 @@ def test_a_last_line_that_is_not_whole_is_left_out_said_and_written_over(record,
     recording = read_recording(run.folder)
     assert len(recording.lines) == 1
     assert "incomplete" in recording.notes[0]
-    again = record(resume(recording, replay(recording.first, recording.entries)))
+    again = resumed(run.folder)
     again(SelectTarget(3))
     again.worker.close()
     assert [e.command for e in read_recording(run.folder).entries] == [SelectTarget(1), SelectTarget(3)]
@@ -243,10 +253,9 @@ def test_a_kill_within_the_write_of_a_place_leaves_the_one_before(dragging, tmp_
     assert tuple(before) in seen
 
 
-def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(dragging, record, tmp_path):
+def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(dragging, resumed, tmp_path):
     folder = shutil.copytree(dragging[5][0], tmp_path / "copy")
-    recording = read_recording(folder)
-    again = record(resume(recording, replay(recording.first, recording.entries)))
+    again = resumed(folder)
     again(*moves(again.worker.session, 3, target=4))
     again.worker.close()
     whole = read_recording(folder)
@@ -268,8 +277,9 @@ def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monke
     assert len(synced) == len(run.lines) - 1
 
 
-def resealed(line: bytes) -> bytes:
-    return codec.sealed(codec.CHECKSUM.sub(b"}", line).decode()).encode()
+def changed(line: bytes, pattern: bytes, new: bytes) -> bytes:
+    """With the checksum of what it says now."""
+    return codec.sealed(codec.CHECKSUM.sub(b"}", re.sub(pattern, new, line)).decode()).encode()
 
 
 @pytest.mark.parametrize(
@@ -279,20 +289,14 @@ def resealed(line: bytes) -> bytes:
         (lambda lines: lines[:3] + lines[4:], "it says step 4"),
         (lambda lines: [lines[0].replace(b"journal/1", b"journal/2"), *lines[1:]], "newer"),
         (lambda lines: [lines[0].replace(b'"ARIA"', b'"Aria"', 1), *lines[1:]], "first line was changed"),
-        (lambda lines: [resealed(lines[0].replace(b'"inputs"', b'"outputs"')), *lines[1:]], "was changed"),
+        (lambda lines: [changed(lines[0], b'"inputs"', b'"outputs"'), *lines[1:]], "was changed"),
         (lambda lines: [b'{"schema": "workbench.journal/1", "numbers": null}', *lines[1:]], "no table"),
         (lambda lines: [b"{}", *lines[1:]], "no schema"),
         (lambda lines: [b"[" * 5000, *lines[1:]], "no schema"),
         (lambda lines: [*lines[:3], b"[" * 5000, *lines[4:]], "step 3"),
         (lambda lines: [*lines[:3], codec.CHECKSUM.sub(b"}", lines[3]), *lines[4:]], "step 3"),
-        (
-            lambda lines: [*lines[:3], resealed(re.sub(rb'"fields": {[^}]*}', b'"fields": []', lines[3]))],
-            "step 3",
-        ),
-        (
-            lambda lines: [*lines[:3], resealed(re.sub(rb'"basis": \d+', b'"basis": Infinity', lines[3]))],
-            "step 3",
-        ),
+        (lambda lines: [*lines[:3], changed(lines[3], rb'"fields": {[^}]*}', b'"fields": []')], "step 3"),
+        (lambda lines: [*lines[:3], changed(lines[3], rb'"basis": \d+', b'"basis": Infinity')], "step 3"),
         (lambda lines: [b"\xff\xfe"], "no schema"),
     ],
 )
@@ -327,19 +331,14 @@ def test_an_input_that_lies_elsewhere_is_refused(whole, tmp_path):
 # -- a recording that somebody else has made -------------------------------------------------------
 
 
-def link(path, precious):
-    path.symlink_to(precious)
+MADE = {
+    "link": lambda path, precious: path.symlink_to(precious),
+    "dangling": lambda path, precious: path.symlink_to(precious.with_name("new")),
+    "pipe": lambda path, precious: os.mkfifo(path),
+}
 
 
-def dangling(path, precious):
-    path.symlink_to(precious.with_name("new"))
-
-
-def pipe(path, precious):
-    os.mkfifo(path)
-
-
-@pytest.mark.parametrize("make", [link, dangling, pipe])
+@pytest.mark.parametrize("make", MADE)
 @pytest.mark.parametrize(
     "name", [".lock", *codec.PLACES, JOURNAL, str(ROBOT), f"{codec.INPUTS}/*.csv", codec.INPUTS]
 )
@@ -353,7 +352,7 @@ def test_what_is_no_regular_file_of_a_recording_is_never_opened(whole, tmp_path,
     else:
         precious.write_bytes(path.read_bytes() if path.exists() else b"precious")
         path.unlink(missing_ok=True)
-    make(path, precious)
+    MADE[make](path, precious)
     before = {file: file.read_bytes() for file in (precious.rglob("*") if precious.is_dir() else [precious])}
     try:
         run = Run(go_on(restore(read_recording(folder)), root=tmp_path / "others"))
@@ -395,17 +394,10 @@ def test_a_recording_from_another_machine_is_only_shown_until_that_is_confirmed(
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
-@pytest.mark.parametrize(
-    "states",
-    [
-        {"1": "x"},
-        {"1": {}},
-        [],
-        None,
-        {"1": {"q": None, "reached": 1}},
-        {str(k): {"q": [9e9] * 6} for k in range(10)},
-    ],
-)
+FAR = {str(k): {"q": [9e9] * 6} for k in range(10)}
+
+
+@pytest.mark.parametrize("states", [{"1": "x"}, {"1": {}}, [], None, {"1": {"q": None, "reached": 1}}, FAR])
 def test_a_first_line_that_says_nonsense_of_the_targets_is_not_believed(whole, first, tmp_path, states):
     folder = shutil.copytree(whole[0], tmp_path / "copy")
     rewrite(folder, 0, lambda header: header["numbers"].update(targets=states))
@@ -413,29 +405,20 @@ def test_a_first_line_that_says_nonsense_of_the_targets_is_not_believed(whole, f
     assert [s.q.tolist() for s in session.states] == [s.q.tolist() for s in first.states]
 
 
-def more_d(folder):
-    path = folder / ROBOT
-    path.write_text(path.read_text().replace("d = 0.205", "d = 0.305", 1))
-
-
-def moved_target(folder):
-    path = folder / PLATE
-    path.write_text(path.read_text().replace("0.566", "0.466", 1))
-
-
-def turned_joint(folder):
-    rewrite(folder, 0, lambda h: h["numbers"]["targets"]["1"]["q"].__setitem__(0, 0.9), is_sealed=False)
-
-
-@pytest.mark.parametrize("change", [more_d, moved_target, turned_joint])
-def test_a_changed_arm_plate_or_header_of_a_former_version_is_told(first, record, tmp_path, change):
+@pytest.mark.parametrize(
+    ("file", "old", "new"), [(ROBOT, "d = 0.205", "d = 0.305"), (PLATE, "0.566", "0.466"), (JOURNAL, "", "")]
+)
+def test_a_changed_arm_plate_or_header_of_a_former_version_is_told(first, record, tmp_path, file, old, new):
     """Their first lines have no checksum: the numbers and the arm's postures show it."""
     run = record()
     run(SelectTarget(1))
     run.worker.close()
     former = rewrite(run.folder, 0, lambda header: header.pop("inputs"), is_sealed=False)
     assert not restore(read_recording(former)).warning
-    change(former)
+    if file == JOURNAL:
+        rewrite(former, 0, lambda h: h["numbers"]["targets"]["1"]["q"].__setitem__(0, 0.9), is_sealed=False)
+    else:
+        (former / file).write_text((former / file).read_text().replace(old, new, 1))
     restored = restore(read_recording(former))
     assert restored.warning
     arm, session = restored.session.robot, restored.session
@@ -458,15 +441,14 @@ def test_a_journal_names_built_in_arms_alone(record, tmp_path):
         restore(read_recording(run.folder))
 
 
-def test_a_lock_that_was_removed_admits_no_second_writer(record, first):
+def test_a_lock_that_was_removed_admits_no_second_writer(record, resumed, first):
     run = record()
     run(SelectTarget(1))
     (run.folder / ".lock").unlink()
     run(SelectTarget(2))  # nobody else came: it goes on
     assert len(run.lines) == 3
     (run.folder / ".lock").unlink()
-    recording = read_recording(run.folder)
-    second = record(resume(recording, replay(recording.first, recording.entries)))
+    second = resumed(run.folder)
     second(SelectTarget(3), *list(moves(first, 2))[:-1])
     message = run(SelectTarget(4)).page.messages[-1].text
     assert mentions(message, "can't be recorded", f"process {os.getpid()}")

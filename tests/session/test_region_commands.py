@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from session_at_work import carry_out as after
 
 import workbench as wb
 from workbench import Motion, tool_poses
@@ -35,13 +36,6 @@ def run(first):
     running = Worker(first, chores=CHORES)
     yield running
     running.close()
-
-
-def after(run, *commands):
-    for command in commands:
-        run.submit(command)
-        assert run.wait(60.0)
-    return run.session
 
 
 def test_a_new_region_is_judged_anew(run, first):

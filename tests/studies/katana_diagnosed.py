@@ -9,18 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from studies import katana_study as katana
 from studies.finding import Finding, checked
-from studies.katana_study import (
-    EACH_DIRECTION,
-    LOADED,
-    POSES,
-    REMAINDER,
-    TEN,
-    MeasuredArm,
-    measure_arm,
-    spread,
-    study_poses,
-)
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -29,7 +19,7 @@ from workbench.base.progress import progress, running
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.diagnose import diagnose
 
-HIDDEN = tuple((name, joint) for name in ("backlash", "clearance-tilt") for joint in LOADED)
+HIDDEN = tuple((name, joint) for name in ("backlash", "clearance-tilt") for joint in katana.LOADED)
 """Effects that can be named: each joint's play under gravity."""
 
 
@@ -47,11 +37,11 @@ class Diagnosed(NamedTuple):
 
 def diagnosed_arms(*, arms: int, seed: int = 0) -> Diagnosed:
     """Diagnose the first arms of `katana_study`."""
-    robot, cube = load_robot("katana450-three-rotation"), study_poses(seed)
+    robot, cube = load_robot("katana450-three-rotation"), katana.study_poses(seed)
     errors, named = [], []
     for number in range(arms):
         rng = np.random.default_rng([seed, number])
-        arm = measure_arm(rng, cube, play=EACH_DIRECTION, remainder=REMAINDER)
+        arm = katana.measure_arm(rng, cube, play=katana.EACH_DIRECTION, remainder=katana.REMAINDER)
         with running():
             found = diagnose(robot, _rows(arm), held_out=0.0).calibrated
         judge, real = _within(found, arm)
@@ -68,14 +58,14 @@ def diagnosis(found: Diagnosed) -> Finding:
     count = f"{sum(found.named)} of {len(found.named) * len(HIDDEN)} plays named"
     return checked(
         "Table 4.5", "best mean |ΔP|; here by `diagnose`, told nothing, at held-out poses [mm]", "≤ 0.12",
-        f"{spread(found.held_out).text(3)}, {count}", bool(np.median(found.held_out) <= 0.12),
+        f"{katana.spread(found.held_out).text(3)}, {count}", bool(np.median(found.held_out) <= 0.12),
         f"{len(found.held_out)} arms; it finds the shape of what the thesis leaves over each joint's angle",
     )  # fmt: skip
 
 
-def _within(found: Robot, arm: MeasuredArm) -> tuple[np.ndarray, np.ndarray]:
+def _within(found: Robot, arm: katana.MeasuredArm) -> tuple[np.ndarray, np.ndarray]:
     """Poses that took no part, without those beyond the angles where the shapes were learned."""
-    q, real = arm.q[POSES + TEN :], arm.real[POSES + TEN :]
+    q, real = arm.q[katana.POSES + katana.TEN :], arm.real[katana.POSES + katana.TEN :]
     inside = np.ones(len(q), bool)
     for effect in found.effects:
         if effect.learned is not None:
@@ -83,10 +73,10 @@ def _within(found: Robot, arm: MeasuredArm) -> tuple[np.ndarray, np.ndarray]:
     return q[inside], real[inside]
 
 
-def _rows(arm: MeasuredArm) -> Dataset:
+def _rows(arm: katana.MeasuredArm) -> Dataset:
     return Dataset(
-        q=arm.q[:POSES],
-        row=np.arange(POSES),
+        q=arm.q[: katana.POSES],
+        row=np.arange(katana.POSES),
         position=arm.seen[:, :3, 3],
         rotation=arm.seen[:, :3, :3],
         source="virtual Katana",

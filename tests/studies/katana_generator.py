@@ -21,16 +21,11 @@ from jaxtyping import Float
 
 from studies import katana_printed as printed
 
-NOMINAL = np.array(
-    [
-        [0.0, 0.0, 0.0, 0.0, 0.0],
-        [np.pi / 2, 0.0, 0.0, 0.0, 0.0],
-        [0.0, 0.190, 0.0, 0.0, 0.0],
-        [0.0, 0.139, 0.0, 0.0, 0.0],
-        [-np.pi / 2, 0.0, 0.0, 0.0, 0.1473],
-        [np.pi / 2, 0.0, 0.0, 0.0, 0.200],
-    ]
-)
+H = np.pi / 2
+NOMINAL = np.array([
+    [0, 0, 0, 0, 0], [H, 0, 0, 0, 0], [0, 0.190, 0, 0, 0], [0, 0.139, 0, 0, 0], [-H, 0, 0, 0, 0.1473],
+    [H, 0, 0, 0, 0.200],
+])  # fmt: skip
 """Table 3.1: α, a, β, θ, d of the six joints [rad, m]."""
 CORNER = np.array([0.055, 0.055, 0.2015])
 """Where the first two axes meet, seen from the reference corner R, eq. (4.7) [m]."""

@@ -21,27 +21,20 @@ def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
     )
     found = [
         judged(
-            "§5.5.1",
-            f"circle, mean error {STEPS[step]} [mm]" + (", so many times less" if step else ""),
+            "§5.5.1", f"circle, mean error {STEPS[step]} [mm]" + (", so many times less" if step else ""),
             f"{circle[step]:.3f}" + (f", {circle[0] / circle[step]:.1f}×" if step else ""),
             study.spread(step).text(3) + (f", {study.reduction(step).text(1)}×" if step else ""),
-            _matches(study, step),
-            reasons[min(step, 1)],
+            _matches(study, step), reasons[min(step, 1)],
         )
         for step in (tracking.BEFORE, *BETTER)
-    ]
+    ]  # fmt: skip
     near = study.spread(tracking.TILTING, tracking.LINE_NEAR)
-    found.append(
-        judged(
-            "§5.5.1",
-            "line, mean error tilting first [mm]",
-            f"{line:.3f}",
-            near.text(3),
-            near.low <= line <= near.high,
-            "identified on samples of the circle alone; the line is another path and chosen here",
-        )
-    )
-    return (*found, _stiffness(study), _methods(study), _elsewhere(study), *_loads(study))
+    other = judged(
+        "§5.5.1", "line, mean error tilting first [mm]", f"{line:.3f}", near.text(3),
+        near.low <= line <= near.high,
+        "identified on samples of the circle alone; the line is another path and chosen here",
+    )  # fmt: skip
+    return (*found, other, _stiffness(study), _methods(study), _elsewhere(study), *_loads(study))
 
 
 def _stiffness(study: TrackingStudy) -> Finding:
@@ -94,15 +87,13 @@ def _elsewhere(study: TrackingStudy) -> Finding:
     there = study.spread(tracking.TILTING, tracking.LINE_FAR)
     ours = study.spread(tracking.OURS, tracking.LINE_FAR)
     return judged(
-        "§5.5.1",
-        "parameters from samples of one trajectory hold for another [mm]",
-        "no correction needed",
+        "§5.5.1", "parameters from samples of one trajectory hold for another [mm]", "no correction needed",
         f"before {study.spread(tracking.BEFORE, tracking.LINE_FAR).text()}, then {there.text()}; "
         f"from 118 poses {ours.text()}",
         there.median < study.spread(tracking.BEFORE, tracking.LINE_FAR).median / 2.0,
         "one path leaves directions of the constants open, and another posture shows them; poses from the "
         "whole workspace close them",
-    )
+    )  # fmt: skip
 
 
 def _loads(study: TrackingStudy) -> tuple[Finding, ...]:
@@ -111,24 +102,10 @@ def _loads(study: TrackingStudy) -> tuple[Finding, ...]:
     own, across = np.abs(moments.about[:, 0]).max(), moments.tipping[:, 0].max()
     stiff, tilted = study.alone.mean(axis=1)
     return (
-        judged(
-            "Fig. 5.9",
-            "joint 1: moments across the axis exceed the torque about it [N m]",
-            "exceed",
-            f"{across:.2f} against {own:.3f}",
-            across > own,
-        ),
-        judged(
-            "Fig. 5.10",
-            "tilting costs more than stiffness alone, mean along the circle [mm]",
-            "significantly more",
-            f"{tilted:.2f} against {stiff:.2f}",
-            tilted > 2.0 * stiff,
-        ),
-        without(
-            "Figs. 5.7–5.10, 5.12",
-            "courses of the curves",
-            "curves",
-            "read from pictures without numbers; posture, duration and the mass of link 1 are not printed",
-        ),
-    )
+        judged("Fig. 5.9", "joint 1: moments across the axis exceed the torque about it [N m]", "exceed",
+               f"{across:.2f} against {own:.3f}", across > own),
+        judged("Fig. 5.10", "tilting costs more than stiffness alone, mean along the circle [mm]",
+               "significantly more", f"{tilted:.2f} against {stiff:.2f}", tilted > 2.0 * stiff),
+        without("Figs. 5.7–5.10, 5.12", "courses of the curves", "curves",
+                "read from pictures without numbers; posture, duration and link 1's mass are not printed"),
+    )  # fmt: skip

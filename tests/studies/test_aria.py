@@ -29,22 +29,11 @@ def test_what_is_not_printed_is_not_counted():
 def test_what_must_agree_agrees(found):
     agree(
         found,
-        ("Table 1", "nominal"),
-        ("Eq. (3)", "orientation"),
-        ("Eq. (13a)", "theta"),
-        ("Eq. (13e)", "beta"),
-        ("Table 2", "ten poses"),
-        ("Table 2", "reached"),
-        ("§4.2", "same O in different cubes"),
-        ("§4.2", "rank"),
-        ("Table 3", "joint4.theta"),
-        ("Table 3", "near zero"),
-        ("Table 3", "further"),
-        ("§4.1.3", "OPT1"),
-        ("§5.2", "OLS"),
-        ("§4.4, 1", "arbitrary"),
-        ("§4.4, 3", "measured poses"),
-    )
+        ("Table 1", "nominal"), ("Eq. (3)", "orientation"), ("Eq. (13a)", "theta"), ("Eq. (13e)", "beta"),
+        ("Table 2", "ten poses"), ("Table 2", "reached"), ("§4.2", "same O in different cubes"),
+        ("§4.2", "rank"), ("Table 3", "joint4.theta"), ("Table 3", "near zero"), ("Table 3", "further"),
+        ("§4.1.3", "OPT1"), ("§5.2", "OLS"), ("§4.4, 1", "arbitrary"), ("§4.4, 3", "measured poses"),
+    )  # fmt: skip
 
 
 def test_what_differs_or_can_not_be_given_is_named(found):

@@ -119,23 +119,18 @@ def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path, ta
 
 
 @pytest.mark.parametrize(
-    ("read", "text", "change", "named"),
+    ("text", "old", "new", "named"),
     [
-        (targets, BOARDS, ('name = "right"', 'name = "board1"'), "'board1'"),
-        (
-            targets,
-            BOARDS,
-            ("id = 40, corner = 1", "id = 3, corner = 0"),
-            "id 3 corner 0 .*'board1' and 'tag'",
-        ),
-        (targets, BOARDS, ('name = "tag"', "colour = 3"), "colour"),
-        (camera, CAMERA, ("fx = 900.0\n", ""), "fx"),
-        (camera, CAMERA, ('"world"', '"ceiling"'), "mounted"),
+        (BOARDS, 'name = "right"', 'name = "board1"', "'board1'"),
+        (BOARDS, "id = 40, corner = 1", "id = 3, corner = 0", "id 3 corner 0 .*'board1' and 'tag'"),
+        (BOARDS, 'name = "tag"', "colour = 3", "colour"),
+        (CAMERA, "fx = 900.0\n", "", "fx"),
+        (CAMERA, '"world"', '"ceiling"', "mounted"),
     ],
 )
-def test_cameras_and_targets_that_can_not_be_are_refused(tmp_path, read, text, change, named):
+def test_cameras_and_targets_that_can_not_be_are_refused(tmp_path, text, old, new, named):
     with pytest.raises(FileError, match=named):
-        read(tmp_path, text.replace(*change))
+        (targets if text is BOARDS else camera)(tmp_path, text.replace(old, new))
 
 
 def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):

@@ -8,6 +8,7 @@ import camera_arms as virtual
 import numpy as np
 import pytest
 from refusals import mentions
+from slow import slow
 
 import workbench as wb
 from workbench.base.errors import WorkbenchError
@@ -19,10 +20,8 @@ from workbench.identification.noise import factor_at
 from workbench.identification.problem import Noise, Problem
 
 
-def written(
-    folder, name, shots, *, mounted="world", free="false", cameras=1, solids=1, k=virtual.K, target=""
-):
-    """The files of a session with a camera, and the data that they hold."""
+def filed(folder, name, shots, *, mounted="world", free="false", cameras=1, solids=1, k=virtual.K, target=""):
+    """The arm of a session with a camera, whose files are written."""
     other = {"world": "tool", "tool": "world"}[mounted]
     files = {
         "pixels.csv": shots.table(),
@@ -33,7 +32,12 @@ def written(
     }
     for file, text in files.items():
         (folder / file).write_text(text)
-    return wb.load_robot(str(folder / "robot.toml")), read(folder)
+    return wb.load_robot(str(folder / "robot.toml"))
+
+
+def written(folder, name, shots, **options):
+    """The arm, and the data that the files hold."""
+    return filed(folder, name, shots, **options), read(folder)
 
 
 def read(folder, pixels="pixels.csv", **options):
@@ -88,7 +92,7 @@ def test_zeros_and_hand_eye_lie_in_their_intervals(tmp_path):
     assert after < 0.06
 
 
-@pytest.mark.parametrize("on_tool", [False, True], ids=["eye to hand", "eye in hand"])
+@pytest.mark.parametrize("on_tool", [slow(False), True])
 def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
     """Each has its own pose with its own interval; one that is seen once is left out, in a sentence."""
     rng = np.random.default_rng(11)

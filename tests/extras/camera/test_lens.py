@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from slow import slow
-from test_camera_fit import check_zeros, true_errors
+from test_camera_fit import check_zeros, filed, true_errors
 
 import workbench as wb
 from workbench.extras.camera.camera import Mount
@@ -20,17 +20,11 @@ cv2 = pytest.importorskip("cv2")
 PARTS = ("fx", "fy", "cx", "cy", "k1", "k2")
 
 
-def filed(folder, shots, *, on_tool=False, name="hobby"):
-    """The files of a scene without a camera.toml."""
-    files = {
-        "pixels.csv": shots.table(),
-        "joints.csv": shots.joints(),
-        "target.toml": virtual.target_toml("world" if on_tool else "tool"),
-        "robot.toml": virtual.Arm(np.array(virtual.ARMS[name], float)).toml(name),
-    }
-    for file, text in files.items():
-        (folder / file).write_text(text)
-    return wb.load_robot(str(folder / "robot.toml"))
+def unlensed(folder, shots, *, on_tool=False):
+    """The arm of a scene whose files are written, without a camera.toml."""
+    robot = filed(folder, "hobby", shots, mounted="tool" if on_tool else "world")
+    (folder / "camera.toml").unlink()
+    return robot
 
 
 def read(folder, source="pixels.csv"):
@@ -65,7 +59,7 @@ def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
     for i in range(3, len(shots.rows), 40):
         image, camera, tag, corner, u, v = shots.rows[i]
         shots.rows[i] = image, camera, tag, corner, u + 25.0, v - 15.0
-    robot = filed(tmp_path, shots, on_tool=on_tool)
+    robot = unlensed(tmp_path, shots, on_tool=on_tool)
     data = read(tmp_path)
     camera = rig_of(data).cameras[0]
     assert (camera.name, camera.mounted) == ("c0", Mount.TOOL if on_tool else Mount.WORLD)
@@ -83,7 +77,7 @@ def test_two_cameras_of_one_table(tmp_path):
     rng = np.random.default_rng(8)
     arm = virtual.made(rng, "hobby")
     shots = virtual.scene(rng, arm, 20, eyes=[(0.9, -0.6, 0.5), (0.8, 0.7, 0.6)])
-    robot = filed(tmp_path, shots)
+    robot = unlensed(tmp_path, shots)
     fit = wb.identify(robot, read(tmp_path), algorithms=("opt2",), free=()).best.fit
     for camera in ("c0", "c1"):
         check_lens(fit, f"camera[{camera}]", [*virtual.K, 0.0, 0.0])

@@ -3,6 +3,7 @@
 import camera_arms as virtual
 import numpy as np
 import pytest
+from slow import slow
 from test_camera_fit import check_zeros, read, true_errors, written
 
 import workbench as wb
@@ -26,7 +27,7 @@ def filed(folder, shots, *, moved):
     return robot, read(folder)
 
 
-@pytest.mark.parametrize("moved", ["camera", "target"])
+@pytest.mark.parametrize("moved", ["camera", slow("target")])
 def test_every_session_has_its_own_pose_with_its_interval(tmp_path, moved):
     rng = np.random.default_rng(3)
     arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))

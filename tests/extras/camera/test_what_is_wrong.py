@@ -21,7 +21,7 @@ def seen(tmp_path, seed, count=12, **options):
     return arm, shots, *written(tmp_path, "ur5", shots)
 
 
-@pytest.mark.parametrize("name", ["ur5", slow("7R"), "industrial"])
+@pytest.mark.parametrize("name", ["ur5", slow("7R"), slow("industrial")])
 def test_one_wrong_picture_of_twelve_is_named_and_spoils_nothing(tmp_path, name):
     """A geometry that was 200 mm off was taken; good pictures were lost as gross outliers."""
     rng = np.random.default_rng(31)

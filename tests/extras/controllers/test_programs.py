@@ -7,7 +7,7 @@ import pytest
 from gear_sag import GearSag
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
+from tests.exports import test_exports
 from workbench.arm.effects import EFFECTS, AbstractEffect
 from workbench.arm.frame import Frame
 from workbench.arm.inverse.damped_newton import Task
@@ -16,7 +16,6 @@ from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.exports import FORMS, Job, export_robot
 from workbench.extras.trajectories.correction import correct
@@ -35,13 +34,8 @@ def in_python(robot: Robot, nominal: Robot, folder):
 
 
 def calibrated(name: str, *effects: AbstractEffect) -> tuple[Robot, Robot]:
-    nominal = load_robot(name).with_effects()
-    rng = np.random.default_rng(0)
-    names = nominal.default_free
-    moved = nominal.values(names) + rng.normal(0.0, 1e-3, len(names))
-    tool = Frame(np.array([0.01, -0.02, 0.12]), se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])))
-    arm = nominal.with_values(dict(zip(names, moved.tolist(), strict=True)))
-    return nominal, arm.with_frames(tool=tool).with_effects(*effects)
+    nominal, arm = test_exports.calibrated(name)
+    return nominal, arm.with_frames(base=nominal.base).with_effects(*effects)
 
 
 def poses(robot: Robot, rows: int) -> tuple[np.ndarray, np.ndarray]:

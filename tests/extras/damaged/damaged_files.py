@@ -4,13 +4,13 @@ import io
 import json
 import random
 import re
-import zipfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from binary_files import zipped
 from PIL import Image
 
 import workbench as wb
@@ -213,10 +213,7 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
         file = io.BytesIO()
         Image.fromarray(pixels).save(file, form, **({} if form == "PPM" else {"exif": turned}))
         pictures[f"picture {ending}"] = (f"shot{ending}", file.getvalue(), picture)
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w") as made:
-        for name, content in (("joints.csv", "image,q1[rad]\n0,0.1\n"), ("0.png", "no picture")):
-            made.writestr(name, content)
+    packed = zipped(("joints.csv", "image,q1[rad]\n0,0.1\n"), ("0.png", "no picture"))
     return pictures | {
         "cameras": ("camera.toml", CAMERA, read_cameras),
         "points": ("target.toml", TARGET, read_targets),
@@ -224,7 +221,7 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
         "pixels": ("pixels.csv", PIXELS, lambda path: read_pixels(path, rig, dof=2)),
         "pairs": ("pairs.csv", PAIRS, read_pairs),
         "MoveIt pairs": ("pairs.yaml", MOVEIT, read_pairs),
-        "pictures' archive": ("shots.zip", packed.getvalue(), archive),
+        "pictures' archive": ("shots.zip", packed, archive),
     }
 
 
@@ -285,11 +282,8 @@ def _of_recordings(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
 
     def _sealed(line: bytes) -> bytes:
         seal = rb', "check": "\w+"\}$'
-        return (
-            codec.sealed(re.sub(seal, b"}", line).decode(errors="replace")).encode()
-            if re.search(seal, line)
-            else line
-        )
+        again = codec.sealed(re.sub(seal, b"}", line).decode(errors="replace")).encode()
+        return again if re.search(seal, line) else line
 
     content = (folder / "recording" / JOURNAL).read_bytes()
     return {

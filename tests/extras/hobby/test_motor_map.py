@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from round_trip import aligned
 from slow import slow
 
 pytest.importorskip("mujoco")
@@ -197,10 +198,8 @@ def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):
 
 def fitted(real, own):
     """Mean distance of places, the one set moved onto the other [mm]."""
-    a, b = real - real.mean(0), own - own.mean(0)
-    u, _, vt = np.linalg.svd(b.T @ a)
-    turn = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
-    return 1e3 * np.linalg.norm(a - b @ turn, axis=1).mean()
+    at = aligned(own, real)
+    return 1e3 * np.linalg.norm(real - own @ at[:3, :3].T - at[:3, 3], axis=1).mean()
 
 
 def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):

@@ -3,20 +3,9 @@
 from dataclasses import replace
 
 import generator
+import katanas
 import numpy as np
 import pytest
-from katanas import (
-    ANGLE,
-    BACKLASH,
-    CLEARANCE,
-    COMPLIANCE,
-    LENGTH,
-    METER,
-    TILTING,
-    inclined,
-    nominal_robot,
-    still,
-)
 from laws import Effect, poses
 
 from workbench.arm.motion import Motion
@@ -31,29 +20,29 @@ SEED = 20_001
 
 @pytest.fixture(scope="module")
 def plan():
-    return plan_load_test(nominal_robot(), added_mass=3.0, rng=np.random.default_rng(SEED))
+    return plan_load_test(katanas.nominal_robot(), added_mass=3.0, rng=np.random.default_rng(SEED))
 
 
 @pytest.fixture(scope="module")
 def measured(plan):
     """An arm as made with Tables 4.3 and 4.4 in its joints 1 to 5, and the readings of a plan."""
     rng = np.random.default_rng(SEED)
-    actual = generator.katana().perturbed(rng, LENGTH, ANGLE)
+    actual = generator.katana().perturbed(rng, katanas.LENGTH, katanas.ANGLE)
     hidden = tuple(
         Effect(name, (j,), (float(sizes[j]),), detail)
         for name, sizes, detail in (
-            ("clearance-tilt", CLEARANCE, None),
-            ("backlash", BACKLASH, "moment"),
-            ("joint-compliance", COMPLIANCE, None),
+            ("clearance-tilt", katanas.CLEARANCE, None),
+            ("backlash", katanas.BACKLASH, "moment"),
+            ("joint-compliance", katanas.COMPLIANCE, None),
         )
         for j in range(5)
     )
-    return actual, hidden, inclined(actual, hidden, plan, rng)
+    return actual, hidden, katanas.inclined(actual, hidden, plan, rng)
 
 
 @pytest.fixture(scope="module")
 def found(plan, measured):
-    return tilting_of(nominal_robot(), plan, measured[2], instrument=METER)
+    return tilting_of(katanas.nominal_robot(), plan, measured[2], instrument=katanas.METER)
 
 
 def check(value, std, wanted, within):
@@ -64,12 +53,12 @@ def check(value, std, wanted, within):
 
 def test_clearance_and_backlash_within_5_percent_and_stiffness_within_10(found):
     joints = {j.joint: j for j in found.joints}
-    assert set(joints) == {0, *TILTING}
-    for j in TILTING:
-        check(joints[j].clearance, joints[j].clearance_std, CLEARANCE[j], 0.05)
-        check(joints[j].backlash, joints[j].backlash_std, BACKLASH[j], 0.05)
-        check(joints[j].stiffness, joints[j].stiffness_std, 1.0 / COMPLIANCE[j], 0.10)
-    check(joints[0].clearance, joints[0].clearance_std, CLEARANCE[0], 0.05)
+    assert set(joints) == {0, *katanas.TILTING}
+    for j in katanas.TILTING:
+        check(joints[j].clearance, joints[j].clearance_std, katanas.CLEARANCE[j], 0.05)
+        check(joints[j].backlash, joints[j].backlash_std, katanas.BACKLASH[j], 0.05)
+        check(joints[j].stiffness, joints[j].stiffness_std, 1.0 / katanas.COMPLIANCE[j], 0.10)
+    check(joints[0].clearance, joints[0].clearance_std, katanas.CLEARANCE[0], 0.05)
     assert np.isnan(joints[0].backlash)
     assert found.fit.variance_factor == pytest.approx(1.0, abs=0.2)
 
@@ -78,23 +67,23 @@ def test_joint_1_is_found_by_side_pulls_from_poses(found, measured):
     """0.01 mm and 0.0069° poses; all else is known from the inclinometers."""
     actual, hidden, _ = measured
     rng = np.random.default_rng(3)
-    loads = side_loads(nominal_robot(), 0, rng=rng)
+    loads = side_loads(katanas.nominal_robot(), 0, rng=rng)
     q, wrench = (np.repeat(rows, 5, axis=0) for rows in (loads.q, loads.wrench))
-    seen = poses(actual, hidden, replace(still(q), wrench=wrench))
+    seen = poses(actual, hidden, replace(katanas.still(q), wrench=wrench))
     position = seen[:, :3, 3] + 1e-5 * rng.standard_normal((len(q), 3))
     turned = generator.rotation(1.2e-4 * rng.standard_normal((len(q), 3))) @ seen[:, :3, :3]
     sigma = np.tile([1e-5] * 3 + [1.2e-4] * 3, (len(q), 1))
     data = Dataset(q=q, row=np.arange(len(q)), position=position, rotation=turned, sigma=sigma, wrench=wrench)
-    (joint,) = pulled_joint(nominal_robot(), found, loads, data).joints
-    check(joint.backlash, joint.backlash_std, BACKLASH[0], 0.05)
-    check(joint.stiffness, joint.stiffness_std, 1.0 / COMPLIANCE[0], 0.10)
+    (joint,) = pulled_joint(katanas.nominal_robot(), found, loads, data).joints
+    check(joint.backlash, joint.backlash_std, katanas.BACKLASH[0], 0.05)
+    check(joint.stiffness, joint.stiffness_std, 1.0 / katanas.COMPLIANCE[0], 0.10)
 
 
 def test_pairs_load_their_joint_as_they_say(plan):
     """By moments worked out anew for every posture."""
-    robot = nominal_robot()
+    robot = katanas.nominal_robot()
     assert plan.unturned == (0,)
-    assert plan.joints == TILTING
+    assert plan.joints == katanas.TILTING
     assert possible(robot, plan.q).all()
     low, high = robot.limits.T
     assert ((plan.q >= low) & (plan.q <= high)).all()
@@ -117,7 +106,7 @@ def test_pairs_load_their_joint_as_they_say(plan):
 
 
 def test_a_posture_below_the_table_or_folded_is_not_possible():
-    robot = nominal_robot()
+    robot = katanas.nominal_robot()
     straight = np.zeros(5)
     down = np.array([0.0, -0.5, -1.5, -1.0, 0.0])
     folded = np.array([0.0, 1.0, 2.1, 1.9, 0.0])
@@ -125,7 +114,7 @@ def test_a_posture_below_the_table_or_folded_is_not_possible():
 
 
 def test_what_cannot_be_loaded_is_refused():
-    robot, rng = nominal_robot(), np.random.default_rng(0)
+    robot, rng = katanas.nominal_robot(), np.random.default_rng(0)
     narrow = replace(robot, joints=tuple(replace(j, limits=(0.1, 0.12)) for j in robot.joints))
     with pytest.raises(DataError, match="widen its limits"):
         plan_load_test(narrow, rng=rng)

@@ -6,19 +6,8 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.extras.live import session as guided
 from workbench.extras.live.panels import status
-from workbench.extras.live.session import (
-    EndMeasuring,
-    FollowSource,
-    MeasureLive,
-    Measuring,
-    Source,
-    StoreRow,
-    TakeAgain,
-    TakeSample,
-    TellSource,
-    UseRows,
-)
 from workbench.extras.live.standstill import ArmState
 from workbench.session import replay
 from workbench.session.journal.codec import decode, encode
@@ -32,12 +21,12 @@ def sample(robot, q, *, time, off=0.0):
     pose = tool_poses(robot, Motion(np.array([q])))[0]
     xyz, quat = pose[:3, 3] + [off, 0.0, 0.0], se3.matrix_to_quaternion(pose[:3, :3])
     q, xyz, quat = (tuple(np.asarray(part).tolist()) for part in (q, xyz, quat))
-    return TakeSample(time, q, xyz, quat, arm_state=ArmState.STILL)
+    return guided.TakeSample(time, q, xyz, quat, arm_state=ArmState.STILL)
 
 
 @pytest.fixture
 def begun(do):
-    return do(TellSource("arm"), MeasureLive())
+    return do(guided.TellSource("arm"), guided.MeasureLive())
 
 
 def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker):
@@ -45,17 +34,17 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
     for k, q in enumerate(postures):
         session = do(sample(first.robot, q, time=10.0 * k, off=1e-3))
         assert session.playback.focus is Focus.JOG
-        off, _ = session.part(Measuring).acquisition.deviation()
+        off, _ = session.part(guided.Measuring).acquisition.deviation()
         assert np.allclose(off, [1e-3, 0.0, 0.0], atol=1e-6)
-        assert len(do(StoreRow()).part(Measuring).acquisition.rows) == k + 1
+        assert len(do(guided.StoreRow()).part(guided.Measuring).acquisition.rows) == k + 1
     complete = worker.session
     step = next_step(complete)
-    assert (step.tone, step.next.command, step.next.tab) == (Tone.GOOD, UseRows(), Tab.CALIBRATE)
-    shown = status(complete.part(Measuring).acquisition)
+    assert (step.tone, step.next.command, step.next.tab) == (Tone.GOOD, guided.UseRows(), Tab.CALIBRATE)
+    shown = status(complete.part(guided.Measuring).acquisition)
     assert "All targets are stored" in shown
     assert "off_mm" not in shown  # there is no target to go to any more
-    session = do(UseRows())
-    assert session.part(Measuring) is None
+    session = do(guided.UseRows())
+    assert session.part(guided.Measuring) is None
     data = session.measurements.loaded.dataset
     assert np.array_equal(data.q, postures)
     seen = tool_poses(first.robot, Motion(postures))[:, :3, 3] + [1e-3, 0.0, 0.0]
@@ -67,26 +56,33 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
 
 
 def test_what_makes_no_sense_is_said(do):
-    for command in (StoreRow(), TakeAgain(), UseRows(), EndMeasuring(), FollowSource(False), MeasureLive()):
+    for command in (
+        guided.StoreRow(),
+        guided.TakeAgain(),
+        guided.UseRows(),
+        guided.EndMeasuring(),
+        guided.FollowSource(False),
+        guided.MeasureLive(),
+    ):
         assert do(command).page.messages[-1].severity is Severity.ERROR
-    session = do(TellSource("arm"), MeasureLive(), MeasureLive())
+    session = do(guided.TellSource("arm"), guided.MeasureLive(), guided.MeasureLive())
     assert session.page.messages[-1].severity is Severity.ERROR
     for q in ((0.0,), (np.nan,) * session.robot.dof):
         message_count = session.page.message_count
-        session = do(TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
+        session = do(guided.TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
         assert session.page.message_count == message_count + 1
-        assert session.part(Measuring).acquisition.latest is None
-    assert do(StoreRow(target=99)).page.messages[-1].severity is Severity.ERROR
-    assert do(EndMeasuring()).part(Measuring) is None
-    session = do(TellSource("arm", is_open=False), MeasureLive())
-    assert (session.part(Source).is_open, session.part(Measuring)) == (False, None)
+        assert session.part(guided.Measuring).acquisition.latest is None
+    assert do(guided.StoreRow(target=99)).page.messages[-1].severity is Severity.ERROR
+    assert do(guided.EndMeasuring()).part(guided.Measuring) is None
+    session = do(guided.TellSource("arm", is_open=False), guided.MeasureLive())
+    assert (session.part(guided.Source).is_open, session.part(guided.Measuring)) == (False, None)
 
 
 def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):
     """It grew by 0.6 MB a minute."""
-    samples = [TakeSample(0.05 * k, tuple((np.full(6, 0.1) + 1e-3 * k).tolist())) for k in range(200)]
-    live = do(TellSource("arm"), *samples)
-    assert [type(e.command) for e in worker.journal] == [TellSource, TakeSample]
+    samples = [guided.TakeSample(0.05 * k, tuple((np.full(6, 0.1) + 1e-3 * k).tolist())) for k in range(200)]
+    live = do(guided.TellSource("arm"), *samples)
+    assert [type(e.command) for e in worker.journal] == [guided.TellSource, guided.TakeSample]
     assert (
         replay(first, worker.journal).playback.jogged.tolist()
         == live.playback.jogged.tolist()
@@ -97,11 +93,11 @@ def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, fir
 def test_a_measurement_keeps_only_the_newest_sample_before_each_row(worker, do, begun, first):
     q = np.array(first.states[0].q)
     for k in range(3):
-        do(*(TakeSample(k + 0.01 * i, tuple((q + 1e-3 * (k + i / 100)).tolist())) for i in range(100)))
-        live = do(StoreRow(anywhere=True)).part(Measuring).acquisition
-    again = replay(first, worker.journal).part(Measuring).acquisition
+        do(*(guided.TakeSample(k + 0.01 * i, tuple((q + 1e-3 * (k + i / 100)).tolist())) for i in range(100)))
+        live = do(guided.StoreRow(anywhere=True)).part(guided.Measuring).acquisition
+    again = replay(first, worker.journal).part(guided.Measuring).acquisition
     assert [row.q.tolist() for row in again.rows.values()] == [row.q.tolist() for row in live.rows.values()]
     assert (again.latest.time, again.arm_state, len(again.rows)) == (live.latest.time, live.arm_state, 3)
-    steps = [e.command for e in worker.journal if isinstance(e.command, TakeSample)]
+    steps = [e.command for e in worker.journal if isinstance(e.command, guided.TakeSample)]
     assert len(steps) == 3
     assert decode("TakeSample", encode(steps[0])[0], bytes) == steps[0]

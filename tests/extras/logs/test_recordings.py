@@ -201,10 +201,9 @@ def optitrack(path: Path, run, *, bodies=("Tool",), unit="Meters") -> Path:
         ",Type," + ",".join(["Rigid Body"] * 8 * len(bodies)),
         ",Name," + ",".join(name for name in bodies for _ in range(8)),
         ",ID," + ",".join("1" for name in bodies for _ in range(8)),
-        ",," + ",".join(["Rotation"] * 4 + ["Position"] * 3 + ["Mean Marker Error"] * 1) * 1,
+        ",," + ",".join((["Rotation"] * 4 + ["Position"] * 3 + ["Mean Marker Error"]) * len(bodies)),
         "Frame,Time (Seconds)," + ",".join(["X,Y,Z,W,X,Y,Z,"] * len(bodies)),
     ]
-    lines[5] = ",," + ",".join((["Rotation"] * 4 + ["Position"] * 3 + ["Mean Marker Error"]) * len(bodies))
     for k, time in enumerate(run.time):
         w, x, y, z = run.wxyz[k]
         cells = [f"{v:.9g}" for v in (x, y, z, w, *(scale * run.pose[k, :3, 3]))] + ["0.0001"]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from checks import with_errors
 from round_trip import placed, read_arm, rows_of
 from scipy.spatial.transform import Rotation
 
@@ -24,11 +25,8 @@ def hidden(name: str, path: Path, *, seed: int = 0, length: float = 1e-3, angle:
     """A built-in arm as its controller knows it, in a file."""
     arm = wb.load_robot(name).bare
     rng = np.random.default_rng(seed)
-    sizes = {e.name: length if e.unit == "m" else angle for e in arm.elements if e.free}
-    moved = {
-        n: float(v + rng.normal() * sizes[n]) for n, v in zip(sizes, arm.values(tuple(sizes)), strict=True)
-    }
-    arm.with_values(moved).with_effects(*effects).save(path)
+    sizes = np.array([length if e.unit == "m" else angle for e in arm.elements if e.free])
+    with_errors(arm, sizes * rng.normal(size=len(sizes))).with_effects(*effects).save(path)
     return path
 
 

@@ -8,6 +8,7 @@ import pytest
 from points_and_tilts import frames
 from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
+from slow import slow
 
 import workbench as wb
 from workbench.arm import chain as chains
@@ -81,7 +82,7 @@ def right(found: FoundConvention, arm: Robot, signs: np.ndarray, offsets: np.nda
     return bool(np.abs(distance[:, :3, 3]).max() < 2e-3)
 
 
-@pytest.mark.parametrize(("name", "seed"), [("ur10", 10), ("aria", 1), ("iiwa14", 8), ("katana450", 9)])
+@pytest.mark.parametrize(("name", "seed"), [slow("ur10", 10), ("aria", 1), ("iiwa14", 8), ("katana450", 9)])
 def test_signs_offsets_units_and_convention_are_found(name, seed):
     arm, signs, offsets, table, numbers = wrong_choice(np.random.default_rng(seed), name)
     found = find_convention(table_readings(table), shown(numbers, arm.dof))

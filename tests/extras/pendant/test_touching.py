@@ -31,14 +31,17 @@ model = cache(read_arm)
 
 
 def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> np.ndarray:
-    """Joints with the tip at a place; turned at random, or as given: Newton's steps by differences."""
+    """Joints with the tip at a place; turned at random, or as given."""
+    return solved(arm, tuple(map(float, place)), seed, turn, tilt).copy()
+
+
+@cache
+def solved(arm: Path, place, seed: int, turn, tilt: float) -> np.ndarray:
+    """Once for all tests: Newton's steps by differences."""
     rng = np.random.default_rng(seed)
     while True:
-        wanted = (
-            turn
-            if turn is not None
-            else Rotation.from_rotvec([np.pi, 0, 0]) * Rotation.from_rotvec(rng.normal(0, tilt, 3))
-        )
+        drawn = Rotation.from_rotvec([np.pi, 0, 0]) * Rotation.from_rotvec(rng.normal(0, tilt, 3))
+        wanted = drawn if turn is None else turn
         q = np.array([0.3, -1.4, 1.8, -1.9, -1.5, 0.2]) + rng.normal(0, 0.2, 6)
         for _ in range(30):
             pose = model(arm)(rows_of(q + 1e-6 * np.eye(7, 6, -1)))[1]

@@ -4,13 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from driven_effects import tracked_file
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
-from workbench.data.simulation.instruments import instrument_named
-from workbench.data.simulation.simulate import simulate
-from workbench.data.writer import write_measurements
 from workbench.plate.plate_toml import load_plate
 from workbench.views.page.app import App
 
@@ -19,12 +16,9 @@ pytestmark = pytest.mark.browser
 
 def knocked(aria, folder):
     """Rows of an arm whose joints 3 and 5 are off by 0.5° and −0.2°."""
-    rng = np.random.default_rng(8)
     zeros = aria.values(("joint3.theta", "joint5.theta")) + np.deg2rad([0.5, -0.2])
     actual = aria.with_values(dict(zip(("joint3.theta", "joint5.theta"), zeros, strict=True)))
-    q = rng.uniform(*np.clip(aria.limits, -2.0, 2.0).T, (8, 6))
-    rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
-    return write_measurements(rows, folder / "knock.csv")
+    return tracked_file(actual, folder / "knock.csv", np.random.default_rng(8), rows=8, reach=2.0)
 
 
 def test_a_knocked_arm_has_a_door_on_the_start_card(chromium, tmp_path, aria):

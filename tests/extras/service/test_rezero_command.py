@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
+from driven_effects import tracked_file
 
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.data.simulation.instruments import instrument_named
-from workbench.data.simulation.simulate import simulate
-from workbench.data.writer import write_measurements
 from workbench.extras.service.rezero.result import RezeroVerdict
 from workbench.extras.service.rezero.session import FindZeros, FoundZeros, rezeroed_toml, zeros_of
 from workbench.session import replay
@@ -21,9 +18,8 @@ SHIFT = np.deg2rad(0.5)
 def file(first, tmp_path_factory) -> bytes:
     robot, rng = first.robot, np.random.default_rng(8)
     actual = robot.with_values({"joint3.theta": robot.values(("joint3.theta",))[0] + SHIFT})
-    q = rng.uniform(*np.clip(robot.limits, -2.0, 2.0).T, (8, 6))
-    rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
-    return write_measurements(rows, tmp_path_factory.mktemp("data") / "a.csv").read_bytes()
+    path = tmp_path_factory.mktemp("data") / "a.csv"
+    return tracked_file(actual, path, rng, rows=8, reach=2.0).read_bytes()
 
 
 def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_path):

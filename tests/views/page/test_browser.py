@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driven_effects import tracked_file
 from playwright.sync_api import expect
 
-from workbench import Motion, load_robot, write_measurements
+from workbench import load_robot
 from workbench.arm.robot_toml import read_toml
-from workbench.data.simulation.instruments import instrument_named
-from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.data.simulation.simulate import virtual_arm
 from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
@@ -119,9 +119,7 @@ def step_back(screen, page):
 def test_file_identify_overlay_save(app, look, tmp_path):
     robot, rng = load_robot("aria"), np.random.default_rng(4)
     actual = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01)
-    q = rng.uniform(*np.clip(robot.limits, -2.5, 2.5).T, (60, 6))
-    rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
-    path = write_measurements(rows, tmp_path / "arm <b>7</b>.csv")
+    path = tracked_file(actual, tmp_path / "arm <b>7</b>.csv", rng, rows=60, reach=2.5)
 
     screen = look()
     page = screen.page

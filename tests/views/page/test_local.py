@@ -29,11 +29,14 @@ def server():
     running.stop()
 
 
+def dialled(port: int, **options):
+    """A program that speaks viser's language."""
+    return client.connect(f"ws://127.0.0.1:{port}", subprotocols=[f"viser-v{viser.__version__}"], **options)
+
+
 def dial(port: int, **options) -> str:
     try:
-        with client.connect(
-            f"ws://127.0.0.1:{port}", subprotocols=[f"viser-v{viser.__version__}"], **options
-        ) as socket:
+        with dialled(port, **options) as socket:
             socket.recv(timeout=60)
         return "open"
     except websockets.InvalidStatus as error:
@@ -56,9 +59,7 @@ def test_foreign_origins_are_refused(server):
 def test_messages_handed_over_come_while_the_next_block_is_still_being_made(server, monkeypatch):
     """The numbers of a drag do not wait for the scene."""
     monkeypatch.setattr(viser_internals, "HANDED_OVER", 60.0)  # a busy machine takes longer than is waited
-    with client.connect(
-        f"ws://127.0.0.1:{server.get_port()}", subprotocols=[f"viser-v{viser.__version__}"]
-    ) as socket:
+    with dialled(server.get_port()) as socket:
         socket.recv(timeout=60)
         for k in range(20):
             with server.atomic():
@@ -180,7 +181,7 @@ def test_serve_says_where_and_ends_when_interrupted():
 
 def test_messages_that_are_none_are_one_line_a_minute(server, caplog):
     for content in (b"\xc1", b"\x01", b"no", packed(type="TransformControlsUpdateMessage", name=[])) * 3:
-        with dialled(server) as socket, suppress(websockets.ConnectionClosed):
+        with dialled(server.get_port()) as socket, suppress(websockets.ConnectionClosed):
             socket.send(content)
             socket.send(b"no")  # which ends the connection
             while True:
@@ -196,7 +197,7 @@ def test_a_target_held_by_a_program_that_left_without_showing_a_page_is_free_aga
     grab = packed(type="TransformControlsDragStartMessage", name="/handles/arrows", owner="")
     owners = set()
     for _ in range(2):
-        with dialled(server) as socket:
+        with dialled(server.get_port()) as socket:
             socket.send(grab)
             patience = time.monotonic() + 60.0
             while gizmo._dragged is None or gizmo._dragged[1] in owners:
@@ -206,12 +207,6 @@ def test_a_target_held_by_a_program_that_left_without_showing_a_page_is_free_aga
     assert len(owners) == 2
     assert worker.wait(60.0)
     assert worker.session.drag.client == max(owners) + 1
-
-
-def dialled(server):
-    """A program that speaks viser's language."""
-    address = f"ws://127.0.0.1:{server.get_port()}"
-    return client.connect(address, subprotocols=[f"viser-v{viser.__version__}"])
 
 
 def packed(**message: object) -> bytes:

@@ -1,21 +1,19 @@
 """Panels without a browser: every control explains itself, and strange text stays text."""
 
-import tempfile
 import zipfile
 from contextlib import suppress
-from pathlib import Path
 from time import monotonic, sleep
 from types import SimpleNamespace
 
 import numpy as np
+from driven_effects import tracked_file
 from refusals import refuses
+from session_at_work import carry_out
 from viser import GuiHtmlHandle
 from viser._messages import GuiUpdateMessage
 
-from workbench import Motion, Region, load_robot, read_measurements, tool_poses, write_measurements
+from workbench import Motion, Region, load_robot, read_measurements, tool_poses
 from workbench.base.errors import OptionError
-from workbench.data.simulation.instruments import instrument_named
-from workbench.data.simulation.simulate import simulate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -39,9 +37,7 @@ from workbench.views.page.viser_internals import controls
 
 def done(app, *commands):
     """Carry commands out, one after the other."""
-    for command in commands:
-        app.worker.submit(command)
-        assert app.worker.wait(60.0)
+    carry_out(app.worker, *commands)
 
 
 def test_every_control_has_a_tooltip(app):
@@ -204,17 +200,11 @@ def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
     assert tuple(tool.value) == (1.0, 2.0, 3.0)
 
 
-def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_shown(app):
+def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_shown(app, tmp_path):
     """Their fields moved blocks that nobody saw."""
-    rows = simulate(
-        app.worker.session.robot,
-        Motion(np.random.default_rng(4).uniform(-1.5, 1.5, (30, 6))),
-        instrument=instrument_named("tracker-6d"),
-        rng=np.random.default_rng(4),
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        file = write_measurements(rows, Path(folder) / "rows.csv").read_bytes()
-    done(app, LoadData("rows.csv", file))
+    arm, rng = app.worker.session.robot, np.random.default_rng(4)
+    file = tracked_file(arm, tmp_path / "rows.csv", rng, rows=30, reach=1.5)
+    done(app, LoadData("rows.csv", file.read_bytes()))
     edits = [control(app, label) for label in ("x, y, z [mm]", "Angles [°]", "Branch", "Locked")]
     (group,) = (c for c in controls(app.server.gui).values() if "Delete" in getattr(c, "options", ()))
     done(app, OpenTab(Tab.PLATE))

@@ -16,9 +16,7 @@ from workbench.data.dataset import Dataset
 class PixelSource(AbstractSource):
     """Corners in a table, or pictures in a folder."""
 
-    target: Annotated[Path | None, option("The data are pixels: the board or tags seen, a target.toml.")] = (
-        None
-    )
+    target: Annotated[Path | None, option("Data are pixels: the board or tags seen, a target.toml.")] = None
     camera: Annotated[
         Path | None, option("With --target: the cameras (camera.toml); by default they are identified.")
     ] = None

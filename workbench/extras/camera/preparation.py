@@ -65,10 +65,8 @@ class PicturePreparation(AbstractPreparation):
         _check_number(data)
         if (turn := _largest_turn(robot, data)) > ENOUGH_TURN:
             return data
-        turned = (
-            f"the tool turned by only {np.rad2deg(turn):.0f}°, so other orientations are poorly determined"
-        )
-        return replace(data, notes=(*data.notes, f"{turned}; {TURN_MORE}"))
+        why = f"the tool turned by only {np.rad2deg(turn):.0f}°, so other orientations are poorly determined"
+        return replace(data, notes=(*data.notes, f"{why}; {TURN_MORE}"))
 
     def decide(
         self, robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem]
@@ -124,19 +122,22 @@ def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
     """
     free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
 
-    def errors(rows: Dataset) -> Float[np.ndarray, " rows"]:
+    def errors(rows: Dataset, hopeless: float = np.inf) -> Float[np.ndarray, " rows"]:
         """How far each picture is off [m], in a fit in which pictures that are far off count less."""
         problem = Problem.build(robot, rows, free=free).with_noise(ROUGH)
         x = problem.start
-        for _ in range(ROBUST_ROUNDS):
+        for begun in range(ROBUST_ROUNDS):
             off = Pictures.at(problem, x).off
+            if begun and np.median(off) > hopeless:  # the right meaning fits at once
+                return off
             weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
             x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
         return Pictures.at(problem, x).off
 
     off = errors(data)
     usual = float(np.median(off))
-    others = [(np.median(errors(rows)), text) for text, rows in _other_meanings(data) if usual > SUSPICIOUS]
+    meanings = _other_meanings(data) if usual > SUSPICIOUS else ()
+    others = [(np.median(errors(rows, usual / 2.0)), text) for text, rows in meanings]
     if others and min(others)[0] < OTHERWISE * usual:
         raise DataError(f"{data.source}: {min(others)[1]}")
     if usual > HOPELESS:

@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -58,13 +59,13 @@ class Board:
         files = [("", p) for p in sorted(folder.rglob("*")) if p.suffix.lower() in ENDINGS]
         if has_target(folder) or not files:
             return ()
-        pictures = list(readable(a_few(files), {"": None})) or [
-            read_picture(files[0][1])
-        ]  # which says why not
-        boards = [replace(self.charuco, dictionary=name) for name in COMMON_NAMES]
-        boards = [board for board in boards if has_markers_for(board)]
-        targets = [charuco_target(board, self.mounted) for board in boards or [self.charuco]]
-        target = max(targets, key=lambda each: BoardFinder.of((each,), pictures).shown(pictures))
+        pictures = list(readable(a_few(files), {"": None}))
+        pictures = pictures or [read_picture(files[0][1])]  # which says why not
+        boards = filter(has_markers_for, (replace(self.charuco, dictionary=name) for name in COMMON_NAMES))
+        targets = [charuco_target(board, self.mounted) for board in list(boards) or [self.charuco]]
+        shown = cache(lambda each: BoardFinder.of((each,), pictures).shown(pictures))
+        half = len(pictures) * (self.across - 1) * (self.down - 1) / 2  # no other one shows as many corners
+        target = next((each for each in targets if shown(each) > half), None) or max(targets, key=shown)
         write_text(folder / "target.toml", target_toml(target))
         return (f"{NO_TARGET}: taken to be {self.text} ({target.dictionary})",)
 
