@@ -26,7 +26,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     screen = look()
     page = screen.page
 
-    first = app.worker.session.plate
+    first, top = app.worker.session.plate, page.get_by_role("tab", name="Plate").bounding_box()["y"]
     screen.press("Add")
     screen.wait_text("rank", "11 targets")
     page.get_by_label("Locked").check()
@@ -37,6 +37,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     page.locator('[data-testid="job"]').wait_for()
     strip = page.get_by_role("button", name="Cancel", exact=True)
     assert 0.0 < strip.bounding_box()["y"] < page.viewport_size["height"] - 30
+    assert page.get_by_role("tab", name="Plate").bounding_box()["y"] == top  # nothing below has moved
     strip.click()
     screen.until(lambda session: session.page.job is None)
     page.get_by_text("Branch of the arm", exact=True).click()
@@ -47,8 +48,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     now = session.states[number].branch
     found = branches_to(session.robot, session.plate.targets[number])
     other = next(branch for branch in found if branch.name != now)
-    app_branch = page.get_by_role("combobox", name="Branch")
-    app_branch.click()
+    page.get_by_role("combobox", name="Branch").click()
     page.get_by_role("option", name=other.name, exact=True).click()
     screen.until(lambda session: session.states[number].branch == other.name)
     screen.wait_text("history", "after each step")
