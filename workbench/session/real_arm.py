@@ -19,7 +19,7 @@ from workbench.session.state import Session
 
 SHARE_OF_REACH = 0.05
 """Share of the reach by which the nominal arm's mean error is drawn at first."""
-MAX_IDLE = 0.3
+MAX_IDLE = 0.1
 """Largest drawn turn that leaves the tool where it is [rad]."""
 LONGEST_SAMPLE = 0.1
 """Longest arrow that shows how long an error is drawn, in reaches."""

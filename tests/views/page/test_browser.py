@@ -163,7 +163,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
 
 def residuals_are_where_they_are(screen):
     """All rows are in the picture, have one scale of colours in mm, and answer to a click."""
-    screen.wait_text("sample", "this long = ")
+    assert screen.node("/errors/sample_words")
     assert "mm" in screen.text("colour-bar")
     rows = screen.app.worker.session.results.comparison
     places = np.array([screen.pixel(place) for place in rows.measured])

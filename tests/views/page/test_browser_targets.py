@@ -26,7 +26,10 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     screen = look()
     page = screen.page
 
-    first = app.worker.session.plate
+    def strip_height() -> float:
+        return page.get_by_role("tab", name="Plate").bounding_box()["y"] - screen.box("hint")["y"]
+
+    first, height = app.worker.session.plate, strip_height()
     screen.press("Add")
     screen.wait_text("rank", "11 targets")
     page.get_by_label("Locked").check()
@@ -37,26 +40,23 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look, monkeypatch)
     page.locator('[data-testid="job"]').wait_for()
     strip = page.get_by_role("button", name="Cancel", exact=True)
     assert 0.0 < strip.bounding_box()["y"] < page.viewport_size["height"] - 30
+    assert strip_height() == height  # nothing below has moved
     strip.click()
     screen.until(lambda session: session.page.job is None)
     page.get_by_text("Branch of the arm", exact=True).click()
     screen.press("Undo")
     screen.press("Undo")
     session = screen.until(lambda session: session.plate is first)
-    number = session.selected
-    now = session.states[number].branch
-    found = branches_to(session.robot, session.plate.targets[number])
-    other = next(branch for branch in found if branch.name != now)
-    app_branch = page.get_by_role("combobox", name="Branch")
-    app_branch.click()
+    number, found = session.selected, branches_to(session.robot, session.plate.targets[session.selected])
+    other = next(branch for branch in found if branch.name != session.states[number].branch)
+    page.get_by_role("combobox", name="Branch").click()
     page.get_by_role("option", name=other.name, exact=True).click()
     screen.until(lambda session: session.states[number].branch == other.name)
     screen.wait_text("history", "after each step")
 
-    screen.press("Delete")
-    screen.until(lambda session: len(session.plate) == 9)
-    screen.press("Add")
-    screen.until(lambda session: len(session.plate) == 10)
+    for button, targets in (("Delete", 9), ("Add", 10)):
+        screen.press(button)
+        screen.until(lambda session, targets=targets: len(session.plate) == targets)
 
     before = app.worker.session.selected
     page.mouse.click(40, 700)

@@ -90,6 +90,8 @@ def serve(
             from workbench.plate.patterns import circle_before
             from workbench.views.page.scene.start_scene import first_picture, next_picture
 
+            drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
+
             def tell(part: float, step: str) -> None:
                 waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
 
@@ -97,7 +99,6 @@ def serve(
                 nonlocal drawn
                 drawn = next_picture(server, session, drawn)
 
-            drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
             _go_on(stop)
             from workbench.session.journal.folder import unrecorded_session
             from workbench.session.start import default_circle

@@ -6,8 +6,6 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.report.blocks import ResultTable
-from workbench.report.result_display import as_html
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
@@ -15,7 +13,7 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.drawables.viewpoint import view_of_rows
 from workbench.views.page.camera import aim
-from workbench.views.page.html import MUTED, block, number
+from workbench.views.page.html import block, number
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -118,16 +116,5 @@ def _as_opened(comparison: Comparison, row: int) -> str:
     errors = 1e3 * np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
     if not np.isfinite(errors).any():
         return "<br>No position was measured."
-    rows = [
-        ("here", f"{number(float(errors[row]))} mm"),
-        ("mean", f"{number(float(np.nanmean(errors)))} mm"),
-        ("maximum", f"{number(float(np.nanmax(errors)))} mm"),
-    ]
-    sentence = (
-        "Nothing has been identified yet. If this robot is already calibrated, a few poses show whether "
-        "the calibration is still valid; otherwise identify it first."
-    )
-    return (
-        as_html([ResultTable("", ("Error of the robot as opened", ""), rows)])
-        + f'<div style="color:{MUTED};margin-top:4px">{sentence}</div>'
-    )
+    here, mean, most = (number(float(e)) for e in (errors[row], np.nanmean(errors), np.nanmax(errors)))
+    return f"<br>Error of the robot as opened: {here} mm here, {mean} mm on average, {most} mm at most."

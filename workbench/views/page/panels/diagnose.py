@@ -35,7 +35,7 @@ MAX_BUTTONS = 3
 
 def _suspects(session: Session) -> Mapping[str, float] | None:
     """What a diagnosis under way may find, and how much speaks for each so far."""
-    return session.page.job and session.page.job.suspects
+    return None if session.page.job is None else session.page.job.suspects
 
 
 class DiagnosePanel(AbstractPanel):

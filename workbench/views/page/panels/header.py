@@ -177,14 +177,13 @@ class CaptionPanel(AbstractPanel):
         self._leave = leave
 
     def build(self, gui: viser.GuiApi) -> None:
-        address = self.link("with-my-robot", self._leave)
-        self.html(lambda s: caption(s, address) if s.page.caption else "")
+        address = text(self.link("with-my-robot", self._leave))
+        way_out = address and f'<a href="{address}">{WITH_MY_ROBOT}</a>'
 
+        def caption(session: Session) -> str:
+            figure = text(next_step(session).figure)
+            number = figure and f'<div data-testid="figure-now" class="figure">{figure}</div>'
+            content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
+            return f"<div {CAPTION}>{number}{content}{way_out}</div>" if session.page.caption else ""
 
-def caption(session: Session, address: str) -> str:
-    """The overlay in HTML."""
-    figure = next_step(session).figure
-    number = f'<div data-testid="figure-now" class="figure">{text(figure)}</div>' if figure else ""
-    way_out = f'<a href="{text(address)}">{WITH_MY_ROBOT}</a>' if address else ""
-    content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
-    return f"<div {CAPTION}>{number}{content}{way_out}</div>"
+        self.html(caption)

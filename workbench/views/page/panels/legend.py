@@ -174,14 +174,13 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
 
-def stage_choice(rows: Comparison, shown: ModelStage, links: Mapping[ModelStage, str] | None = None) -> str:
+def stage_choice(rows: Comparison, shown: ModelStage, links: Mapping[ModelStage, str]) -> str:
     """Whose errors are shown; a click on another stage of the model chooses it."""
     parts = []
     for stage in rows.stages:
         style = "font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
-        href = f'href="{text(links[stage])}"' if links else ""
         hint = f"Show the errors of this model: {stage}"
-        parts.append(f'<a {href} title="{text(hint)}" style="{style}">{text(stage)}</a>')
+        parts.append(f'<a href="{text(links[stage])}" title="{hint}" style="{style}">{stage}</a>')
     return f"<div>Error: {' · '.join(parts)}</div>"
 
 

@@ -48,12 +48,8 @@ def result_card(session: Session) -> str:
 
 def weighed(diagnosis: Diagnosis) -> str:
     """Why its geometry is not quite that of Identify."""
-    sentence = " The geometry is that of the diagnosis, which keeps constants near nominal"
-    return (
-        f"{sentence}."
-        if diagnosis.joint_noise is None
-        else f"{sentence} and weights poses by the noise of the joint readings."
-    )
+    more = "" if diagnosis.joint_noise is None else " and weights poses by the noise of the joint readings"
+    return f"The geometry is that of the diagnosis, which keeps constants near nominal{more}."
 
 
 def numbers(done: tuple[StageErrors, ...]) -> str:

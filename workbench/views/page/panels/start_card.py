@@ -48,13 +48,13 @@ class StartCard(AbstractPanel):
 
     def build_reopen_button(self, gui: viser.GuiApi) -> None:
         """A button that opens the card again."""
+
+        def reopen(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                self._open(event.client.gui)
+
         self._gui = gui
-        self.press(
-            "What do you have?",
-            lambda e: e.client and self._open(e.client.gui),
-            viser.Icon.HOME,
-            INTRODUCTION,
-        )
+        self.press("What do you have?", reopen, viser.Icon.HOME, INTRODUCTION)
 
     def ask(self) -> None:
         """Open it on every page, instead of the demo."""

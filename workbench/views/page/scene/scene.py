@@ -115,9 +115,9 @@ class Scene:
 
 
 def _has_other_rows(before: Session, now: Session) -> bool:
-    """Whether measurements have come or gone, or lie elsewhere because the base is known now."""
+    """Whether plate or measurements have come or gone, or lie elsewhere because the base is known now."""
     loaded = now.measurements.loaded
-    if loaded is not before.measurements.loaded:
+    if loaded is not before.measurements.loaded or now.shows_plate is not before.shows_plate:
         return True
     was, here = (s.results.identification is not None for s in (before, now))
     return loaded is not None and here and not was
