@@ -43,3 +43,11 @@ def test_by_row(tmp_path):
     np.testing.assert_allclose(data.q, Q)
     with refuses(DataError, "q.csv", found=(8, 7)):
         wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(7)))
+
+
+def test_by_times_without_a_unit(tmp_path):
+    names = [f"{k}.5" for k in range(8)]
+    for path in (points(tmp_path, names), joints(tmp_path, range(7, -1, -1), names)):
+        path.write_text(path.read_text().replace("point", "time"))
+    data = wb.read_measurements(tmp_path / "points.csv", joint_table=tmp_path / "q.csv")
+    np.testing.assert_allclose(data.q, Q)

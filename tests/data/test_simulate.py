@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from refusals import refuses
 
-from workbench import Frame, Motion, load_robot, tool_poses
+from workbench import Dataset, Frame, Motion, load_robot, tool_poses
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
+from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm, without
 
 
 def rng(seed=0):
@@ -128,6 +128,13 @@ def test_points_markers_distances_and_contacts(aria, targets):
     assert 0.0 < np.abs(off).max() < 2e-4
     with refuses(OptionError, option="instrument", found="touch-probe"):
         simulate(aria, Motion(q), instrument=INSTRUMENTS["touch-probe"], rng=rng())
+
+
+def test_rows_that_are_kept_out_stay_so_when_others_are_too():
+    seen = Dataset(q=np.ones((3, 2)), position=np.ones((3, 3)))
+    found = without(without(seen, np.array(["", "lost", ""])), np.array(["", "", "hits"]))
+    assert found.reason.tolist() == ["", "lost", "hits"]
+    assert (found.included == np.isfinite(found.position).all(1)).all()
 
 
 def test_bad_targets_and_branches(aria, targets):

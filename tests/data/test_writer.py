@@ -89,12 +89,7 @@ def test_the_header_is_that_of_the_formats(tmp_path):
 
 
 def test_rows_that_are_kept_out_come_back(tmp_path):
-    data = Dataset(
-        q=np.zeros((2, 1)),
-        row=np.arange(2),
-        position=np.array([[1.0, 2.0, np.nan], [1.0, 2.0, 3.0]]),
-        rotation=np.stack([np.full((3, 3), np.nan), np.eye(3)]),
-        exclude=np.array([True, False]),
-        reason=np.array(['lost, "sight"', ""]),
-    )
+    rotation = np.stack([np.full((3, 3), np.nan), np.eye(3)])
+    seen = Dataset(q=np.zeros((2, 1)), position=[[1.0, 2.0, np.nan], [1.0, 2.0, 3.0]], rotation=rotation)
+    data = seen.kept_out({0: 'lost, "sight"'})
     assert_same(data, read_measurements(write_measurements(data, tmp_path / "rows.csv")))

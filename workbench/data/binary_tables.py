@@ -85,8 +85,7 @@ def workbook_cells(data: bytes) -> dict[str, Cells]:
 
 def _sheet_cells(sheet) -> Cells:
     sheet.reset_dimensions()  # some writers store a wrong size
-    rows: list[list[str]] = []
-    lines: list[int] = []
+    rows, lines = list[list[str]](), list[int]()
     for number, row in enumerate(sheet.iter_rows(values_only=True, max_row=MAX_ROWS + 1), start=1):
         if number > MAX_ROWS:
             raise ChildError(f"sheet '{sheet.title[:40]}' has more than {MAX_ROWS} rows")

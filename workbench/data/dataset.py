@@ -259,6 +259,16 @@ class Dataset:
             object.__setattr__(taken, f.name, _taken(getattr(self, f.name), chosen))
         return taken
 
+    def kept_out(self, reasons: Mapping[int, str]) -> "Dataset":
+        """With some more rows kept out, by index, each with its reason."""
+        if not reasons:
+            return self
+        exclude, reason = ~self.included, np.full(len(self), "", object)
+        reason = reason if self.reason is None else self.reason.astype(object)
+        for row, text in reasons.items():
+            exclude[row], reason[row] = True, text
+        return replace(self, exclude=exclude, reason=reason)
+
     def joined(self, other: "Dataset") -> "Dataset":
         """These rows and then the other's; where one of them lacks a column its values are missing.
 

@@ -41,12 +41,7 @@ class Orientation(NamedTuple):
 
 
 class WrittenOrientation(NamedTuple):
-    """Numbers of a file's orientation columns, and what their headings say.
-
-    Args:
-        name: Convention.
-        numbers: One row a measurement [rad or without unit]; NaN where there are none.
-    """
+    """Convention that headings of orientations name, and the numbers under them [rad or 1; NaN: missing]."""
 
     name: str
     numbers: Float[np.ndarray, "rows k"]

@@ -177,9 +177,6 @@ def _without_copies(dataset: Dataset) -> Dataset:
     pairs = included[np.array(repeated_rows(dataset.take(included)), np.int64).reshape(-1, 2)]
     if not len(pairs):
         return dataset
-    exclude = ~dataset.included
-    reason = np.full(len(dataset), "", object) if dataset.reason is None else dataset.reason.astype(object)
-    for first, again in pairs.tolist():
-        exclude[again], reason[again] = True, f"repeats data row {dataset.row[first]} to the last digit"
+    copies = {b: f"repeats data row {dataset.row[a]} to the last digit" for a, b in pairs.tolist()}
     note = f"{plural(len(pairs), 'duplicate row')} ignored"
-    return replace(dataset, exclude=exclude, reason=reason.astype(str), notes=(*dataset.notes, note))
+    return replace(dataset.kept_out(copies), notes=(*dataset.notes, note))

@@ -24,13 +24,7 @@ Rows = Bool[np.ndarray, " rows"]
 
 
 class Form(NamedTuple):
-    """One way to write an orientation.
-
-    Args:
-        name: For people.
-        convention: Its name in `data/orientations.py`.
-        keys: Its columns.
-    """
+    """One way to write an orientation: its name for people, that in `data/orientations.py`, its columns."""
 
     name: str
     convention: str

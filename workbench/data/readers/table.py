@@ -105,11 +105,12 @@ def with_points(grid: Grid) -> Grid:
 
 
 class _Part(NamedTuple):
-    """A table in a grid: row of its headings, end of its rows, and its known columns."""
+    """A table in a grid: row of its headings and end of its rows; known columns, and whether joints are."""
 
     start: int
     end: int
-    keys: list[str]
+    known: int
+    has_joints: bool
 
 
 def only_table(grid: Grid) -> Grid:
@@ -119,8 +120,7 @@ def only_table(grid: Grid) -> Grid:
         FileError: several may be meant; it names their lines.
     """
     parts = _parts(grid)
-    meant = [part for part in parts if any(re.fullmatch(r"q\d+", key) for key in part.keys)]
-    meant = meant or [part for part in parts if len(part.keys) > 1]
+    meant = [part for part in parts if part.has_joints] or [part for part in parts if part.known > 1]
     if len(parts) < 2 or not meant:
         return grid
     heading = grid.rows[meant[0].start]
@@ -148,7 +148,9 @@ def _parts(grid: Grid) -> list[_Part]:
             below = grid.rows[row + len(cells)] if row + len(cells) < len(grid.rows) else []
             if below and sum(map(bool, names)) > 1 and (len(known) > 1 or len(below) != width):
                 width = len(below)
-                found.append(_Part(row + cells.index(names), len(grid.rows), known))
+                bare = [meaning(parse_heading(cell).name) or "" for cell in names]
+                joints = any(re.fullmatch(r"q\d+", key) for key in bare)
+                found.append(_Part(row + cells.index(names), len(grid.rows), len(known), joints))
                 if len(found) > 1:
                     found[-2] = found[-2]._replace(end=row)
         row += len(cells)

@@ -27,9 +27,7 @@ _SAMPLE = 200
 def read_text(data: bytes, path: Path) -> Grid:
     """Cells of a text table (CSV, TSV, semicolons, blanks)."""
     text, encoding = decode(data, path)
-    lines: list[str] = []
-    numbers: list[int] = []
-    comments: list[str] = []
+    lines, numbers, comments = list[str](), list[int](), list[str]()
     for number, line in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
         bare = line.strip(" \ufeff\x1a")
         if bare.startswith(("#", "% ")) and not lines:

@@ -178,7 +178,8 @@ def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
             keep = gone.reshape(-1, *[1] * (values.ndim - 1))
             blank[name] = np.where(keep, np.nan, values)
     note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; the first one is {reasons[gone][0]}"
-    return replace(rows, exclude=gone, reason=reasons, notes=(*rows.notes, note), **blank)
+    kept_out = rows.kept_out({row: str(reasons[row]) for row in np.flatnonzero(gone).tolist()})
+    return replace(kept_out, notes=(*rows.notes, note), **blank)
 
 
 def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:

@@ -28,7 +28,7 @@ from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.corner_detection import PixelRows, find_corners
 from workbench.extras.camera.lens import assumed_of_corners, assumed_of_folder, with_lenses
-from workbench.extras.camera.resection import kept_out, with_corners
+from workbench.extras.camera.resection import with_corners
 from workbench.extras.camera.rig import Rig
 
 STRANGE = 0.02
@@ -121,7 +121,7 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
         notes += [f"{listed(own)} has per_session = true, but no row names its session: one pose for all"]
     own_notes = (n for n in data.notes if n not in rows.notes)
     data = replace(data, source=rows.source, notes=(*rows.notes, *own_notes, *assumed, *notes, *posed))
-    data = kept_out(data, dict.fromkeys(np.flatnonzero(empty).tolist(), "has no corners in a picture"))
+    data = data.kept_out(dict.fromkeys(np.flatnonzero(empty).tolist(), "has no corners in a picture"))
     return with_corners(data, pixels, np.array(names), replace(rig, tool_poses=bool(posed)))
 
 

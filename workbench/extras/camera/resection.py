@@ -7,7 +7,7 @@ suit it, is taken. No arm takes part, so that a corner is judged by its picture 
 Source: Collins, Bartoli, Infinitesimal plane-based pose estimation, Int. J. Comput. Vis. 109, 2014.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import product
@@ -183,15 +183,4 @@ def with_parts_in_view(data: Dataset, fewest: int = 2, known: Collection[str] = 
 def _without_empty(data: Dataset) -> Dataset:
     """The pictures without a corner kept out, with the reason."""
     empty = data.included & ~PictureReadings.of(data).seen.any((1, 2))
-    return kept_out(data, {int(i): NOTHING_USED for i in np.flatnonzero(empty)})
-
-
-def kept_out(data: Dataset, reasons: Mapping[int, str]) -> Dataset:
-    """With some more rows kept out, each with its reason."""
-    if not reasons:
-        return data
-    reason = np.full(len(data), "", object) if data.reason is None else data.reason.astype(object)
-    exclude = ~data.included
-    for row, text in reasons.items():
-        exclude[row], reason[row] = True, text
-    return replace(data, exclude=exclude, reason=reason.astype(str))
+    return data.kept_out({int(i): NOTHING_USED for i in np.flatnonzero(empty)})

@@ -56,9 +56,7 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
             ),
             option="columns",
         )
-    headings: list[str] = []
-    columns: list[list[str]] = []
-    notes: list[str] = []
+    headings, columns, notes = list[str](), list[list[str]](), list[str]()
     for pair in sorted(naming.pairs, key=_is_open):  # the others tell how many measurements there are
         if (sides := _sides(pair, variables)) is None:
             names = f"neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file"
