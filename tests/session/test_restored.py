@@ -41,7 +41,9 @@ def killed(tmp_path_factory):
         run(*tasks, GrabTarget(2, 1), *drag)
         left = shutil.copytree(folder, folder.parent / "killed")
         run.worker.close()
-        assert restore(read_recording(left)).differences == ()
+        shown = []
+        assert restore(read_recording(left), show=shown.append).differences == ()
+        assert [s.results.diagnosis is not None for s in shown] == [False, False, False, True, True]
     finally:
         forget()
     return left

@@ -7,9 +7,7 @@ from workbench.session.page_state import Tab
 from workbench.views.page.style import PANEL_WIDTH
 
 pytestmark = pytest.mark.browser
-NARROWED = (
-    f"() => document.querySelector('[data-testid=\"hint\"]') && Math.abs({PANEL}.offsetWidth - 376) < 8"
-)
+NARROWED = f"() => document.querySelector('[data-testid=hint]') && Math.abs({PANEL}.offsetWidth - 376) < 8"
 
 
 def test_the_panel_is_as_wide_as_its_window_allows_and_all_tabs_stand_in_one_row(look, chromium, app):

@@ -36,8 +36,10 @@ def arms(session: Session) -> Iterator[Item]:
     is_shown = overlay.nominal or focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
     if (known := model_and_real(session)) is not None:
-        is_shown = overlay.calibrated and focus in (Focus.ROW, Focus.JOG)
-        gap = gap_at(session) if focus is Focus.ROW else None
+        is_shown, rows = overlay.calibrated and focus in (Focus.ROW, Focus.JOG), session.results.comparison
+        gap: np.ndarray | None = None
+        if focus is Focus.ROW and rows is not None and rows.stages:  # to where the tool was measured
+            gap = -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]
         yield Item("arm/calibrated", real_arm, (*known, q, gap, overlay.exaggeration), shown=is_shown)
 
 
@@ -52,14 +54,6 @@ def model_and_real(session: Session) -> tuple[Robot, Robot, Matrix4 | None] | No
         return rows.models[shown_stage(session, rows)], real, base
     real_one = bending_robot(session)
     return None if real_one is None else (real_one.with_effects(), real_one, None)
-
-
-def gap_at(session: Session) -> np.ndarray | None:
-    """From where the shown model puts the tool to where it was measured, at a row [m]; None without rows."""
-    rows = session.results.comparison
-    if rows is None or not rows.stages:
-        return None
-    return -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]
 
 
 def blame(session: Session) -> Iterator[Item]:

@@ -148,7 +148,7 @@ def _build_panels(
     make_all(None)
     tabs = Tabs(server, first=FIRST if opened is None else opened.tab)
     for tab in Tab:
-        with tabs.add(tab):
+        with tabs.group.add_tab(tab):
             if tab is Tab.ROBOT:
                 card.build_reopen_button(gui)
             make_all(tab)

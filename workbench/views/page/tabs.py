@@ -77,15 +77,11 @@ class Tabs:
 
     def __init__(self, server: viser.ViserServer, *, first: Tab | None = None):
         self._server, self._opened = server, first
-        self._group = server.gui.add_tab_group()
-
-    def add(self, tab: Tab) -> viser.GuiTabHandle:
-        """One more tab, to be filled within `with`."""
-        return self._group.add_tab(tab)
+        self.group = server.gui.add_tab_group()
 
     def show(self, is_shown: bool) -> None:
         """Show the tabs, or leave their place to something else."""
-        self._group.visible = is_shown
+        self.group.visible = is_shown
 
     def ready(self) -> None:
         """All tabs are there: open the first one on every page, those included that have come before it."""
