@@ -36,8 +36,8 @@ class Mounting:
 
     def at(self, base: Matrix4, tool: Matrix4) -> "Mounting":
         """The same with base and tool at other poses."""
-        base, tool = (Frame.from_pose(p, f.free) for p, f in ((base, self.base), (tool, self.tool)))
-        return revised(self, base=base, tool=tool)
+        own, held = Frame.from_pose(base, self.base.free), Frame.from_pose(tool, self.tool.free)
+        return revised(self, base=own, tool=held)
 
     def with_values(self, values: Mapping[str, float], where: str = "") -> "Mounting":
         """`base.x` … and `tool.x` … move the frames, `gravity.x` and `.y` turn gravity (`arm/gravity.py`).

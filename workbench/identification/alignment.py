@@ -98,8 +98,8 @@ def thinned(problem: Problem) -> Problem:
     if some.names != problem.names:
         return problem
     shares = None if problem.shares is None else problem.shares[rows]
-    own = {"prior": problem.prior, "prior_centre": problem.prior_centre, "deviation": problem.deviation}
-    return replace(some, shares=shares, **own)
+    prior, centre = problem.prior, problem.prior_centre
+    return replace(some, shares=shares, prior=prior, prior_centre=centre, deviation=problem.deviation)
 
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:
