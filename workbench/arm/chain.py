@@ -387,16 +387,6 @@ def _lanes(axes, where, values, moved, constants, place, out, twist):
 
 @njit(cache=True, inline="always")
 @no_type_check
-def _turned(t, i, j, c, s):
-    """Turn axes i and j of the 3×4 transform t towards each other, in place."""
-    for row in range(3):
-        a, b = t[row, i], t[row, j]
-        t[row, i] = a * c + b * s
-        t[row, j] = b * c - a * s
-
-
-@njit(cache=True, inline="always")
-@no_type_check
 def _advance(axis, value, constant, t):
     """Multiply the 3×4 transform t of one row by one elementary transform, in place; for loops of statics."""
     if axis < 3:
@@ -407,12 +397,11 @@ def _advance(axis, value, constant, t):
             c = 1.0 - v / 2.0 * (1.0 - v / 12.0 * (1.0 - v / 30.0 * (1.0 - v / 56.0)))
         else:
             s, c = np.sin(value), np.cos(value)
-        if axis == 0:
-            _turned(t, 1, 2, c, s)
-        elif axis == 1:
-            _turned(t, 2, 0, c, s)
-        else:
-            _turned(t, 0, 1, c, s)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        for row in range(3):
+            a, b = t[row, i], t[row, j]
+            t[row, i] = a * c + b * s
+            t[row, j] = b * c - a * s
     elif axis < 6:
         for row in range(3):
             t[row, 3] += t[row, axis - 3] * value

@@ -5,8 +5,9 @@ A frame is written as a translation, a constant rotation, and three small rotati
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,16 @@ BASE, TOOL = -1, -2
 """Link numbers of the elements of the base and of the tool."""
 FRAME_PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 """The six constants of a frame, in the order of the chain."""
+Record = TypeVar("Record")
+
+
+def revised(record: Record, **values: Any) -> Record:
+    """A copy of a frozen record with other fields: `replace` for values that are computed from checked ones,
+    and need no check again."""
+    copy = object.__new__(type(record))
+    kept = {f.name: getattr(record, f.name) for f in fields(record)}  # type: ignore[arg-type]
+    copy.__dict__.update(kept | values)
+    return copy
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +85,5 @@ class Frame:
             return self
         own = [*self.xyz.tolist(), 0.0, 0.0, 0.0]
         parts = np.array([values.get(k, v) for k, v in zip(keys, own, strict=True)])
-        turn = np.eye(3)
-        for axis in range(3):
-            turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
-        return replace(self, xyz=frozen(parts[:3]), rotation=frozen(self.rotation @ turn))
+        turn = se3.rpy_to_matrix(-parts[3:]).T  # about x, then the new y, then the new z
+        return revised(self, xyz=frozen(parts[:3]), rotation=frozen(self.rotation @ turn))

@@ -1,11 +1,11 @@
 """Mounting of an arm: pose of its base, its tool, and the direction of gravity."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.arm.frame import Frame
+from workbench.arm.frame import Frame, revised
 from workbench.arm.gravity import TOLERANCE, tilted
 from workbench.arm.joint import NotNegative
 from workbench.base.arguments import admit
@@ -36,16 +36,15 @@ class Mounting:
 
     def at(self, base: Matrix4, tool: Matrix4) -> "Mounting":
         """The same with base and tool at other poses."""
-        return replace(
-            self, base=Frame.from_pose(base, self.base.free), tool=Frame.from_pose(tool, self.tool.free)
-        )
+        own, held = Frame.from_pose(base, self.base.free), Frame.from_pose(tool, self.tool.free)
+        return revised(self, base=own, tool=held)
 
     def with_values(self, values: Mapping[str, float], where: str = "") -> "Mounting":
         """`base.x` … and `tool.x` … move the frames, `gravity.x` and `.y` turn gravity (`arm/gravity.py`).
 
         In a session, such as `where` `[front]`, they are `base[front].x` … instead.
         """
-        return replace(
+        return revised(
             self,
             base=self.base.with_values(f"base{where}", values),
             tool=self.tool.with_values(f"tool{where}", values),

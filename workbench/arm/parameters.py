@@ -1,10 +1,11 @@
 """Parameters of an identification: names, meanings and bounds."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.arm.frame import revised
 from workbench.base.errors import OptionError
 
 MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
@@ -60,7 +61,7 @@ class Parameter:
                 option="bounds",
                 found=name,
             )
-        return replace(free, lower=lower, upper=upper)
+        return revised(free, lower=lower, upper=upper)
 
     @property
     def text(self) -> str:

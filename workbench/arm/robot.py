@@ -19,7 +19,7 @@ from workbench.arm.calibration_record import Calibration
 from workbench.arm.chain import Chain, Element
 from workbench.arm.effects import AbstractEffect, extrapolation_notes
 from workbench.arm.effects.effect import check_together, flattened, turned, with_insertions
-from workbench.arm.frame import BASE, TOOL, Frame
+from workbench.arm.frame import BASE, TOOL, Frame, revised
 from workbench.arm.gravity import GRAVITY
 from workbench.arm.joint import Joint, JointKind
 from workbench.arm.mounting import DOWN, Mounting
@@ -273,10 +273,10 @@ class Robot:
         if unknown := values.keys() - known:
             raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
         elements = tuple(
-            replace(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
+            revised(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
         )
         mounting = self.mounting.with_values(values)
-        return replace(
+        return revised(
             self.under(mounting.gravity),
             joints=tuple(j.reweighed(values) for j in self.joints),
             elements=elements,
@@ -293,7 +293,7 @@ class Robot:
         base, tool = self.base if base is None else base, self.tool if tool is None else tool
         if base is self.base and tool is self.tool:
             return self
-        return replace(self, mounting=replace(self.mounting, base=base, tool=tool))
+        return revised(self, mounting=replace(self.mounting, base=base, tool=tool))
 
     def under(self, gravity: Vector3) -> "Robot":
         """The same arm under another gravity, which also applies to sessions without their own."""
@@ -303,7 +303,7 @@ class Robot:
             name: replace(m, gravity=gravity) if m.gravity is self.gravity else m
             for name, m in self.sessions.items()
         }
-        return replace(self, mounting=replace(self.mounting, gravity=gravity), sessions=sessions)
+        return revised(self, mounting=replace(self.mounting, gravity=gravity), sessions=sessions)
 
     def recorded(self, **entries: Any) -> "Robot":
         """The same arm with these entries in the record of its calibration, if it has one."""
@@ -313,29 +313,28 @@ class Robot:
 
     def weighed_as(self, other: "Robot") -> "Robot":
         """The same arm with the masses and the gravity of another one of its kind."""
-        gravity = {n: other.in_session(n).gravity for n in self.sessions}
         return replace(
             self,
             joints=tuple(j.reweighed(other.inertia) for j in self.joints),
             mounting=replace(self.mounting, gravity=other.gravity),
-            sessions={n: replace(m, gravity=gravity[n]) for n, m in self.sessions.items()},
+            sessions={n: replace(m, gravity=other.in_session(n).gravity) for n, m in self.sessions.items()},
         )
 
     def in_session(self, session: str) -> "Robot":
         """The arm with the mounting of a session, or the common one if it has none."""
         mounting = self.sessions.get(session, self.mounting)
-        return replace(self, mounting=mounting, sessions={}) if self.sessions else self
+        return revised(self, mounting=mounting, sessions={}) if self.sessions else self
 
     @property
     def in_first_session(self) -> "Robot":
         """The arm in the first of its sessions, for files of a single arm."""
         return self.in_session(next(iter(self.sessions), ""))
 
-    @property
+    @cached_property
     def bare(self) -> "Robot":
         """The geometry alone, from its first frame to its last: without effects and sessions."""
-        mounting = replace(self.mounting, base=Frame(), tool=Frame())
-        return replace(self, mounting=mounting, sessions={}, effects=())
+        mounting = revised(self.mounting, base=Frame(), tool=Frame())
+        return revised(self, mounting=mounting, sessions={}, effects=())
 
     def predict(self, at: "ArrayLike | Motion") -> np.ndarray:
         """Pose of the tool in the measuring frame: (4, 4) at one pose, (rows, 4, 4) at several.

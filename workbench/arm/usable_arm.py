@@ -30,6 +30,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.hand_eye import nearest_rotation
 from workbench.base.types import Matrix4
 from workbench.base.wording import in_mm
 
@@ -162,8 +163,7 @@ def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> E
     """
     known, _ = divided(arm)
     own, old = (tool_poses(each, Motion(q)) for each in (arm.bare.with_effects(*known), nominal.bare))
-    u, _, vt = np.linalg.svd(np.einsum("rij,rkj->ik", own[:, :3, :3], old[:, :3, :3]))
-    turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    turn = nearest_rotation(np.einsum("rij,rkj->ik", own[:, :3, :3], old[:, :3, :3]))
     placed = se3.pose(turn, own[:, :3, 3].mean(0) - turn @ old[:, :3, 3].mean(0)) @ old
     errors = PoseErrors.of(se3.pose_error(own, placed))
     return Expected(errors.position_mean, errors.rotation_mean)

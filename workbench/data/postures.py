@@ -33,18 +33,18 @@ def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
     once, row = EQUAL * once, row.ravel()
     if len(once) < 2:
         return row
-    distance, other = cKDTree(once).query(
-        once, k=min(NEIGHBOURS + 1, len(once)), p=np.inf, distance_upper_bound=FARTHEST
-    )
-    distance, other = distance[:, 1:], other[:, 1:]
-    shown = distance[np.isfinite(distance)]
-    shown = np.append(shown, EQUAL) if len(once) < len(q) else shown
+    count = min(NEIGHBOURS + 1, len(once))
+    found = cKDTree(once).query(once, k=count, p=np.inf, distance_upper_bound=FARTHEST)
+    distance, other = (table[:, 1:] for table in found)
+    shown = np.append(distance[np.isfinite(distance)], [EQUAL] * (len(once) < len(q)))
     edges = np.append(np.sort(np.maximum(shown, EQUAL)), FARTHEST)
     gaps, tolerance = np.where(edges[:-1] < MAX_SCATTER, np.diff(np.log10(edges)), 0.0), EQUAL
     if gaps.max(initial=0.0) >= MIN_GAP:
         widest = int(np.argmax(gaps))
         tolerance = min(MAX_SCATTER, float(np.sqrt(edges[widest] * edges[widest + 1])))
     near = np.nonzero(distance <= tolerance)
+    if not len(near[0]):
+        return row
     graph = coo_matrix((np.ones(len(near[0])), (near[0], other[near])), (len(once), len(once)))
     label = connected_components(graph, directed=False)[1]
     order = np.argsort(label, kind="stable")

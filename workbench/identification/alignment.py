@@ -17,7 +17,6 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
@@ -90,16 +89,17 @@ def _with_gravity_of(given: Robot, found: Robot) -> Robot:
     return replace(found.under(given.gravity), sessions=sessions)
 
 
-def search_by_share(problem: Problem) -> SearchOutcome:
-    """OPT2 from the answer for some of the rows, where there are many: two steps on all rows, not six."""
+def thinned(problem: Problem) -> Problem:
+    """The problem on some of its rows where there are many; itself where these lack some of its unknowns."""
     rows = spread_rows(problem.data, MAX_FIRST_ROWS)
     if 2 * len(rows) > len(problem.data):
-        return Opt2(limit=60).search(problem)
+        return problem
     some = problem.again(data=problem.data.take(rows))
     if some.names != problem.names:
-        return Opt2(limit=60).search(problem)
-    some = some if problem.deviation is None else some.with_deviation(problem.deviation)
-    return Opt2(limit=60).search(problem, begin=Opt2(limit=60).search(some).x)
+        return problem
+    shares = None if problem.shares is None else problem.shares[rows]
+    prior, centre = problem.prior, problem.prior_centre
+    return replace(some, shares=shares, prior=prior, prior_centre=centre, deviation=problem.deviation)
 
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:

@@ -94,13 +94,14 @@ def identify(
             ready, outlying = prepare(robot, data, choices, **options), np.zeros(0, np.int64)
     problem = ready.problem
     if ready.identifiability is None:
-        problem = with_expected_deviation(problem, deviation, x=ready.first_fit[1])
+        some, x = ready.first_fit
+        expected = with_expected_deviation(some, deviation, x=x).deviation
+        problem = ready.shared if expected is None else ready.shared.with_deviation(expected)
     runs = _runs(ready, problem, chosen, loss)
     if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
         not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
     ):
         runs |= _runs(ready, problem, _algorithms(FURTHER_ALGORITHMS), loss)
-    progress(0.95, "validating")
     progress(1.0, "done")
     return Identification(
         nominal_robot=robot,

@@ -24,7 +24,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import optimize, special
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
@@ -260,6 +259,8 @@ def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Fl
 
 def _fit(tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
     """The most likely components ≥ 0 by Fisher scoring: each step is a non-negative least-squares problem."""
+    from scipy import optimize
+
     minimum = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
     size = np.maximum(size, minimum)
     cost, slope, information = _cost(tables, members @ size)
@@ -338,6 +339,8 @@ def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, n
 @lru_cache(maxsize=64)
 def consistent(components: int) -> float:
     """k² for which normal residuals of variance 1 have that variance under Student's law too."""
+    from scipy import optimize, special
+
     if components == 0:
         return 1.0
     square = 2.0 * special.gammaincinv(components / 2.0, (np.arange(2000) + 0.5) / 2000)  # χ², components

@@ -18,7 +18,6 @@ from enum import Enum
 
 import numpy as np
 from jaxtyping import Float
-from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
@@ -149,6 +148,7 @@ def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | No
 
 def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:
     """The most likely s for variances own + s²; 0 if own suffices."""
+    from scipy import optimize
 
     def cost(log_s: float) -> float:
         variance = own + np.exp(2.0 * log_s)

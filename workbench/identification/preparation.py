@@ -19,8 +19,9 @@ from workbench.data.measuring_order import beside
 from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome
+from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.alignment import align, search_by_share
+from workbench.identification.alignment import align, thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import RowErrors, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
@@ -62,6 +63,7 @@ class Prepared(AbstractSplit):
     Args:
         aligned: The nominal arm with the best base and tool wherever those are free.
         problem: The whitened fitting problem on the rows to fit.
+        near: Solution of the fit that the noise was estimated from, where it was.
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
         identifiability: What of the arm the rows may identify; None if the kind of reading sets no limit.
     """
@@ -69,6 +71,7 @@ class Prepared(AbstractSplit):
     data: Dataset
     aligned: Robot
     problem: Problem
+    near: Float[np.ndarray, " p"] | None
     new_sessions: tuple[str, ...]
     identifiability: AbstractIdentifiability | None = None
 
@@ -97,10 +100,18 @@ class Prepared(AbstractSplit):
         )
 
     @cached_property
+    def shared(self) -> Problem:
+        """The problem in which each posture counts once."""
+        return self.problem.with_shares()
+
+    @cached_property
     def first_fit(self) -> tuple[Problem, Float[np.ndarray, " p"]]:
-        """The problem with the widest prior on constants, and its solution."""
-        expected = self.problem.with_deviation(MAX_DEVIATION)
-        return expected, search_by_share(expected.with_shares()).x
+        """That problem, on some of the rows where there are many, and its solution with the widest prior."""
+        some = thinned(self.shared)
+        expected = some.with_deviation(MAX_DEVIATION)
+        if self.near is not None:
+            return some, Ols().search(expected, begin=self.near).x
+        return some, Opt2(limit=60).search(expected).x
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
@@ -183,8 +194,9 @@ def prepare(
         rows = rows.noted(f"prior knowledge of {plural(shared, 'constant')} from an earlier calibration")
         problem = prior.on(problem)
     progress(0.75, "estimating the noise")
+    near: Float[np.ndarray, " p"] | None = None
     if identifiability is None:
-        problem, decision = _with_noise(problem, choices.noise, frames.first)
+        problem, decision, near = _with_noise(problem, choices.noise, frames.first)
         rows = rows.noted(decision)
     else:
         rows = rows.noted(*identifiability.notes)
@@ -205,6 +217,7 @@ def prepare(
         data=complete,
         aligned=frames.robot,
         problem=problem,
+        near=near,
         new_sessions=new,
         identifiability=identifiability,
     )
@@ -323,42 +336,47 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     return rows.without_held_out(lost).noted(*notes)
 
 
-def _with_noise(problem: Problem, noise: Noise | None, first: SearchOutcome | None) -> tuple[Problem, str]:
+Whitened = tuple[Problem, str, Float[np.ndarray, " p"] | None]
+"""A problem whitened by its noise, where that is from, and the fit that shows it, if near the start."""
+
+
+def _with_noise(problem: Problem, noise: Noise | None, first: SearchOutcome | None) -> Whitened:
     """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit.
 
     Args:
-        first: The first search of this problem, if there was one.
+        first: The first search of this problem, if there was one. Of many rows some are enough.
     """
     given = noises.given_by_rows(problem)
     on_top = ", plus that stated per row" if given is not noises.StatedNoise.NONE else ""
     if noise is not None:
-        return _with_tilts(problem, noise), f"noise as given: {_noise_text(problem, noise)}{on_top}"
+        return _with_tilts(problem, noise), f"noise as given: {_noise_text(problem, noise)}{on_top}", None
     repeats = noises.from_repeats(problem.data) if given is noises.StatedNoise.NONE else None
     if repeats is not None:
-        return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_text(problem, repeats)}"
-    found: SearchOutcome | None = None
-    for _ in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
-        found = (
-            first or search_by_share(problem) if found is None else Opt2(60).search(problem, begin=found.x)
-        )
+        text = f"noise from repeated poses: {_noise_text(problem, repeats)}"
+        return _with_tilts(problem, repeats), text, None
+    whole, problem = problem, thinned(problem)
+    found = first or Opt2(limit=60).search(problem)
+    for k in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
+        found = Opt2(60).search(problem, begin=found.x) if k else found
         old, left = problem.noise, noises.beyond_stated(problem, found.x, found.factor)
         if left is None:
             text = _noise_text(problem, old)
-            return problem, f"no residual is left to estimate the noise from; assuming {text}{on_top}"
+            return whole, f"no residual is left to estimate the noise from; assuming {text}{on_top}", None
         problem = problem.with_noise(left)
         if np.allclose((*left[:2], left.tilt), (*old[:2], old.tilt), rtol=0.2, atol=0.0):
             break
-    noise = problem.noise
+    near = found.x if np.abs(found.x - problem.start).max(initial=0.0) < MAX_DEVIATION else None
+    noise, problem = problem.noise, whole.with_noise(problem.noise)
+    text = _noise_text(problem, noise)
     if given is noises.StatedNoise.NONE:
-        text = _noise_text(problem, noise)
-        return problem, f"noise estimated from the residuals of the geometric fit: {text}"
+        return problem, f"noise estimated from the residuals of the geometric fit: {text}", near
     nothing_more = (0.0, 0.0 if problem.sees_rotation else noise.rotation)
     if given is noises.StatedNoise.ALL and noise[:2] == nothing_more:
-        return problem, "noise as stated per row"
+        return problem, "noise as stated per row", near
     floor = noises.stated(problem)
     base = f" ({_noise_text(problem, floor)})" if floor is not None else ""
-    text = f"{_noise_text(problem, noise)} of model error estimated from the residuals"
-    return problem, f"noise as stated per row{base}, plus {text}"
+    text = f"noise as stated per row{base}, plus {text} of model error estimated from the residuals"
+    return problem, text, near
 
 
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:

@@ -395,6 +395,8 @@ class Problem:
 
     def with_shares(self) -> "Problem":
         """The same problem with all rows of a posture counting as one: what it lacks there is the same."""
+        if self.shares is not None:
+            return self
         same = repeats(self.data)
         count = np.bincount(same)[same]
         return self if count.max(initial=1) == 1 else replace(self, shares=1.0 / count)

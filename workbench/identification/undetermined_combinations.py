@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.linalg import cho_factor, cho_solve, lapack, solve_triangular
+from scipy.linalg import lapack
 
 RANK_TOLERANCE = 1e-10
 """Relative singular value below which a combination of parameters is unobservable."""
@@ -47,10 +47,8 @@ class Factor:
     @cached_property
     def inverse(self) -> Float[np.ndarray, "p p"] | None:
         """R⁻¹ if its size alone shows that all directions are identifiable; None if the SVD must decide."""
-        if (
-            not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / WEAKLY_OBSERVABLE
-        ):  # the smallest s is no greater
-            return None
+        if not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / WEAKLY_OBSERVABLE:
+            return None  # the smallest s is no greater
         found = lapack.dtrtri(self.r)[0]
         square = found.T @ found
         size = float(np.linalg.norm(square @ square)) ** 0.25  # at least 1 / s, and a little more
@@ -84,18 +82,11 @@ class Factor:
         return self.s > RANK_TOLERANCE * max(float(self.s.max(initial=0.0)), 1e-300)
 
     @cached_property
-    def uncertainty(self) -> Float[np.ndarray, " p"]:
-        """Standard error along every direction [natural units] for the stated noise."""
-        return np.where(self.visible, 1.0 / np.where(self.visible, self.s, 1.0), np.inf)
-
-    @cached_property
     def seen(self) -> Bool[np.ndarray, " p"]:
-        """Directions that are identified."""
-        return (
-            self.visible
-            if self.inverse is not None
-            else self.visible & (self.uncertainty < WEAKLY_OBSERVABLE)
-        )
+        """Directions that are identified: their standard error for the stated noise is 1/s."""
+        if self.inverse is not None:
+            return self.visible
+        return self.visible & (self.s > 1.0 / WEAKLY_OBSERVABLE)
 
     @property
     def rank(self) -> int:
@@ -117,32 +108,18 @@ class Factor:
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, " p"]:
         """Step that minimises the linearised cost: Gauss–Newton, or Levenberg–Marquardt if damped."""
-        if self.inverse is not None:
-            return self.units * self._damped(damping)
-        s = self.s[self.seen]
-        return self.units * (self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
-
-    def predicted_decrease(self, damping: float = 0.0) -> float:
-        """Decrease of |r|² predicted by the linear model for that step."""
-        if self.inverse is not None:
-            explained = self.compressed if damping == 0.0 else self.r @ self._damped(damping)
-            return float(explained @ (2.0 * self.compressed - explained))
-        s2 = self.s[self.seen] ** 2
-        shrink = s2 / (s2 + damping)
-        return float(np.sum(self.along[self.seen] ** 2 * shrink * (2.0 - shrink)))
-
-    def _damped(self, damping: float) -> Float[np.ndarray, " p"]:
-        """Damped step in natural units, where all directions are identifiable."""
+        if self.inverse is None:
+            s = self.s[self.seen]
+            return self.units * (self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
         if damping == 0.0:
-            return solve_triangular(self.r, self.compressed)
-        normal = self._normal.copy()
-        normal[np.diag_indices(len(normal))] += damping
-        return cho_solve(cho_factor(normal, check_finite=False), self.r.T @ self.compressed)
+            return self.units * (self.inverse @ self.compressed)
+        damped = self.r.T @ self.r + damping * np.eye(len(self.r))
+        return self.units * np.linalg.solve(damped, self.r.T @ self.compressed)
 
-    @cached_property
-    def _normal(self) -> Float[np.ndarray, "p p"]:
-        """RᵀR."""
-        return self.r.T @ self.r
+    def predicted_decrease(self, step: Float[np.ndarray, " p"] | None = None) -> float:
+        """Decrease of |r|² predicted by the linear model for a step; for the undamped one if None."""
+        explained = self.r @ ((self.step() if step is None else step) / self.units)
+        return float(explained @ (2.0 * self.compressed - explained))
 
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """Covariance of the minimum-norm solution for unit noise."""
@@ -221,8 +198,8 @@ def factorise_products(products: Float[np.ndarray, "p1 p1"], units: Float[np.nda
     scale = np.sqrt(np.diagonal(products)[:-1])
     if not scale.all():
         return None
-    lower, failed = lapack.dpotrf(products[:-1, :-1] / np.outer(scale, scale), lower=1)
+    lower, failed = lapack.dpotrf(products[:-1, :-1] / (scale * scale[:, None]), lower=1)
     if failed or np.diagonal(lower).min() ** 2 < MIN_PIVOT:
         return None
-    compressed = solve_triangular(lower, products[:-1, -1] / scale, lower=True)
+    compressed = lapack.dtrtrs(lower, products[:-1, -1] / scale, lower=1)[0]
     return Factor(lower.T * (scale * units), compressed, float(products[-1, -1]), units)

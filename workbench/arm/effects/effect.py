@@ -39,6 +39,7 @@ from workbench.arm.effects.axes import (
     turns,
 )
 from workbench.arm.effects.valid_range import Learned
+from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
 from workbench.base.advice import beside
 from workbench.base.errors import OptionError, RobotError
@@ -223,7 +224,7 @@ class AbstractEffect(ABC):
         if values.keys().isdisjoint(self.names):
             return self
         pairs = zip(self.names, self.coefficients, strict=True)
-        return replace(self, coefficients=tuple(float(values.get(name, c)) for name, c in pairs))
+        return revised(self, coefficients=tuple(float(values.get(name, c)) for name, c in pairs))
 
     def check(self, chain: Chain) -> None:
         """Refuse an effect that doesn't fit the arm.

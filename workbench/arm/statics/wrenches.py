@@ -29,7 +29,7 @@ from numba import njit
 
 from workbench.arm.chain import NO_SHIFT, Chain, _advance
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.axes import Insertion
+from workbench.arm.effects.axes import Insertion, own_components
 from workbench.arm.gravity import level_axes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -243,11 +243,7 @@ def _summed(
 
 def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
     """Component of a joint's wrench held by its drive: 3–5 for a rotation, 0–2 for a translation."""
-    out = np.empty(robot.dof, np.int64)
-    for element in robot.elements:
-        if element.joint is not None:
-            out[element.joint] = (element.axis + 3) % 6
-    return out
+    return own_components(robot.chain, range(robot.dof))[:, 1]
 
 
 @njit(cache=True, nogil=True)

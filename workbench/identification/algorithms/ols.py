@@ -8,6 +8,9 @@ paper, this never happens.
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+from jaxtyping import Float
+
 from workbench.identification.algorithms.identifier import (
     AbstractIdentifier,
     SearchOutcome,
@@ -33,7 +36,7 @@ class Ols(AbstractIdentifier):
     title = "OLS"
     summary = "Gauss–Newton steps of minimum norm (ordinary least squares): fast, exact near the nominal arm."
 
-    def search(self, problem: Problem) -> SearchOutcome:
+    def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
         def halved(x, at, factor, cost):
             step = gauge_step(factor, factor.step(), x - problem.start)
             for _ in range(self.halvings):
@@ -43,4 +46,4 @@ class Ols(AbstractIdentifier):
                 step = step / 2
             return None
 
-        return descend(problem, halved, limit=self.limit)
+        return descend(problem, halved, limit=self.limit, begin=begin)

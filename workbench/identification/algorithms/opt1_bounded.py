@@ -2,7 +2,8 @@
 
 The method sees only the sum of squares, its gradient and every parameter's interval:
 sequential quadratic programming with an active set and a BFGS Hessian (SLSQP), in parameters scaled by
-the lengths of the Jacobian's columns at the start. Bounds come with the parameters.
+the lengths of the Jacobian's columns. Bounds come with the parameters. The search starts from the answer of
+OLS, moved to the nearest bounds: along unobservable combinations it stays as near to nominal as that.
 
 Source: Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988).
 """
@@ -11,19 +12,15 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from jaxtyping import Float
-from scipy.optimize import Bounds, minimize
 
 from workbench.base.progress import Cancelled, check_cancelled
 from workbench.base.types import Outcome
-from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, ended
+from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, ended, factor_of
+from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
-from workbench.identification.undetermined_combinations import factorise
 
 ROUNDING = 1e-15
-"""Minimum change of the scalar cost, relative to the start's; smaller ones are rounding."""
-SAME_COST = 1e-6
-"""Relative difference below which two costs count as equal."""
+"""Minimum change of the scalar cost, relative to the first one; smaller ones are rounding."""
 
 
 @final
@@ -41,12 +38,17 @@ class Opt1(AbstractIdentifier):
     summary = "Bounded minimisation of the summed squares: keeps every parameter near its nominal value."
 
     def search(self, problem: Problem) -> SearchOutcome:
-        start = problem.start
-        columns = np.linalg.norm(problem.jacobian(start), axis=0)
+        from scipy.optimize import Bounds, minimize
+
+        free, (lower, upper) = Ols().search(problem), problem.bounds
+        if free.outcome in (Outcome.DIVERGED, Outcome.CANCELLED):
+            return free
+        starts = [np.clip(free.x, lower, upper), problem.start]
+        start = min(starts, key=lambda x: problem.cost_and_gradient(x)[0])
+        columns = np.linalg.norm(problem.evaluate(start).jacobian, axis=0)
         scale = 1.0 / np.where(columns > 1e-9 * columns.max(initial=0.0), columns, 1.0)
-        lower, upper = problem.bounds
-        history: list[float] = []
-        minimum, best = np.inf, start.copy()
+        history = [free.history[0]]
+        minimum, best = np.inf, start
 
         def cost(y: np.ndarray) -> tuple[float, np.ndarray]:
             nonlocal minimum, best
@@ -54,17 +56,12 @@ class Opt1(AbstractIdentifier):
             value, gradient = problem.cost_and_gradient(x)
             if value < minimum:
                 minimum, best = value, x
-            if not history:
-                history.append(value)
             return value, scale * gradient
 
         def after_iteration(_: np.ndarray) -> None:
             history.append(minimum)
             check_cancelled()
 
-        first, _ = cost(np.zeros(len(start)))
-        if not np.isfinite(first):
-            return SearchOutcome(start.copy(), Outcome.DIVERGED, (first,))
         try:
             answer = minimize(
                 cost,
@@ -73,34 +70,16 @@ class Opt1(AbstractIdentifier):
                 method="SLSQP",
                 bounds=Bounds((lower - start) / scale, (upper - start) / scale),
                 callback=after_iteration,
-                options={"ftol": max(ROUNDING * first * 1e-7, 1e-22), "maxiter": self.limit},
+                options={"ftol": max(ROUNDING * history[0] * 1e-7, 1e-22), "maxiter": self.limit},
             )
         except Cancelled:
             return SearchOutcome(best, Outcome.CANCELLED, tuple(history))
-        x = _near_nominal(problem, np.clip(best, lower, upper))
+        x = np.clip(best, lower, upper)
         if answer.success:
             outcome = Outcome.CONVERGED
         elif answer.nit >= self.limit:
             outcome = Outcome.ITERATION_LIMIT
         else:
-            at = problem.evaluate(x)
-            factor = factorise(at.jacobian, at.residual, problem.units)
+            factor = factor_of(problem, problem.evaluate(x))
             outcome = ended(factor.predicted_decrease(), [*history, minimum], problem.count)
         return SearchOutcome(x, outcome, tuple(history))
-
-
-def _near_nominal(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
-    """The answer without its null-space part, along which the scalar cost lets it drift."""
-    at = problem.evaluate(x)
-    factor = factorise(at.jacobian, at.residual, problem.units)
-    open_ones = np.column_stack([factor.null_space, factor.weak])
-    lower, upper = problem.bounds
-    for directions in (open_ones, factor.null_space):
-        moved = x - factor.units * (directions @ (directions.T @ ((x - problem.start) / factor.units)))
-        residual = problem.residual(moved)
-        square = float(at.residual @ at.residual)
-        chance = min(1.0, square / max(problem.count, 1))
-        costs_nothing = residual @ residual <= square * (1.0 + SAME_COST) + chance
-        if costs_nothing and np.all((lower <= moved) & (moved <= upper)):
-            return moved
-    return x

@@ -47,8 +47,9 @@ class Opt2(AbstractIdentifier):
             largest = float(np.linalg.norm(factor.r, 2)) if damping is None else 0.0
             damping, growth = self.damping * largest**2 if damping is None else damping, 2.0
             for rejected in range(self.rejections):
-                step = gauge_step(factor, factor.step(damping), x - problem.start)
-                promised = factor.predicted_decrease(damping)
+                step = factor.step(damping)
+                promised = factor.predicted_decrease(step)
+                step = gauge_step(factor, step, x - problem.start)
                 # the first trial is usually accepted, so its Jacobian is computed at once
                 trial = None if rejected else problem.evaluate(x + step)
                 residual = problem.residual(x + step) if trial is None else trial.residual

@@ -26,7 +26,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import OptionError
-from workbench.identification.alignment import search_by_share
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import thinned
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
@@ -63,7 +64,9 @@ def with_expected_deviation(
         return problem
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
-    x = search_by_share(problem.with_deviation(MAX_DEVIATION)).x if x is None else x
+    if x is None:
+        wide = problem.with_deviation(MAX_DEVIATION)
+        x = Opt2(limit=60).search(wide, begin=Opt2(limit=60).search(thinned(wide)).x).x
     factor = factor_at(problem, x)
     spare = problem.count - effective_parameters(problem, factor)
     spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0  # in stated deviations

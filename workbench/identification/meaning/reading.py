@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -113,7 +114,8 @@ class RowReading:
                 "degrees labelled rad (q1[deg] …)" if self.unit < 1.0 else "rad labelled degrees (q1[rad] …)"
             )
             found.append(f"the joints are {unit}")
-        found += _joint_texts(self.w, self.zero)
+        if self.zero.any() or not self.columns_as_given:
+            found += _joint_texts(self.w, self.zero)
         if self.inverse:
             found.append("poses are of the base in the tool")
         if self.mirrored:
@@ -170,20 +172,23 @@ class RowReading:
         Args:
             joints: Whether joints are read so, beyond their unit; not where the arm counts them so.
         """
-        position = data.position
-        if position is not None:
-            position = self.scale * position @ self.axes
-        rotation = data.rotation if self.convention is None else self.convention.rotations(data)
-        if self.inverse and position is not None and rotation is not None:
-            rotation = np.swapaxes(rotation, -1, -2)
-            position = -(rotation @ position[..., None])[..., 0]
-        q, torque, direction = self.in_units(data.q), data.torque, data.direction
+        (position, rotation), q = self.poses(data), self.in_units(data.q)
+        torque, direction = data.torque, data.direction
         if joints:
             q = self.joints(data.q)
             torque = None if torque is None else torque @ np.linalg.pinv(self.w)
             direction = None if direction is None else np.sign(direction @ self.w.T)
-        data = replace(data, position=position, rotation=rotation, written=None)
-        return replace(data, q=q, torque=torque, direction=direction)
+        seen: dict[str, Any] = {"position": position, "rotation": rotation, "written": None}
+        return replace(data, q=q, torque=torque, direction=direction, **seen)
+
+    def poses(self, data: Dataset) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """Positions and orientations of a file's rows, read so."""
+        position = None if data.position is None else self.scale * data.position @ self.axes
+        rotation = data.rotation if self.convention is None else self.convention.rotations(data)
+        if self.inverse and position is not None and rotation is not None:
+            rotation = np.swapaxes(rotation, -1, -2)
+            position = -(rotation @ position[..., None])[..., 0]
+        return position, rotation
 
     def on(self, robot: Robot) -> Robot | None:
         """An arm that counts its joints as the rows do; None where that can't be said of it.

@@ -83,13 +83,17 @@ class ReadingSearch:
         self.robot, self.held = robot.bare, held
         self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, SURE)
         self.data = data.take(far_apart(data, PLACED_ROWS))
-        self.few = far_apart(self.data, BOUND_ROWS)
         self.found: list[RowReading] = []
         self.tried: dict[str, int] = {}
 
     @property
     def points(self) -> Float[np.ndarray, "rows 3"]:
         return np.asarray(self.data.position)
+
+    @cached_property
+    def few(self) -> np.ndarray:
+        """Rows of the bounds."""
+        return far_apart(self.data, BOUND_ROWS)
 
     @cached_property
     def _turned(self) -> list[tuple[Convention, np.ndarray]]:
@@ -185,9 +189,9 @@ class ReadingSearch:
             some = [k for k, r in enumerate(readings) if (r.convention is not None) == turned]
             if not some:
                 continue
-            rows = [readings[k].apply(self.data) for k in some]
-            q, points = (np.array([getattr(r, part) for r in rows]) for part in ("q", "position"))
-            rotations = np.array([r.rotation for r in rows]) if turned else None
+            q = np.array([readings[k].joints(self.data.q) for k in some])
+            points, rotations = zip(*(readings[k].poses(self.data) for k in some), strict=True)
+            points, rotations = np.array(points), np.array(rotations) if turned else None
             robot = readings[some[0]].robot
             at = place(robot, q, points, rotations, zeros=zeros, held=self.held, closed=closed)
             for number, k in enumerate(some):
@@ -214,7 +218,7 @@ class ReadingSearch:
     def plain(self, *, closed: bool = False) -> RowReading:
         """The rows as given, in the declared convention; `closed` as of `_aligned`."""
         plain = RowReading.plain(self.robot)
-        first = self.conventions[0] if self.conventions else None
+        first, _ = next(conventions(self.data, usual=self.held), (None, None))
         return self._aligned([replace(plain, convention=first)], closed=closed)[0]
 
     @property
@@ -228,7 +232,7 @@ class ReadingSearch:
 
     def suffices(self, reading: RowReading) -> bool:
         """Whether a reading of plain joints fits so well that no other need be tried."""
-        limit = SURE if self.conventions and reading.motion < NARROW / 2 else FAST
+        limit = SURE if reading.convention and reading.motion < NARROW / 2 else FAST
         return reading.score < limit and reading.fits
 
     def family(

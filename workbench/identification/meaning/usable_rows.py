@@ -28,14 +28,15 @@ def usable(data: Dataset) -> Dataset | None:
             values, counts = np.unique(names[rows], return_counts=True)
             if names is data.session or counts.max() >= MIN_ROWS:  # else each posture has its name
                 rows = rows & (names == values[np.argmax(counts)])
-    kept = data.take(rows)
+    kept = data if rows.all() else data.take(rows)
     if kept.rotation is not None and not np.isfinite(kept.rotation).all():
         kept = replace(kept, rotation=None, written=None)
     if len(kept) < MIN_ROWS:
         return None
     points = np.asarray(kept.position)
     away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-    return kept.take(away <= 20.0 * np.median(away) + 1e-9)
+    near = away <= 20.0 * np.median(away) + 1e-9
+    return kept if near.all() else kept.take(near)
 
 
 def far_apart(data: Dataset, count: int) -> Int[np.ndarray, " k"]:
@@ -45,9 +46,10 @@ def far_apart(data: Dataset, count: int) -> Int[np.ndarray, " k"]:
     points = np.asarray(data.position)
     table = np.column_stack([data.q / (data.q.std(0) + 1e-9), points / (points.std() + 1e-9)])
     table = np.clip(table - np.median(table, axis=0), -4.0, 4.0)
-    distance = np.full(len(table), np.inf)
-    chosen = [int(np.argmin((table**2).sum(1)))]
+    size, distance = (table**2).sum(1), np.full(len(table), np.inf)
+    chosen = [int(np.argmin(size))]
     for _ in range(count - 1):
-        distance = np.minimum(distance, ((table - table[chosen[-1]]) ** 2).sum(1))
+        last = chosen[-1]
+        np.minimum(distance, size + (size[last] - 2.0 * (table @ table[last])), out=distance)
         chosen.append(int(np.argmax(distance)))
     return np.array(sorted(chosen))

@@ -18,6 +18,7 @@ from workbench.base.advice import beside
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import Errors, Spread, instrument_places
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
@@ -82,7 +83,7 @@ def prepare_without_outliers(
         problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
         if problem.count <= len(problem.names):
             break
-        expected, x = ready.first_fit
+        expected, (_, x) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
         found = ready.train_rows[find_outliers(expected, robust_fit(expected, x), everything)]
         if not len(found):
             break
