@@ -61,5 +61,5 @@ def test_stray_rows_that_are_held_out_make_no_arm_doubtful():
     moved(data, off, 5 * MISSEATED, rng)
     found = wb.diagnose(case.robot, data)
     assert found.verdict is clean.verdict
-    assert "No arm explains held-out rows" in found.message
-    assert f"{clean.after.held_out.position_mm.mean:.2g}"[:3] in found.message.partition("No arm")[2]
+    others = found.message.partition("No arm explains held-out rows")[2].partition("the others is ")[2]
+    assert float(others.split(" mm")[0]) == pytest.approx(clean.after.held_out.position_mm.mean, rel=0.1)

@@ -205,9 +205,9 @@ def _additions(search: CauseSearch, saved: SavedModel, noise: Noise) -> Iterator
         yield f"Warning: {worse}."
     if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1], noise)):
         yield f"Warning: {worse}."
-    if saved.suspects.any():
+    others = search.after.without(saved.suspects).text("mean")
+    if others and saved.suspects.any() and not saved.suspects.all():
         rows = first_of(search.ready.held_out_data.row[saved.suspects].tolist(), MAX_NAMED_ROWS)
-        others = search.after.without(saved.suspects).text("mean")
         yield f"No arm explains held-out rows {rows}; the error of the others is {others}."
     if saved.now:
         yield saved.now.sentence

@@ -346,6 +346,11 @@ class Identification(AbstractReported):
         suspicious = errors.median > 1e3 * FITS * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
+    @cached_property
+    def instrument_scale(self) -> str:
+        """Whether an instrument whose lengths are wrong explains most of nominal's errors; empty if not."""
+        return instrument_scale(self.nominal_robot, self.data.take(self.train_rows))
+
     def to_frame(self) -> "DataFrame":
         """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""
         best = (self.best.train_rows, self.best.held_out_rows)
@@ -401,7 +406,7 @@ class Identification(AbstractReported):
                     "check robot, frames and sessions"
                 )
             yield two_places(best.fit)
-            yield instrument_scale(self.nominal_robot, self.data.take(self.train_rows))
+            yield self.instrument_scale
         else:
             yield from own.doubts
             yield own.refused and f"nothing of the arm was identified: {own.refused}"

@@ -12,9 +12,10 @@ from workbench.identification.meaning.nominal_fit import placed
 from workbench.identification.meaning.usable_rows import usable
 
 EXPLAINED = 0.5
-"""Share of the nominal arm's rms error below which a scale must leave it: of measured arms it leaves 0.95."""
-MIN_SCALE, MIN_SPREAD = 1e-3, 0.05
-"""Smallest scale that is named, and smallest spread of the points as a share of the reach that tells it."""
+"""Share of the nominal arm's rms error that a scale must leave at most."""
+MIN_ROWS, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
+"""Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
+0.5 %), and the smallest spread of the points as a share of the reach."""
 
 
 @beside("the instrument's scale", "")
@@ -25,7 +26,7 @@ def instrument_scale(nominal: Robot, data: Dataset) -> str:
     large, or a camera's wrong focal length, does the same to all lengths at once.
     """
     rows = usable(data) if data.position is not None else None
-    if rows is None:
+    if rows is None or len(rows) < MIN_ROWS:
         return ""
     seen = tool_poses(placed(nominal.bare, rows), Motion.of(rows))
     points, turned = seen[:, :3, 3] - seen[:, :3, 3].mean(0), seen[:, :3, :3]

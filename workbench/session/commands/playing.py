@@ -26,7 +26,7 @@ class PlayTrack(AbstractTrackChange):
     key = "play"
 
     def check(self, session: Session) -> None:
-        _planned(session)
+        super().check(session)
         check_free(session)
         if session.page.job is not None:
             raise OptionError("a computation is running; wait for it or cancel it, then play")

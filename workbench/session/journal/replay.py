@@ -37,11 +37,20 @@ def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
 def stored_steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
     """Likewise, by the results that the journal keeps; what the session asks for by itself is left to it."""
 
-    def is_left(command: AbstractCommand) -> bool:
-        return isinstance(command, AbstractChore) and command.is_redone
-
-    entries = [replace(e, ending=Ending.CANCELLED) if is_left(e.command) else e for e in entries]
+    entries = [replace(e, ending=Ending.CANCELLED) if _is_left(e.command) else e for e in entries]
     return _steps(session, entries)
+
+
+def takes_long(entry: Entry, *, is_computed: bool) -> bool:
+    """Whether an entry is computed again, where everything is or what no result is kept of."""
+    if entry.ending is not Ending.DONE or not isinstance(entry.command, AbstractTask):
+        return False
+    return is_computed or (entry.result is None and not _is_left(entry.command))
+
+
+def _is_left(command: AbstractCommand) -> bool:
+    """Whether a reopened session asks for it by itself."""
+    return isinstance(command, AbstractChore) and command.is_redone
 
 
 def _steps(session: Session, entries: list[Entry]) -> Iterator[Session]:

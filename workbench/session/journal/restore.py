@@ -18,16 +18,15 @@ from workbench.base.installed_package import package_version
 from workbench.base.progress import progress
 from workbench.report.json import document
 from workbench.report.result_fields import ResultFields
-from workbench.session.command import AbstractTask, UnknownCommand
+from workbench.session.command import UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.numbers import ROUNDING, Difference, compare, numbers_of
 from workbench.session.journal.reader import JournalLine, Recording
-from workbench.session.journal.replay import steps, stored_steps
+from workbench.session.journal.replay import steps, stored_steps, takes_long
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
 
 MEAN_ERROR = "position_mm.mean"
-Show = Callable[[Session], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +101,7 @@ def restore(
         if unequal := [pair for pair in pairs if pair.size > ROUNDING]:
             found, now[step] = [*found, *unequal], numbers
         following = entries[step : step + 1]
-        if not following or (isinstance(following[0].command, AbstractTask) and following[0].result is None):
+        if not following or takes_long(following[0], is_computed=is_computed):
             show(session)
         progress(step / len(written), following[0].command.title if following else "")
     if recording.skipped:

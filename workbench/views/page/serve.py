@@ -87,6 +87,7 @@ def serve(
             if not is_announced:
                 is_announced = True
                 _announce(server, on_ready, open_browser)
+            from workbench.parts import warn_of_broken
             from workbench.plate.patterns import circle_before
             from workbench.views.page.scene.start_scene import first_picture, next_picture
 
@@ -97,7 +98,10 @@ def serve(
 
             def show(session: "Session") -> None:
                 nonlocal drawn
-                drawn = next_picture(server, session, drawn)
+                try:
+                    drawn = next_picture(server, session, drawn)
+                except Exception as error:  # the session opens without it
+                    warn_of_broken("the picture of a session that is opened", error)
 
             _go_on(stop)
             from workbench.session.journal.folder import unrecorded_session

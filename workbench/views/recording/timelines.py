@@ -71,7 +71,8 @@ def _look_alike(before: Session | None, now: Session) -> bool:
     if before is None or differences(before, now) - {"page", "choices", "results", "playback"}:
         return False
     chosen, found = differences(before.choices, now.choices), differences(before.results, now.results)
-    return chosen <= {"overlay"} and found <= {"row"}
+    is_moved = differences(before.playback, now.playback) - {"focus"}
+    return chosen <= {"overlay"} and found <= {"row"} and not is_moved
 
 
 class Series(AbstractTimeline):

@@ -50,7 +50,17 @@ class FitPanel(AbstractPanel):
     """The steps of a calibration, their options, and the result."""
 
     tab, order = Tab.CALIBRATE, 10
-    depends = ("results.identification", "results.fit", "measurements", "choices", "robot", "is_idle")
+    depends = (
+        "results.identification",
+        "results.fit",
+        "measurements.loaded",
+        "choices.wanted",
+        "measurements.levelled",
+        "measurements.left_out",
+        "choices.fixed",
+        "robot",
+        "is_idle",
+    )
 
     _robot: Robot | None = None
 
@@ -214,8 +224,8 @@ def joint_zeros(found: Identification, shown: str, fixed: frozenset[str]) -> str
 
 def _warnings(found: Identification) -> str:
     """How many there are, and folded what they say."""
-    listed = bullets(map(text, found.warnings), style=f"margin:0;color:{CAREFUL}")
-    return listed and block(folded(plural(len(found.warnings), "warning"), listed), testid="warnings")
+    listed = bullets(map(text, told := found.warnings), style=f"margin:0;color:{CAREFUL}")
+    return listed and block(folded(plural(len(told), "warning"), listed), testid="warnings")
 
 
 def _details(found: Identification, shown: str) -> str:

@@ -80,7 +80,7 @@ def _is_fixed(session: Session) -> bool:
 def _selected(session: Session) -> str:
     """State of the selected target."""
     target, state = _target(session), session.states[session.selected]
-    shown = "The scene shows measured rows; plate and targets are hidden."
+    shown = "The scene shows measured rows; plate and targets are hidden: choose a target to show them."
     if session.shows_plate:
         shown = _state(target, state) + near_limit(session.robot, state)
     return block(shown, testid="state", style="margin:4px 0 6px")
