@@ -65,7 +65,7 @@ def test_unreadable_options(file):
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", ".xlsx"),
         (b"\x89HDF\r\n\x1a\n" + bytes(9), "-v7"),
         (b"MATLAB 7.3 MAT-file" + bytes(200), "-v7"),
-        (b"MATLAB 5.0 MAT-file" + bytes(200), "MATLAB"),
+        pytest.param(b"MATLAB 5.0 MAT-file" + bytes(200), "MATLAB", marks=pytest.mark.extra("logs")),
         (b"PAR1" + bytes(9), "parquet"),
         (zipped(("xl/workbook.xml", "hello")) + b"[Content_Types].xml", "workbook"),
         (b'name = "arm"\nconvention = "dh"\n\n[[joint]]\ntheta = 0.0\nd = 0.2\n', "TOML"),

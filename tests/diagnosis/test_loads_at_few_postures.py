@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from generator import move, turn
 
-from tests.identification.test_meaning import shift, turn
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.coverage import loads_vary
@@ -34,8 +34,8 @@ def swept(loads=(0.0, 1.25, 2.5)) -> Dataset:
                 reach = sum(LENGTHS)
                 torque = -9.81 * (OWN * reach / 2 + load * reach) * np.cos(q2)  # z of joint 2 points aside
                 angle = q2 - COMPLIANCE * torque
-                here = turn(2, q1) @ shift(0, 0, 0.34) @ turn(0, -np.pi / 2) @ turn(2, angle)
-                here = here @ shift(reach, 0, 0) @ turn(0, np.pi / 2) @ shift(0, 0, 0.1)
+                here = turn("z", q1) @ move("z", 0.34) @ turn("x", -np.pi / 2) @ turn("z", angle)
+                here = here @ move("x", reach) @ turn("x", np.pi / 2) @ move("z", 0.1)
                 rows.append((q1, q2, load, torque, *here[:3, 3]))
     table = np.array(rows)
     q, torque = np.zeros((2, len(table), 5))

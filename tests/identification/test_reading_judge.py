@@ -8,9 +8,10 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from generator import VirtualArm, shift, turn
 from scipy.spatial.transform import Rotation
 
-from tests.identification.test_meaning import ARMS, H, shift, turn
+from tests.identification.test_meaning import ARMS, H
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
@@ -42,14 +43,15 @@ class File:
         self.turns = np.array([kind == "r" for kind in self.kinds])
         if self.kind == "foreign":
             made[:, 1:3] *= rng.uniform(0.6, 1.4, (n, 2))
-        base = (
-            shift(*rng.uniform(-1.5, 1.5, 3)) @ turn(2, rng.uniform(-3, 3)) @ turn(0, rng.uniform(-0.5, 0.5))
-        )
+        base = shift(rng.uniform(-1.5, 1.5, 3)) @ turn("z", rng.uniform(-3, 3))
+        base = base @ turn("x", rng.uniform(-0.5, 0.5))
         base = np.eye(4) if self.kind == "own base" else base
-        tool = shift(*rng.uniform(0.03, 0.12, 3)) @ turn(1, rng.uniform(-1, 1))
+        tool = shift(rng.uniform(0.03, 0.12, 3)) @ turn("y", rng.uniform(-1, 1))
         rows = int(rng.integers(20, 80))
         q = rng.uniform(-1, 1, (rows + FRESH, n)) * np.where(self.turns, rng.uniform(1.2, 2.2), 0.4)
-        poses = np.array([base @ self._flange(made, row) @ tool for row in q])
+        poses = VirtualArm("dh", np.pad(made, ((0, 0), (0, 1))), base, tool, slides=tuple(~self.turns)).pose(
+            q
+        )
         self.columns, self.w, self.zero = self._shown(q)
         xyz, rotation = poses[:, :3, 3] + rng.normal(0.0, 3e-5, (rows + FRESH, 3)), poses[:, :3, :3]
         if self.kind == "inverse":
@@ -66,13 +68,6 @@ class File:
         self.robot = Robot.from_dh(joints, name=name)
         self.rows = self._dataset(slice(0, rows))
         self.fresh = slice(rows, None)
-
-    def _flange(self, made: np.ndarray, row: np.ndarray) -> np.ndarray:
-        here = np.eye(4)
-        for (theta, d, a, alpha), is_turn, value in zip(made, self.turns, row, strict=True):
-            here = here @ turn(2, theta + value * is_turn) @ shift(0, 0, d + value * (not is_turn))
-            here = here @ shift(a, 0, 0) @ turn(0, alpha)
-        return here
 
     def _shown(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         n, rng = len(self.kinds), self.rng
