@@ -52,7 +52,7 @@ def slipped():
         *(slow(k, 1) for k in ("knock", "untimed", "warm-frame", "late-slip", "shuffled", "slip-pose")),
         *(slow("knock-known", 1), slow("slip-known", 4)),
         slow("zero", 910003),  # no larger than ten times what its joint scatters
-        slow("slip-markers", 3),  # places on the tool are unknown
+        ("slip-markers", 3),  # places on the tool are unknown
     ],
 )
 def test_an_event_is_named_with_its_row_and_nothing_else(name, seed):

@@ -95,7 +95,9 @@ def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
     assert np.allclose(found.covariance, whole, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", [n if n == "socket" else slow(n) for n in readings.READINGS if n != "seat"])
+@pytest.mark.parametrize(
+    "name", [slow(n) if n in ("contacts", "point") else n for n in readings.READINGS if n != "seat"]
+)
 def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
     heights, places = ((0.05, 0.35), 40) if name == "ball-bar" else ((0.04, 0.12), 20)
     request = wb.DesignRequest(number=9, places=places, starts=1, blocks=wb.Blocks(heights=heights))
