@@ -3,22 +3,20 @@
 Effects of one kind in several joints are one cause. An accepted effect is a cause if
 
 - it is physically possible, as its own file bounds it, and a coefficient exceeds three standard errors;
-- what it explains in cross-validation exceeds one standard error;
-- this is at least a tenth of the residual and a third of the noise.
+- what it explains of most folds in cross-validation is at least a tenth of the residual and a third of the
+  noise.
 
 All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause as a special case and has more coefficients is no rival. One standard error of the log
-odds, from leaving out fold after fold, is subtracted, so that they would hold for other rows of the same arm.
-A cause preferred by every fold is at least probable; one that might be too small in other rows is no more.
+odds, from leaving out fold after fold, is subtracted, so that they would hold for other rows of the same arm;
+a cause preferred by every fold is at least probable, and a certain one survives more (`survival.py`).
 
-A law must also win against smooth dependence without a law, on its own driver and on any other
-(`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is, whatever the odds;
-nor where a joint scatters as much as its law moves it, since the law isn't complete. A cause is at most
-probable
-
-- if a rival that contains it as a special case does nearly as well despite having more coefficients;
-- if its driver is confounded with other differences between rows (`AbstractEffect.doubt`).
+A law must also win against smooth dependence without a law, on its own driver and on any other, through its
+own elements and through any other (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what
+the cause is, whatever the odds; nor where a joint scatters as much as its law moves it, since the law isn't
+complete. A cause whose driver is confounded with other differences between rows (`AbstractEffect.doubt`) is
+at most probable.
 
 For prismatic joints of an arm without masses nothing is claimed, as tilting under load can't be tried; a
 coupling is only probable there, as bearing loads depend on other joints' positions too. A certain cause names
@@ -30,7 +28,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
@@ -50,14 +47,7 @@ from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
-from workbench.diagnosis.search.evidence import (
-    NONZERO_ERRORS,
-    Model,
-    drop,
-    jackknifed,
-    standard_error,
-    validated,
-)
+from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
 from workbench.identification.joint_reading_noise import Readings, readings
@@ -69,8 +59,6 @@ MIN_SCATTER_RATIO = 2.0
 """Minimum ratio of a cause's largest motion to its joint's scatter, if that joint alone scatters."""
 MIN_RESIDUAL_SHARE, MIN_NOISE_SHARE = 0.1, 1.0 / 3.0
 """Minimum shares of the residual and of the noise that a cause must explain."""
-MAX_DEVIATIONS = 4.0
-"""Distance of a fold's fall from the median of all, in median deviations, beyond which it counts as that."""
 MAX_CAUSES = 6
 """Maximum number of causes."""
 MAX_ODDS = 1e12
@@ -110,13 +98,11 @@ class _Terms:
     Args:
         group: In the model.
         effects: Theirs, as identified.
-        fall: What they explain in cross-validation, whitened squares by fold.
-        size: Its root mean square over all components.
+        size: What they explain of most folds in cross-validation, root mean square of a whitened component.
     """
 
     group: Model
     effects: tuple[AbstractEffect, ...]
-    fall: Float[np.ndarray, " folds"]
     size: float
 
     @cached_property
@@ -129,18 +115,11 @@ def _terms(searched: Searched, arm: Robot) -> list[_Terms]:
     """The model's terms by claim."""
     grams, model = searched.grams, searched.found.model
     sized, groups = {e.names: e for e in arm.effects}, _groups(model)
-    falls = tempered(validated_without(grams, model, groups) - validated(grams, model))
-    sizes = np.sqrt(np.maximum(falls.sum(1), 0.0) / grams.count).tolist()
+    falls = validated_without(grams, model, groups) - validated(grams, model)
+    middle = np.median(falls, axis=1)  # a linear fit to the others may fail for one fold
+    sizes = np.sqrt(np.maximum(falls.shape[1] * middle, 0.0) / grams.count).tolist()
     effects = [tuple(sized[t.candidate.names] for t in group) for group in groups]
-    return [_Terms(*each) for each in zip(groups, effects, falls, sizes, strict=True)]
-
-
-def tempered(falls: Float[np.ndarray, "claims folds"]) -> Float[np.ndarray, "claims folds"]:
-    """Falls of folds, none of them far from the median: a fold has no veto, as a linear fit to the others may
-    fail for its poses."""
-    middle = np.median(falls, axis=1, keepdims=True)
-    reach = MAX_DEVIATIONS * np.median(np.abs(falls - middle), axis=1, keepdims=True)
-    return np.clip(falls, middle - reach, middle + reach)
+    return [_Terms(*each) for each in zip(groups, effects, sizes, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,8 +166,7 @@ class _Judge:
         return not (
             first.effect.is_nameless
             or (first.shrunk and first.effect.maps_joint)
-            or terms.size < self.minimum
-            or terms.fall.mean() <= standard_error(terms.fall)
+            or terms.size <= self.minimum
             or all(abs(c) < NONZERO_ERRORS * self.std[n] for n, c in coefficients)
         )
 
@@ -205,8 +183,9 @@ class _Judge:
         clear = clearness(terms.effects, self.std)
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
         untried = _untried(terms.whole, self.arm)
-        reason = untried or challenge.doubt or self._doubt(terms, is_clear=len(unclear) < len(clear))
-        if untried == UNTRIED or self._is_masked(terms):
+        is_masked = self._is_masked(terms)
+        reason = untried or challenge.doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion))
+        if untried == UNTRIED or is_masked:
             odds = min(odds, 1.0)
         if not reason and odds >= CERTAIN:
             kept = survive()
@@ -224,24 +203,10 @@ class _Judge:
             text=sentence_of(terms.whole, unsure, self.std, self.arm, self.motion),
             look_alikes=rivals,
             unsure=unsure,
-            doubt=reason,
+            doubt=reason or "",
             driver=challenge.driver,
             is_law=challenge.odds > 1.0,
         )
-
-    def _doubt(self, terms: _Terms, *, is_clear: bool) -> str:
-        """Why terms can't be a certain cause, as a clause; empty if they can."""
-        fall = terms.fall
-        sure = fall.mean() - standard_error(fall)
-        doubts = {
-            SCATTERS: self._is_masked(terms),
-            terms.whole.doubt(self.motion) or "": True,
-            "it explains little that is sure beyond the noise": (
-                sure < self.minimum**2 * self.searched.grams.count / len(fall)
-            ),
-            f"no size of it exceeds {MIN_NAMED_ERRORS:.0f} standard errors": not is_clear,
-        }
-        return next((text for text, holds in doubts.items() if text and holds), "")
 
     def _is_masked(self, terms: _Terms) -> bool:
         """Whether a joint that scatters alone does so as much as its terms move it."""
@@ -340,8 +305,6 @@ def _against_rivals(
     leads = leads or [lead]
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
-    if any(o.gain > whole.own - np.log(PROBABLE) for o in whole.offers if id(o.term.candidate) in including):
-        odds = min(odds, PROBABLE)
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
     return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES]), survive

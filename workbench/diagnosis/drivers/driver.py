@@ -9,7 +9,9 @@
 | time, temperature | all rows | frame, tool, joints, lengths; for time, any constant |
 | place | where the tool is | frame |
 
-Time is a driver only where postures come in no order: on a path it can't be told from them.
+Over a load there are its simplest shapes besides, a line and a jump, which laws have too; over time and
+temperature a line. Time is a driver only where postures come in no order: on a path it can't be told from
+them.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -87,6 +89,13 @@ def driver_of(effect: AbstractEffect) -> Driver:
     return Driver.LOAD if effect.loads else Driver.ANGLE
 
 
+class Shape(StrEnum):
+    """The simplest dependences: in proportion, or on a load's sign alone."""
+
+    LINE = "line"
+    JUMP = "jump"
+
+
 @dataclass(frozen=True, eq=False)
 class Follower:
     """A process over one driver.
@@ -96,14 +105,27 @@ class Follower:
         phrase: It in words, `{}` for the joints: `the last motion of {}`.
         joints: These joints, counted from 0.
         candidate: The process, its weights with one variance.
-        richer: Number of its weights beyond those of a law through the same elements.
+        shape: How it depends on its driver, if as simply as a law; by any function without.
+        by: The joint whose angle it follows, if that isn't the one that it moves.
     """
 
     driver: Driver
     phrase: str
     joints: tuple[int, ...]
     candidate: Candidate
-    richer: int = 0
+    shape: Shape | None = None
+    by: int | None = None
+
+    def holds(self, effect: AbstractEffect, chain: Chain) -> bool:
+        """Whether an effect's law is one of its functions: of the same quantity through the same elements."""
+        assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
+        moved, elements = {*self.candidate.effect.moved}, {*effect.elements(chain)}
+        joints = {*self.joints} if self.by is None else {*self.joints, self.by}
+        if self.shape not in (None, Shape.JUMP if effect.has_play else Shape.LINE):
+            return False
+        if effect.of_many_joints:
+            return moved <= elements and joints <= {*effect.joints}
+        return joints == {*effect.joints} and 2 * len(moved & elements) > max(len(moved), len(elements))
 
     @property
     def what(self) -> str:
@@ -244,12 +266,13 @@ class _Rows:
         together: np.ndarray | None = None,
         kind: Insertion = Insertion.NONE,
         by_load: bool = False,
+        shape: Shape | None = None,
         tag: str = "",
     ) -> Follower:
         """A process that moves some elements by features of these rows."""
         effect = DriverProcess(
             joints,
-            key=f"{driver} {phrase} {' '.join(moved)}{tag}",
+            key=f"{driver} {phrase} {' '.join(moved)}{tag}{shape or ''} {features.shape[1]}",
             moved=moved,
             together=np.eye(len(moved)) if together is None else together,
             features=features[self.order],
@@ -257,7 +280,7 @@ class _Rows:
             kind=kind,
             by_load=by_load,
         )
-        return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))))
+        return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))), shape)
 
 
 def _angles(rows: _Rows) -> Iterator[Follower]:
@@ -277,7 +300,8 @@ def _angles(rows: _Rows) -> Iterator[Follower]:
         if k in rows.alive:
             text = f"the angle of {joint_list((k,))}, in {{}}"
             wave = smooth(rows.motion.q[:, k], OTHER_LENGTH)
-            yield rows.follower(Driver.ANGLE, text, driven_names(rows.chain, [j]), wave, joints=(j,))
+            found = rows.follower(Driver.ANGLE, text, driven_names(rows.chain, [j]), wave, joints=(j,))
+            yield replace(found, by=k)
 
 
 def _loads(rows: _Rows) -> Iterator[Follower]:
@@ -289,8 +313,10 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         load, joint, what = mine[:, j] / mine[:, j].std(), driven_names(chain, [j]), "the load of {}"
         shapes = [np.column_stack([smooth(load, length), jump(load[:, None])]) for length in LOAD_LENGTHS]
         shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
-        for k, shape in enumerate(shapes):
-            yield rows.follower(Driver.LOAD, what, joint, shape, joints=(j,), by_load=True, tag=f" {k}")
+        for k, (shape, found) in enumerate([*((None, f) for f in shapes), *_pure(load[:, None])]):
+            yield rows.follower(
+                Driver.LOAD, what, joint, found, joints=(j,), by_load=True, shape=shape, tag=f" {k}"
+            )
     turning = [j for j in range(chain.dof) if turns(chain, j)]
     beside = across(chain, turning, rows.wrenches)
     for k in rows.varied(beside):
@@ -299,20 +325,20 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         c, s = np.cos(angle), np.sin(angle)
         here = beside[:, k]
         there = np.stack([c * here[:, 0] + s * here[:, 1], c * here[:, 1] - s * here[:, 0]], 1)
-        for kind, load, part, more in (
-            (Insertion.TILT, here, "bearing", 3),
-            (Insertion.BEND, there, "link", 2),
-        ):
+        for kind, load, part in ((Insertion.TILT, here, "bearing"), (Insertion.BEND, there, "link")):
             what, names = f"the load across {{}}, in its {part}", inserted_names(chain, [j], kind)
             scaled = load / max(float(np.sqrt((load**2).mean())), 1e-300)
             free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), jump(scaled)])
-            for tag, shape, richer in (("", free, 0), (" line", scaled, more)):
-                found = rows.follower(
-                    Driver.LOAD, what, names, shape, joints=(j,), kind=kind, by_load=True, tag=tag
+            for shape, features in ((None, free), *_pure(scaled)):
+                yield rows.follower(
+                    Driver.LOAD, what, names, features, joints=(j,), kind=kind, by_load=True, shape=shape
                 )
-                yield replace(found, richer=richer)
     unstated = "the load of {}, as under a payload that isn't stated"
     yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
+
+
+def _pure(load: Float[np.ndarray, "rows d"]) -> tuple[tuple[Shape, Features], ...]:
+    return (Shape.LINE, load), (Shape.JUMP, jump(load))
 
 
 def _motions(rows: _Rows) -> Iterator[Follower]:
@@ -375,8 +401,14 @@ def _temperatures(rows: _Rows) -> Iterator[Follower]:
         yield from _through_all(rows, Driver.TEMPERATURE, "the temperature", smooth(t, WARM_LENGTH))
 
 
-def _through_all(rows: _Rows, driver: Driver, name: str, shape: Features) -> Iterator[Follower]:
-    """A driver of all rows through everything that it may move."""
+def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iterator[Follower]:
+    """A driver of all rows through everything that it may move, by any function and by the first feature."""
+    for shape, features in (None, wave), (Shape.LINE, wave[:, :1]):
+        for found in _through_each(rows, driver, name, features):
+            yield replace(found, shape=shape)
+
+
+def _through_each(rows: _Rows, driver: Driver, name: str, shape: Features) -> Iterator[Follower]:
     chain = rows.chain
     frame, tool = Insertion.DRIFT.frame, Insertion.SLIP.frame
     seen = tool if rows.problem.sees_rotation else tool[:3]

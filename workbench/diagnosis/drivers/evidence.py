@@ -1,22 +1,28 @@
 """Which driver an error follows, and whether a law of it is more than a smooth dependence on it.
 
-A law is named if it is better than every process in its place, over its own driver and over any other; and if
-no process over its driver explains a noticeable part beside it. All are columns of the same inner products:
-each comparison is a difference of two log evidences [nat]. Masses are those of the fit, for laws as for
-processes.
+Two questions, each by a difference of log evidences [nat] from the same inner products:
+
+- Is it the law? It must be better than any process through its own elements over its driver.
+- Is it that element, that driver? The best process there must be better than the best one through any other
+  element, over any driver: like with like, as no law is simple enough to decide where the rows don't. Alone
+  the simplest law, of one coefficient a joint, may be probable where elements tie; none is certain there.
+
+And no process over its driver may explain a noticeable part beside it. Masses are those of the fit, for laws
+as for processes.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from workbench.arm.effects.events import AbstractStep
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.contributions import remaining
 from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
-from workbench.diagnosis.confidence import PROBABLE, Confidence
+from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     Driver,
     Follower,
@@ -35,6 +41,8 @@ SURE = 100.0
 """Odds against every process from which a law, or a driver, is certain."""
 MIN_GAIN = 8.0
 """Log evidence from which an error follows a driver at all [nat]."""
+MAX_FREEDOM = 6
+"""Coefficients by which a process may be freer than its law; one that does worse yet can't be that law."""
 MAX_REST = 0.05
 """Share of an error that a process may explain beside its law."""
 MIN_GAIN_SHARE = 0.01
@@ -55,15 +63,20 @@ class Challenge:
 
     Args:
         lead: Its log odds against the best process.
-        rivals: These processes: of any driver, together as many as the law has joints.
+        apart: Log odds of the best process through its own elements, of its own driver and shape, against
+            the best one through others or of another driver: each as free as the other.
+        rivals: The best ones elsewhere, together as many as the law has joints.
         rest: Share of the error that processes over its own driver explain beside it.
         driver: Its driver.
+        is_simple: Whether it has one coefficient a joint: there is no simpler one.
     """
 
     lead: float
+    apart: float
     rivals: tuple[Follower, ...]
     rest: float
     driver: Driver
+    is_simple: bool
 
     @property
     def is_complete(self) -> bool:
@@ -72,10 +85,14 @@ class Challenge:
 
     @property
     def odds(self) -> float:
-        """Odds that the law may have at most."""
-        if self.lead < np.log(PROBABLE) or not self.is_complete:
+        """Odds that the law may have at most.
+
+        Where the rows leave open which element moves, the simplest law may be probable, never certain.
+        """
+        open_for = -np.log(CERTAIN) if self.is_simple else np.log(PROBABLE)
+        if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
-        return np.inf if self.lead >= np.log(SURE) else PROBABLE
+        return np.inf if min(self.lead, self.apart) >= np.log(SURE) else PROBABLE
 
     @property
     def doubt(self) -> str:
@@ -193,10 +210,6 @@ class DriverEvidence:
         grams = compress(problem, x, [*effects, *processes], fold, masses=False)
         return cls(searched, problem, found, grams)
 
-    @cached_property
-    def _by_candidate(self) -> dict[int, Follower]:
-        return {id(f.candidate): f for f in self.followers}
-
     def challenges(self, groups: Sequence[Model]) -> list[Challenge]:
         """Every claim's terms against processes: alone, and with all other claims over its driver."""
         alone = [self._challenge((group,)) for group in groups]
@@ -215,38 +228,43 @@ class DriverEvidence:
         """
         law = tuple(t for group in groups for t in group)
         joints, driver = joints_of(law), driver_of(law[0].candidate.effect)
-        kin = tuple(t for t in self._model if _is_nameless(t) and self._is_kin(t, driver, joints))
+        nameless = {t: t.candidate.effect for t in self._model if _is_nameless(t)}
+        kin = tuple(t for t, e in nameless.items() if driver_of(e) == driver and joints & {*e.joints})
         left = left_of(self.grams, drop(self._model, (*law, *kin)))
         own, most = group_evidence(left, (*law, *kin)), sum(max(len(joints_of(g)), 1) for g in groups)
-        found = [self._described(left, self._over(d), most, law) for d in Driver]
-        if driver is Driver.TIME:
-            stage = self.searched.stage
-            for process in constants_over_time(stage.problem, stage.fit.x):
-                by_step, step = self._stepped(left.model, process)
+        first = _offered(left, self.followers)
+
+        def best(some: Iterable[Follower]) -> tuple[float, tuple[Follower, ...]]:
+            return self._described(left, {f: first[f] for f in some if f in first}, most)
+
+        home = [f for f in self._over(driver) if self._holds(f, law)]
+        there, free = best(home)[0], best(f for f in home if f.shape is None)[0]
+        found = [best(f for f in self._over(d) if f not in home) for d in Driver]
+        for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
+            if self._holds(step, law):
+                there = max(there, by_step)
+            else:
                 found.append((by_step, (step,)))
         gain, rivals = max(found, key=lambda each: each[0])
         alike = [f for f in self._over(driver) if joints & {*f.joints} or not joints or not f.joints]
-        beside = max((o for f in alike if (o := self._beside.get(f))), key=_gain, default=None)
+        beside = max((o for f in alike if (o := self._beside.get(f))), key=lambda o: o.gain, default=None)
         rest, more = 0.0, kin
         if beside is not None and beside.gain > max(MIN_GAIN, MIN_GAIN_SHARE * own):
             more = (*kin, beside.term)
         if more:
             rest = self._share(left, law, more)
-        return Challenge(own - gain, rivals, rest, driver)
+        is_simple = len({n for t in law for n in t.candidate.names}) <= max(len(joints), 1)
+        there = max(there, own - 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count)))
+        return Challenge(own - max(gain, free), there - gain, rivals, rest, driver, is_simple)
 
     @property
     def _model(self) -> Model:
         return self.searched.found.model
 
-    def _is_kin(self, term: Term, driver: Driver, joints: set[int]) -> bool:
-        effect = term.candidate.effect
-        return driver_of(effect) == driver and bool(joints & {*effect.joints})
-
     @cached_property
     def _beside(self) -> dict[Follower, Offer]:
         """Contributions of processes to the whole model."""
-        whole = left_of(self.grams, self._model)
-        return {self._follower(o): o for o in self._offers(whole, self.followers)}
+        return _offered(left_of(self.grams, self._model), self.followers)
 
     def followed(self, sure: Model) -> tuple[FollowedDriver, ...]:
         """What the error follows that some terms of the model leave."""
@@ -254,29 +272,48 @@ class DriverEvidence:
         minimum = max(MIN_GAIN, MIN_GAIN_SHARE * max(laws, default=0.0))
         left, found = left_of(self.grams, sure), dict[Driver, FollowedDriver]()
         for _ in range(MAX_FOLLOWERS):
-            tried = sorted(self._offers(left, self.followers), key=_gain, reverse=True)
-            if not tried or tried[0].gain < minimum:
+            tried = _offered(left, self.followers)
+            best = max(tried, key=lambda f: tried[f].gain, default=None)
+            if best is None or tried[best].gain < minimum:
                 break
-            best = self._follower(tried[0])
-            other = next((o for o in tried if self._follower(o).driver != best.driver), None)
-            lead = tried[0].gain - (0.0 if other is None else max(other.gain, 0.0))
-            rival = None if other is None else self._follower(other)
+            rival = max(
+                (f for f in tried if f.driver != best.driver), key=lambda f: tried[f].gain, default=None
+            )
+            lead = tried[best].gain - (0.0 if rival is None else max(tried[rival].gain, 0.0))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
-            shown = self._dated(left.model, best, tried[0].gain) if best.driver is Driver.TIME else best
+            shown = best
+            if best.driver is Driver.TIME:  # a step between two rows, if that is likelier
+                by_step, step = self._stepped(left.model, best)
+                shown = step if by_step > tried[best].gain + np.log(PROBABLE) else best
             found[best.driver] = replace(before, parts=(*before.parts, shown))
-            left = with_one_more(left, (*left.model, tried[0].term))
+            left = with_one_more(left, (*left.model, tried[best].term))
         return tuple(found.values())
 
-    def _dated(self, model: Model, process: Follower, gain: float) -> Follower:
-        """A process over time as a step between two rows, if that is likelier beside a model."""
-        by_step, step = self._stepped(model, process)
-        return step if by_step > gain + np.log(PROBABLE) else process
+    @cached_property
+    def _clock(self) -> tuple[np.ndarray, np.ndarray]:
+        """Clock and number of every row, in the file's order."""
+        data = self.searched.stage.problem.data
+        order = np.argsort(data.row, kind="stable")
+        return clock_of(data)[0][order], data.row[order]
+
+    def _steps(self, model: Model, law: Model) -> Iterator[tuple[float, Follower]]:
+        """Processes over time as steps where those of some laws are, their places as many; without any, the
+        best one of all constants."""
+        stage = self.searched.stage
+        constants = tuple(constants_over_time(stage.problem, stage.fit.x))
+        events = {t.candidate: t.candidate.effect for t in law}
+        steps = {c: e.moment for c, e in events.items() if isinstance(e, AbstractStep)}
+        if not steps:
+            yield from (self._stepped(model, process) for process in constants)
+        for candidate, moment in steps.items():
+            tried = [f for f in self._over(Driver.TIME) if f.shape is None] or constants
+            found = [f.as_step(*self._clock, moment) for f in tried]
+            gains = np.array(self._gains(model, found)) - np.log(candidate.tries)
+            yield from zip(gains.tolist(), found, strict=True)
 
     def _stepped(self, model: Model, process: Follower) -> tuple[float, Follower]:
         """The best step of what a process over time moves, beside a model, less the log number of places."""
-        data = self.searched.stage.problem.data
-        order = np.argsort(data.row, kind="stable")
-        clock, row = clock_of(data)[0][order], data.row[order]
+        clock, row = self._clock
         moments = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
         places, apart, best = np.log(max(len(moments), 1)), len(moments) + 1, (-np.inf, process)
         while apart > 1 and len(moments):  # ever closer about the best one
@@ -290,12 +327,11 @@ class DriverEvidence:
 
     def _gains(self, model: Model, some: Sequence[Follower]) -> list[float]:
         """Contributions of processes that have no columns yet."""
-        candidates = [f.candidate for f in some]
-        effects = [c.effect for c in (*(t.candidate for t in model), *candidates)]
+        effects = [c.effect for c in (*(t.candidate for t in model), *(f.candidate for f in some))]
         fold = np.zeros(len(self.problem.data), np.int64)
         grams = compress(self.problem, self.searched.stage.fit.x, effects, fold, masses=False)
-        found = {id(o.term.candidate): o.gain for o in offers(left_of(grams, model), candidates)}
-        return [found.get(id(c), -np.inf) for c in candidates]
+        found = _offered(left_of(grams, model), some)
+        return [found[f].gain if f in found else -np.inf for f in some]
 
     def correction(self, followed: Sequence[FollowedDriver]) -> Correction:
         """What processes would reduce beside the saved model."""
@@ -312,40 +348,29 @@ class DriverEvidence:
     def _over(self, driver: Driver) -> list[Follower]:
         return [f for f in self.followers if f.driver == driver]
 
-    def _follower(self, offered: Offer) -> Follower:
-        return self._by_candidate[id(offered.term.candidate)]
-
-    def _offers(self, left: Remainder, some: Iterable[Follower]) -> list[Offer]:
-        return offers(left, [f.candidate for f in some])
+    def _holds(self, process: Follower, law: Model) -> bool:
+        return any(process.holds(t.candidate.effect, self.problem.robot.chain) for t in law)
 
     def _described(
-        self, left: Remainder, some: Sequence[Follower], most: int, law: Model
+        self, left: Remainder, offered: Mapping[Follower, Offer], most: int
     ) -> tuple[float, tuple[Follower, ...]]:
-        """Evidence of the best processes in the place of a law, one after the other, and these.
+        """Evidence of the best of some processes in the place of a law, one after the other, and these.
 
-        What each of them adds to the whole model doesn't count: it is another error. A line through a bearing
-        is as simple as the law of a link, and the other way round: they move the tool nearly alike.
+        What each of them adds to the whole model doesn't count: it is another error.
         """
-
-        def extra(process: Follower) -> float:
-            own = {t.candidate.effect.insertion for t in law}
-            is_own = process.candidate.effect.insertion in own
-            return 0.0 if is_own else 0.5 * process.richer * float(np.log(self.grams.count))
-
-        total, chosen, term = 0.0, list[Follower](), None
-        while len(chosen) < most:
-            left = left if term is None else with_one_more(left, (*left.model, term))
-            gains = {self._follower(o): o for o in self._offers(left, some)}
-            more = {f: o.gain + extra(f) - max(self._gain_beside(f), 0.0) for f, o in gains.items()}
+        other = {f: max(o.gain, 0.0) for f, o in self._beside.items()}
+        total, chosen = 0.0, list[Follower]()
+        while True:
+            more = {f: o.gain - other.get(f, 0.0) for f, o in offered.items()}
             best = max(more, key=more.__getitem__, default=None)
             if best is None or more[best] <= 0.0:
-                break
-            total, term = total + more[best], gains[best].term
+                return total, tuple(chosen)
+            total += more[best]
             chosen.append(best)
-        return total, tuple(chosen)
-
-    def _gain_beside(self, follower: Follower) -> float:
-        return self._beside[follower].gain if follower in self._beside else 0.0
+            if len(chosen) >= most:
+                return total, tuple(chosen)
+            left = with_one_more(left, (*left.model, offered[best].term))
+            offered = _offered(left, tuple(offered))
 
     def _share(self, left: Remainder, law: Model, more: Model) -> float:
         """Share of the error of some terms and more of them that is of these."""
@@ -359,8 +384,10 @@ class DriverEvidence:
         return size(more) / max(size(law) + size(more), 1e-300)
 
 
-def _gain(offered: Offer) -> float:
-    return offered.gain
+def _offered(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]:
+    """What processes would add to a model."""
+    by_candidate = {id(f.candidate): f for f in some}
+    return {by_candidate[id(o.term.candidate)]: o for o in offers(left, [f.candidate for f in some])}
 
 
 def _is_nameless(term: Term) -> bool:

@@ -19,7 +19,7 @@ from workbench.data.postures import pose_units
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
 from workbench.diagnosis.search.candidates import Catalogue, catalogue
 from workbench.diagnosis.search.event_search import Changeable, Timeline, changeable, crowded, promising
-from workbench.diagnosis.search.evidence import Model, drop, rescaled, solve, validated
+from workbench.diagnosis.search.evidence import Model, drop, rescaled, validated
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.search.stepwise_search import (
@@ -48,9 +48,6 @@ FOLDS = 5
 
 MAX_EVENT_ROUNDS = 4
 """Maximum number of searches at one fit, each with the best event times given the last one's result."""
-
-MAX_LINEAR_CHANGE = 0.02
-"""Change of the geometry [rad, m] without an effect above which the linear search is invalid."""
 
 
 class Tried(Enum):
@@ -170,11 +167,7 @@ def rounds(
         seen.add(key)
         if over or is_last:
             done[-1] = _as_fitted(min(done, key=_description_length) if again else last)
-            shorter = None if over else _without_superfluous(done[-1])
-            if shorter is None:
-                break
-            stage = shorter
-            continue
+            break
         progress(0.8 - 0.5 / (1.5 + number), f"round {number + 1}: fitting geometry and the effects found")
         stage = _fit(stage, last.grams, last.found.model)
         stage = _without_outliers(stage, last.grams)
@@ -206,33 +199,6 @@ def _compressed(
     problem = stage.problem.with_noise(stage.geometric_problem.noise)
     changed, pieces = [k.event for k in kinds], None if line is None else line.piece
     return compress(problem, stage.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
-
-
-def _without_superfluous(searched: Searched) -> Stage | None:
-    """The stage without one effect that geometry can replace, refitted from the nominal arm; None if each is
-    needed.
-
-    If the geometry would change much without an effect, the linear search can't predict its residual.
-    """
-    stage, grams, model = searched.stage, searched.grams, searched.found.model
-    problem, x = stage.problem, stage.fit.x
-    if large(problem):
-        return None
-    begin = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if not p.is_geometry}
-    here = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
-    own = [o.gain for o in searched.found.offers]
-    for term in (model[k] for k in np.argsort(own) if not model[k].candidate.shrunk):
-        rest = drop(model, [term])
-        there = grams.basis @ solve(grams, rest, grams.total)[: grams.geometry]
-        if np.abs(there - here).max(initial=0.0) < MAX_LINEAR_CHANGE:
-            continue
-        data = stage.data.take(stage.keep)
-        without = refit(stage.geometric_problem, grams, rest, data=data, begin=begin)
-        ratio = without.fit.history[-1] / stage.fit.history[-1]
-        charge = len(term.candidate.names) * np.log(problem.count)
-        if without.fit.outcome.ok and problem.count * np.log(ratio) < charge:
-            return replace(stage, fitted=without)
-    return None
 
 
 def _as_fitted(searched: Searched) -> Searched:
