@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 from scipy.io import savemat
+from slow import slow
 
 from tests.data.test_forms import ROTATED
 from tests.data.test_hostile_files import refusal
@@ -118,7 +119,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize("name", [slow(name) if name == "deep" else name for name in HOSTILE])
 def test_a_hostile_matlab_file_costs_one_sentence(name, tmp_path, monkeypatch):
     content, text = HOSTILE[name]
     if name == "bomb":

@@ -105,6 +105,7 @@ def test_a_nominal_controller_is_said_to_be_one(run, tmp_path):
     assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 50)).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_a_controller_that_compensates_sag_is_sent_to_diagnose(run, tmp_path):
     sag = JointCompliance((1, 2), (2e-5, 2e-5))
     actual = hidden("ur5e", tmp_path / "hidden.toml", effects=(sag,))

@@ -135,6 +135,7 @@ def test_the_same_seed_gives_the_same_arms_however_many(aria, fixed, found):
     assert not np.array_equal(try_plate(aria, fixed, arms=5, poses=80, seed=4).errors, found.errors[:5])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(aria, fixed, found, monkeypatch):
     distributed = pytest.importorskip("distributed")

@@ -138,6 +138,7 @@ def test_blocks_collide_as_they_are_made(plate):
         assert sorted({heights.min(), heights.max()}) == pytest.approx(sorted(block.heights), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_plate_that_the_search_found_can_be_made(aria, plate):
     design = optimise_plate(aria, plate, number=8, places=40, starts=1, shapes=2)
     made = fixture_of(design.plate)
