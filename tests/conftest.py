@@ -135,6 +135,22 @@ def aria():
 
 
 @pytest.fixture(scope="session")
+def plate():
+    """Table 2 of the ARIA paper."""
+    from workbench.plate.plate_toml import load_plate
+
+    return load_plate("table2")
+
+
+@pytest.fixture(scope="session")
+def solutions(aria, plate):
+    """All branches of its targets."""
+    from workbench.plate.target_branches import plate_solutions
+
+    return plate_solutions(aria, plate)
+
+
+@pytest.fixture(scope="session")
 def built() -> Callable:
     """The commands as typer builds them, once a process and not once a call; those of extras too."""
     from typer.main import get_command

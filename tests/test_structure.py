@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_364,
     "extras/trajectories": 1_956,
     "extras/workshop": 910,
-    "tests": 42_046,
+    "tests": 42_000,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 19_853

@@ -4,7 +4,6 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
@@ -14,19 +13,18 @@ from workbench.plate.simulated_measurement import measure_poses
 ANCHORS, EACH = 6, 16
 
 
-@pytest.fixture(scope="module")
-def distances(aria):
-    """A wire's length from six anchors to an arm that gives way, one group of rows for each anchor."""
+def test_held_out_anchors_are_judged_by_identify_and_diagnose(aria):
+    """A wire's length from six anchors to an arm that gives way, one group of rows for each anchor.
+
+    Every held-out row was left out, since no fitted row has its anchor.
+    """
     errors = (5e-3, np.deg2rad(5.0))
     _, rows = measure_poses(aria, ANCHORS * EACH, effects=("joint-compliance:2:2e-4",), errors=errors, seed=3)
     place = np.random.default_rng(0).uniform(-1.0, 1.0, (ANCHORS, 3)).repeat(EACH, axis=0)
     names = np.array([f"wire {i}" for i in range(ANCHORS)]).repeat(EACH)
     length = np.linalg.norm(rows.position - place, axis=1)
-    return replace(rows, position=None, rotation=None, sigma=None, distance=length, anchor=names, group=names)
-
-
-def test_held_out_anchors_are_judged_by_identify_and_diagnose(aria, distances):
-    """Every held-out row was left out, since no fitted row has its anchor."""
+    seen = {"distance": length, "anchor": names, "group": names}
+    distances = replace(rows, position=None, rotation=None, sigma=None, **seen)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         plain = identify(aria, distances, algorithms=("opt2",))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from driven_effects import tracked_file
 
+from tests.session.direct_commands import done
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
@@ -15,8 +16,9 @@ from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
+from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
@@ -135,3 +137,11 @@ def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_pat
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
         archive.write(tmp_path / "a.csv", "a/a.csv")
     assert load_command("a.zip", (tmp_path / "a.zip").read_bytes()) == LoadData("a.csv", file)
+
+
+def test_fits_know_whether_the_instrument_is_levelled(first):
+    session = done(first, MeasureVirtualArm(3, more=20))
+    for levelled in (False, True):
+        found = done(session, SetLevelled(levelled), Identify(("opt2",)), Diagnose())
+        assert found.results.identification.best.fit.problem.frames.levelled is levelled
+        assert found.results.diagnosis.final_fit.problem.frames.levelled is levelled

@@ -1,19 +1,25 @@
 """Guided measuring by commands: what is stored, what is refused, and what the rows become."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from refusals import mentions
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.extras.live import session as guided
+from workbench.extras.live.commands import LiveOption
 from workbench.extras.live.panels import status
 from workbench.extras.live.standstill import ArmState
 from workbench.session import replay
 from workbench.session.journal.codec import decode, encode
+from workbench.session.journal.folder import unrecorded_session
 from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Focus
+from workbench.views.page.app import App
 
 
 def sample(robot, q, *, time, off=0.0):
@@ -101,3 +107,16 @@ def test_a_measurement_keeps_only_the_newest_sample_before_each_row(worker, do, 
     steps = [e.command for e in worker.journal if isinstance(e.command, guided.TakeSample)]
     assert len(steps) == 3
     assert decode("TakeSample", encode(steps[0])[0], bytes) == steps[0]
+
+
+def test_a_source_of_then_is_said_to_have_ended(app):
+    begun = unrecorded_session(app.worker.session.robot, app.worker.session.plate)
+    session = begun.session.with_part(guided.Source("localhost:5000"))
+    with LiveOption().opened() as make:
+        again = App(session.robot, session.plate, begun=replace(begun, session=session), beside=[make])
+    try:
+        assert again.worker.wait(60.0)
+        assert not again.worker.session.part(guided.Source).is_open
+        assert mentions(again.worker.session.page.messages[-1].text, "localhost:5000")
+    finally:
+        again.close()

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.plate.conftest import plate
 from workbench.base import se3
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.region import Region
-
-__all__ = ["plate"]
 
 
 def plate_of(*places, kinds=("seat",), size=(0.3, 0.2, 0.015), lean=(0.1, -0.05, 0.4)):
