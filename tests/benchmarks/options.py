@@ -1,8 +1,8 @@
 """Options of a run over kinds of virtual arms and seeds."""
 
 import argparse
+import fnmatch
 from collections.abc import Collection, Sequence
-from fnmatch import filter
 
 from arms import seeds_of
 
@@ -26,7 +26,7 @@ def run_options(
     parser.add_argument("--wrong", action="store_true", help="list what was missed or falsely named")
     parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
     given = parser.parse_args(arguments)
-    asked = [filter(known, kind) or [kind] for kind in given.kinds.split(",")]
+    asked = [fnmatch.filter(known, kind) or [kind] for kind in given.kinds.split(",")]
     given.kinds = [kind for some in asked for kind in some]
     if strange := set(given.kinds) - set(known):
         parser.error(f"--{what} doesn't know {', '.join(sorted(strange))}; choose from {', '.join(known)}")

@@ -12,8 +12,7 @@ from workbench.data.observation import AbstractObservation, Channel, Linearised
 
 @final
 class PoseObservation(AbstractObservation):
-    """Residual [p − p̂; log(R R̂ᵀ)], as a 6D probe or a seat on a plate gives it; ARIA eqs. (15), (16) to first
-    order."""
+    """Residual [p − p̂; log(R R̂ᵀ)] of a 6D probe or a seat; ARIA eqs. (15), (16) to first order."""
 
     columns = ("position", "rotation")
     poses: Float[np.ndarray, "rows 4 4"]

@@ -116,9 +116,9 @@ def read_by_layout(
     headings, (offered, _) = list(table.headings), layouts.layouts()
     if layout is None:
         special = next((k for k in offered if columns is None and _matches(k, headings)), None)
-    elif (special := next((k for k in offered if k.name == layout), None)) and not _matches(
-        special, headings
-    ):
+    else:
+        special = next((k for k in offered if k.name == layout), None)
+    if layout is not None and special is not None and not _matches(special, headings):
         text = f"{table.source}: layout '{layout}' does not fit the columns {listed(headings)}"
         raise OptionError(text, option="layout", found=layout)
     return (None, "", table) if special is None else (special.read(table), special.name, table)

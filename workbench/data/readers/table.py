@@ -143,7 +143,7 @@ def _parts(grid: Grid) -> list[_Part]:
     for is_text, run in groupby(grid.rows, lambda cells: not any(map(NUMBER.fullmatch, cells))):
         cells = list(run)
         if is_text:
-            names = max(cells, key=lambda row: (len(_keys(row)), len(row)))
+            names = max(cells, key=lambda line: (len(_keys(line)), len(line)))
             known = _keys(names)
             below = grid.rows[row + len(cells)] if row + len(cells) < len(grid.rows) else []
             if below and sum(map(bool, names)) > 1 and (len(known) > 1 or len(below) != width):

@@ -23,7 +23,8 @@ def instrument_scale(nominal: Robot, data: Dataset) -> str:
     """`all lengths are 2 % longer than nominal …`, or empty.
 
     Manufacturing errors lengthen some links and shorten others, and turn axes; a board that was printed too
-    large, or a camera's wrong focal length, does the same to all lengths at once.
+    large, or a camera's wrong focal length, does the same to all lengths at once. Pictures themselves have
+    checks of their own (`extras/camera`).
     """
     rows = usable(data) if data.position is not None else None
     if rows is None or len(rows) < MIN_ROWS:

@@ -105,7 +105,7 @@ def _progress(session: Session) -> float:
 
 
 def _verdict(session: Session) -> str:
-    """In its lower edge, the bar of the work under way."""
+    """The sentence of the next step, or of the work under way with its time left."""
     step = next_step(session)
     sentence = text(PLAYING if session.page.caption else step.sentence)
     if (job := session.page.job) is not None:
