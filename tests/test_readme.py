@@ -4,6 +4,7 @@ import re
 import sys
 from pathlib import Path
 
+import pytest
 from documented_commands import run_lines, unbroken
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -41,6 +42,7 @@ def test_the_diagnosis(run, tmp_path):
     assert (tmp_path / "diagnosis" / "diagnosis.html").is_file()
 
 
+@pytest.mark.extra("review")
 def test_the_recordings(run, tmp_path):
     (tmp_path / "recordings").symlink_to(ROOT / "recordings")
     run_lines(run, block("recordings").splitlines())

@@ -129,7 +129,6 @@ def test_a_change_of_any_constant_is_said_to_lie_between_two_rows():
 
 
 def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():
-    """Even where the geometry explains so little that no effect was tried."""
     rng, arm = np.random.default_rng(4), wb.load_robot("ur5e").bare
     errors = rng.normal(0.0, 1e-3, (2, len(arm.default_free))) + arm.values(arm.default_free)
     one, other = (arm.with_values(dict(zip(arm.default_free, e.tolist(), strict=True))) for e in errors)

@@ -42,6 +42,7 @@ def test_a_path_among_the_measured_poses_needs_no_warning(arms):
     assert region_text(wb.load_robot("ur5e")) == ()
 
 
+@pytest.mark.extra("trajectories")
 def test_the_warning_survives_in_what_leaves(arms, tmp_path):
     _, calibrated = arms
     calibrated.save(tmp_path / "mine.toml")

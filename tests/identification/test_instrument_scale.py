@@ -27,7 +27,6 @@ def test_a_board_printed_too_large_is_named(factor, what):
     percent, _, rest = said.removeprefix("all lengths are ").partition(" % ")
     assert float(percent) == pytest.approx(100.0 * abs(factor - 1.0), abs=0.2)
     assert rest.startswith(what)
-    assert "measure a known distance" in said
 
 
 @pytest.mark.parametrize("rows", [6, 20, 80])
