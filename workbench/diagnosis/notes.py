@@ -61,7 +61,7 @@ def notes(
         yield describe(saved.undetectable)
     if not effects and (two := two_places(search.first.fit)):  # an effect may be what parts them
         yield two
-    if scale := instrument_scale(given, fit.problem.data):
+    if scale := instrument_scale(ready.aligned, fit.problem.data):
         yield scale
     if pairs := ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
         yield exchange_note(pairs)

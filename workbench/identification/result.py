@@ -349,7 +349,7 @@ class Identification(AbstractReported):
     @cached_property
     def instrument_scale(self) -> str:
         """Whether an instrument whose lengths are wrong explains most of nominal's errors; empty if not."""
-        return instrument_scale(self.nominal_robot, self.data.take(self.train_rows))
+        return instrument_scale(self.aligned, self.data.take(self.train_rows))
 
     def to_frame(self) -> "DataFrame":
         """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""

@@ -8,7 +8,6 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.nominal_fit import placed
 from workbench.identification.meaning.usable_rows import usable
 
 EXPLAINED = 0.5
@@ -19,19 +18,20 @@ MIN_ROWS, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 
 
 @beside("the instrument's scale", "")
-def instrument_scale(nominal: Robot, data: Dataset) -> str:
+def instrument_scale(aligned: Robot, data: Dataset) -> str:
     """`all lengths are 2 % longer than nominal …`, or empty.
 
     Manufacturing errors lengthen some links and shorten others, and turn axes; a board that was printed too
-    large, or a camera's wrong focal length, does the same to all lengths at once. Pictures themselves have
-    checks of their own (`extras/camera`).
+    large, or a camera's wrong focal length, does the same to all lengths at once. The nominal arm is aligned
+    with the rows, to first order; pictures themselves have checks of their own (`extras/camera`).
     """
     rows = usable(data) if data.position is not None else None
     if rows is None or len(rows) < MIN_ROWS:
         return ""
-    seen = tool_poses(placed(nominal.bare, rows), Motion.of(rows))
+    arm = aligned if rows.session is None else aligned.in_session(str(rows.session[0]))
+    seen = tool_poses(arm, Motion.of(rows))
     points, turned = seen[:, :3, 3] - seen[:, :3, 3].mean(0), seen[:, :3, :3]
-    if np.linalg.norm(points.std(0)) < MIN_SPREAD * nominal.reach:
+    if np.linalg.norm(points.std(0)) < MIN_SPREAD * aligned.reach:
         return ""
     off = (np.asarray(rows.position) - seen[:, :3, 3]).ravel()
     frames = [-se3.skew(points), np.broadcast_to(np.eye(3), turned.shape), turned]
