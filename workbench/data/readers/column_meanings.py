@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from workbench.base.columns import Per
@@ -13,10 +14,12 @@ from workbench.data.known_columns import known_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.headings import (
     is_commanded,
+    kind_of_key,
     known_together,
     meaning,
     normalised,
     quantities_of,
+    second_meaning,
     split_ending,
 )
 from workbench.data.readers.table import NUMBER, Table
@@ -63,6 +66,11 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     constant = {name: float(cell) for name, cell in once if NUMBER.fullmatch(cell)}
     together = known_together(names, constant)
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
+    held = {kind_of_key(c.key) for c in columns if c.key}
+    second = [c if c.key else _column(table, c.index, None, find=second_meaning) for c in columns]
+    columns = [
+        s if s.key and kind_of_key(s.key) not in held else c for s, c in zip(second, columns, strict=True)
+    ]
     columns = [_with_unit(column, table, columns) for column in columns]
     of_joints = ["q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)]
     from_zero = {name for name in of_joints if any(c.key == f"{name}0" for c in columns)}
@@ -81,17 +89,19 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     return tuple(columns)
 
 
-def _column(table: Table, index: int, key: str | None) -> TableColumn:
+def _column(
+    table: Table, index: int, key: str | None, find: Callable[[str], str | None] = meaning
+) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
     column = TableColumn(index=index, heading=text)
     if name == IGNORED:
         return column
-    key = key or meaning(name)
-    if key is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
+    key = key or find(name)
+    if key is None and (split := split_ending(name, find)) is not None and unit in (None, split[1]):
         name, unit = split
-        key, remark = meaning(name), f"the unit of '{text}' is taken from its name"
-    if is_commanded(name) and any(map(NUMBER.fullmatch, table.columns[index])):
+        key, remark = find(name), f"the unit of '{text}' is taken from its name"
+    if find is meaning and is_commanded(name) and any(map(NUMBER.fullmatch, table.columns[index])):
         return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
     if key is not None and key != normalised(name) and not remark:
         remark = f"'{text}' is read as {key}"

@@ -16,7 +16,7 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import IGNORED, Joints, Naming, with_unit
-from workbench.data.readers.headings import meaning, meaning_of, normalised
+from workbench.data.readers.headings import joint_name, meaning, meaning_of
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
@@ -222,8 +222,8 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     cells = [cell for row in grid.rows[:start] for cell in row if cell]
     if naming is None:
         names = [] if joints is None or isinstance(joints, int) else joints
-        places = {_joint_name(parse_heading(cell).name): cell for cell in cells}
-        called = [cell for name in names if (cell := places.get(_joint_name(name))) is not None]
+        places = {joint_name(parse_heading(cell).name): cell for cell in cells}
+        called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
         if len(set(called)) < len(names):  # some of the robot's joints are called otherwise
             return {}
         return {c: _with_unit(f"q{k}", parse_heading(c).unit or "") for k, c in enumerate(called, 1)}
@@ -243,11 +243,6 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
     return said | dict.fromkeys(left, IGNORED)
-
-
-def _joint_name(name: str) -> str:
-    """A joint's name as it is compared: 'shoulder' and '/joint_states/shoulder_joint/position' are one."""
-    return re.sub(r"^joint_states?_|(_joint)?(_position|_pos)?$", "", normalised(name))
 
 
 def _with_unit(name: str, unit: str) -> str:
