@@ -6,22 +6,22 @@ else; commanded values are never taken for measured ones.
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from itertools import product
 
 from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
-from workbench.data.known_columns import known_columns
+from workbench.data.observation import known_columns
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-_JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
-_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节"
-_JOINT_TEXT += "|rax|field_position|joint_states_position"
+_JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint(?:_states?)?_pos(?:ition)?|angle"
+_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|rax|field_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|p|measured|measurement|meas|actual|act|ist|mess|messwert|trans"
 _MEASURED += "|tracker|leica|lt|faro|mocap"
@@ -29,8 +29,10 @@ _COMMAND = "goal|target|cmd|command|commanded|desired|nominal|nom|soll|setpoint|
 _COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
 _AROUND = re.compile(rf"^(?:(?:{_MEASURED})_)+|(?:_(?:{_MEASURED}))+$")
 """What may stand before and behind a name of what was measured."""
-_SECOND_RATE = re.compile(rf"^(?:tcp|{_COMMAND})_|_(?:tcp|{_COMMAND})$")
-"""What stands with columns that count where there are no better ones (`second_meaning`)."""
+SECOND_RATE = re.compile(
+    rf"^(?:tcp|{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:tcp|{_COMMAND})(?=\s*(?:[\[(]|$))", re.I
+)
+"""What stands with columns that count where none are better: joints as commanded, poses of the controller."""
 
 # (pattern of the normalised name, key). {0}, {1} are the pattern's groups.
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
@@ -41,10 +43,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"m?([xyz])_coord(?:inate)?|[tp]?([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
-        (r"(roll|pitch|yaw)(?:_?(?:winkel|angle))?", "{0}"),
-        (r"nick(?:winkel)?", "pitch"),
-        (r"gier(?:winkel)?", "yaw"),
-        (r"rollwinkel", "roll"),
+        (r"(roll|pitch|yaw|nick|gier)(?:_?(?:winkel|angle))?", "{0}"),
         (r"zxz_(phi|theta|psi)", "zxz_{0}"),
         (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
         (r"(?:r|(?:rotvec|rotation_vector|rv)_?)([xyz])", "r{0}"),
@@ -60,6 +59,7 @@ _UR = {name: f"q{i}" for i, name in enumerate(_UR_JOINTS, 1)}
 _LOGGED = re.compile(r"^(\w+_)?joint(_states?|_positions?|s)_|(_joint)?(_pos(ition)?)?$")
 """What logs have around a joint's name."""
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
+_ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
@@ -77,28 +77,18 @@ _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"), [f"q{i}" for i in range(1, 7)]),
     ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
 )
-"""Headings that mean something together: angles of Fanuc and KUKA, joints of Yaskawa and UR, quaternions that
-count from 0, axes of a tool."""
-_UNIT_ENDINGS = (
-    *("mm", "cm", "um", "µm", "m", "in", "deg", "°", "rad", "mrad"),
-    *("degC", "°C", "K", "s", "ms", "kg", "Nm"),
-)
+"""Headings that mean something together: angles, joints, quaternions and axes of several makers."""
+_UNIT_ENDING = re.compile(r"(.+?)[_ ](mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)")
 
 
 def normalised(name: str) -> str:
     """Lower case, with one underscore for blanks, hyphens and dots: 'Achse 1' gives 'achse_1'."""
-    return re.sub(r"[\s\-./_]+", "_", name.strip().lower()).strip("_")
+    return re.sub(r"[\s\-./_()]+", "_", name.strip().lower()).strip("_")
 
 
 def joint_name(name: str) -> str:
     """A joint's name as it is compared: 'shoulder' and '/joint_states/shoulder_joint/position' are one."""
     return _LOGGED.sub("", normalised(name))
-
-
-def second_meaning(name: str) -> str | None:
-    """What a column holds if there is none of its kind: joints as commanded, poses of the controller."""
-    key = meaning(_SECOND_RATE.sub("", normalised(name)))
-    return None if key is None or (is_commanded(name) and not re.fullmatch(r"q\d+", key)) else key
 
 
 def meaning(name: str) -> str | None:
@@ -175,12 +165,6 @@ _QUANTITIES = (
 )
 
 
-def kind_of_key(key: str) -> str:
-    """What joints, places and orientations have in common, each among themselves; of others the key."""
-    kinds = (("q", r"q\d+"), ("x", r"[xyz]"), ("r", r"roll|pitch|yaw|zxz_\w+|q[wxyz]|r[xyz]|r\d\d"))
-    return next((kind for kind, pattern in kinds if re.fullmatch(pattern, key)), key)
-
-
 def column_of(key: str) -> Column | None:
     """The entry of the table that a column of this name belongs to."""
     table = known_columns()
@@ -195,17 +179,12 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
     return next((found for pattern, found in _QUANTITIES if re.fullmatch(pattern, key)), (Quantity.NUMBER,))
 
 
-def split_ending(name: str, find: Callable[[str], str | None] = meaning) -> tuple[str, str] | None:
-    """Name and unit of 'x_mm' or 'q1 deg', where the unit suits what the name is found to mean."""
-    for ending in _UNIT_ENDINGS:
-        if match := re.fullmatch(rf"(.+?)[_ ]{re.escape(ending)}", name):
-            key = find(match[1])
-            if key is not None and (quantities := quantities_of(key)):
-                try:
-                    conversion(ending, *quantities)
-                except UnitError:
-                    continue
-                return match[1], ending
+def split_ending(name: str) -> tuple[str, str] | None:
+    """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
+    if (match := _UNIT_ENDING.fullmatch(name)) and (key := meaning(match[1])):
+        with suppress(UnitError):
+            conversion(match[2], *quantities_of(key) or (Quantity.NUMBER,))
+            return match[1], match[2]
     return None
 
 
