@@ -127,7 +127,7 @@ def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     assert errors.orientation_deg.mean < 1e-4
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     angle=st.sampled_from([1.0, 180.0 / np.pi]),
     length=st.sampled_from([1.0, 1e3, 1e2, 1.0 / 0.0254]),

@@ -87,6 +87,7 @@ def predicted(robot, q, goal):
     return np.sqrt(np.einsum("rip,pq,riq->r", moves[:, :3], covariance, moves[:, :3]).mean())
 
 
+@pytest.mark.slow
 def test_mixed_branches_beat_the_best_mix_of_table_2(aria, goal, table2, mixed):
     assert mixed.cost == pytest.approx(predicted(aria, np.stack([t.q for t in mixed.plate.targets]), goal))
     assert mixed.start_cost == pytest.approx(table2.cost, rel=0.02)
@@ -156,6 +157,7 @@ def test_ten_millimetres_stay_free(name, request, aria):
                 )
 
 
+@pytest.mark.slow
 def test_a_plate_that_keeps_the_constraints_is_never_made_worse(aria, goal, mixed):
     request = DesignRequest(places=20, starts=1)
     again = optimise_plate(aria, mixed.plate, reading=SEAT, goal=goal, rng=rng(5), request=request)

@@ -129,6 +129,7 @@ def test_an_arm_is_calibrated_with_the_targets_that_it_reaches(trial):
     assert mentions(part.text, "2 of them")
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_arms_however_many(aria, fixed, found):
     fewer = try_plate(aria, fixed, arms=10, poses=80, seed=3)
     assert np.array_equal(fewer.errors, found.errors[:10])
