@@ -102,7 +102,7 @@ def met(kind, seed):
     ("kind", "seed"),
     [
         ("settling", 0),
-        ("bent-link", 1),
+        slow("bent-link", 1),
         ("warming", 0),
         ("without-zero-step", 13),
         ("without-backlash-load", 14),
