@@ -32,7 +32,7 @@ from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
 """Minimum time between two progress messages that are drawn [s]."""
-KNOWN_AFTER, TICK, LEAP = 3.0, 1.0, 0.1
+KNOWN_AFTER, TICK, LEAP = 3.0, 1.0, 0.05
 """Time after which it is said how long work will take, and how often [s]; not where so much came at once."""
 QUIET = 0.25
 """Without a command for so long, views draw what they have put off [s]."""
@@ -254,18 +254,17 @@ class Worker:
 
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         speak_to_page()
-        begin = last = time.monotonic()
-        is_chore, suspects, done, shown = isinstance(task, AbstractChore), dict[str, float](), 0.0, ""
+        begin, last, done = time.monotonic(), 0.0, 0.0
+        is_chore, suspects = isinstance(task, AbstractChore), dict[str, float]()
 
         def progress(fraction: float, text: str) -> None:
-            nonlocal last, done, shown
-            now, fraction = time.monotonic(), max(fraction, done)  # no bar goes back
-            if is_chore or (text == shown and now - last <= PROGRESS_INTERVAL):
+            nonlocal last, done
+            if is_chore or (now := time.monotonic()) - last <= PROGRESS_INTERVAL:
                 return
-            is_even = now - begin > KNOWN_AFTER and fraction - done < min(LEAP, fraction)
+            is_even = now - begin > KNOWN_AFTER and 0.0 <= fraction - done < min(LEAP, fraction)
             end = begin + (now - begin) / fraction if is_even else math.nan
-            last, done, shown = now, fraction, text
-            self._put(partial(self._show_job, fraction=fraction, text=text, end=end))
+            last, done = now, max(done, fraction)  # no bar goes back
+            self._put(partial(self._show_job, fraction=done, text=text, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
             suspects.update(sizes)
