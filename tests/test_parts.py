@@ -24,7 +24,7 @@ WEATHER = """
     from workbench.base.columns import Column
     from workbench.base.units import Quantity
     from workbench.data.observations import AbstractObservation, Channel, Linearised
-    from workbench.data.readers.layouts.layout import AbstractTableLayout, named
+    from workbench.data.readers.layouts import AbstractTableLayout, named
     from workbench.exports import AbstractForm
 
     HUMIDITY = Column(
@@ -233,7 +233,7 @@ LAW = """
             return 1 / 0
 """
 LAYOUT = """
-    from workbench.data.readers.layouts.layout import AbstractTableLayout
+    from workbench.data.readers.layouts import AbstractTableLayout
 
     class Log(AbstractTableLayout):
         name = "theirs"

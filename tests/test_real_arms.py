@@ -139,6 +139,7 @@ def of_the_wam(shared_data, rows, seed):
     return diagnose(robot, data.take(np.arange(rows)), seed=seed)
 
 
+@pytest.mark.slow
 def test_no_effect_of_the_wam_is_larger_than_a_sound_arm_can_have(shared_data):
     """A reflector near the last axis let a harmonic of 15° in joint 7 pass for a millimetre of error."""
     result, (_, data) = of_the_wam(shared_data, 236, 0), load(shared_data, "wam")

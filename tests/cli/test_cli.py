@@ -199,16 +199,17 @@ def test_other_commands_refuse(refused, case):
     refused(text, *command.split())
 
 
-def test_an_implausible_arm_is_not_written_unless_forced(run):
+@pytest.mark.parametrize("command", ["identify", pytest.param("diagnose", marks=pytest.mark.slow)])
+def test_an_implausible_arm_is_not_written_unless_forced(run, command):
     """An arm whose second link is 60 mm longer than its file says."""
     robot = load_robot("aria")
     longer = robot.with_values({"joint2.a": 0.47})
     _, rows = measure_poses(robot, 60, actual=longer, seed=4)
     write_measurements(rows, Path("long.csv"))
-    status, _, err = run("identify", "long.csv", "--robot", "aria", "--save", "arm.toml")
+    status, _, err = run(command, "long.csv", "--robot", "aria", "--save", "arm.toml")
     assert status == 2
     assert "joint2.a" in err
     assert not Path("arm.toml").exists()
-    status, _, _ = run("identify", "long.csv", "--robot", "aria", "--save", "arm.toml", "--force")
+    status, _, _ = run(command, "long.csv", "--robot", "aria", "--save", "arm.toml", "--force")
     assert status == 2
     assert load_robot("arm.toml").values(("joint2.a",))[0] == pytest.approx(0.47, abs=2e-4)

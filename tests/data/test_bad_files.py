@@ -89,28 +89,22 @@ def matrix_row(matrix):
     return "0.1,0.2,1,2,3," + ",".join(map(repr, np.ravel(matrix).tolist())) + "\n"
 
 
-def test_matrices_with_few_digits_are_mended_and_said(file):
-    c, s = 0.866, 0.5
-    data = read_measurements(file(MATRIX_HEAD + matrix_row([[c, -s, 0], [s, c, 0], [0, 0, 1]])))
-    np.testing.assert_allclose(data.rotation[0].T @ data.rotation[0], np.eye(3), atol=1e-14)
-    assert any("orthonormal" in note for note in data.notes)
-
-
 QUATERNION_HEAD = HEAD.strip() + ",qw,qx,qy,qz\n"
-
-
-def test_quaternions_with_few_digits_are_normalised_and_said(file):
-    data = read_measurements(file(QUATERNION_HEAD + "0.1,0.2,1,2,3,0.707,0.707,0,0\n"))
-    np.testing.assert_allclose(data.rotation[0], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], atol=1e-12)
-    assert any("normalised" in note for note in data.notes)
-
-
 BOTH = QUATERNION_HEAD.strip() + ",roll[deg],pitch[deg],yaw[deg]\n"
 
 
-def test_two_forms_that_agree(file):
-    data = read_measurements(file(BOTH + "0.1,0.2,1,2,3,0.70710678,0.70710678,0,0,90,0,0\n"))
-    assert any("agrees" in note for note in data.notes)
+@pytest.mark.parametrize(
+    ("content", "word"),
+    [
+        (MATRIX_HEAD + matrix_row([[1, 0, 0], [0, 0, -0.9999], [0, 0.9999, 0]]), "orthonormal"),
+        (QUATERNION_HEAD + "0.1,0.2,1,2,3,0.707,0.707,0,0\n", "normalised"),
+        (BOTH + "0.1,0.2,1,2,3,0.70710678,0.70710678,0,0,90,0,0\n", "agrees"),
+    ],
+)
+def test_rotations_of_few_digits_are_mended_and_two_forms_compared(file, content, word):
+    data = read_measurements(file(content))
+    np.testing.assert_allclose(data.rotation[0], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], atol=1e-12)
+    assert any(word in note for note in data.notes)
 
 
 def with_value(heading, value):

@@ -15,14 +15,7 @@ def data(q, **more):
     return Dataset(q=q, row=np.arange(len(q)), position=np.zeros((len(q), 3)), **more)
 
 
-def test_every_session_begins_anew():
-    session = np.array(["b", "a", "b", "a", "b", "a", "b"])
-    found = with_directions(data(TURN, time=np.arange(7.0), session=session)).direction.ravel()
-    assert found[session == "b"].tolist() == [0, 1, 1, -1]
-    assert found[session == "a"].tolist() == [0, 1, -1]
-
-
-def test_a_plain_loop_agrees_on_random_runs():
+def test_a_plain_loop_that_begins_anew_in_every_session_agrees_on_random_runs():
     for seed in range(5):
         rng = np.random.default_rng(seed)
         q = np.round(rng.standard_normal((40, 3)), 0)

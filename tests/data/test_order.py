@@ -53,18 +53,14 @@ def test_rows_share_a_session_as_before_but_never_across_the_row(data, drawn):
     assert len(new.notes) == len(data.notes) + 1
 
 
-def test_a_second_event_splits_the_rows_after_the_first_one():
+def test_a_second_event_splits_the_rows_after_the_first_one_and_all_are_written(tmp_path):
     data = wb.Dataset(q=np.zeros((9, 1)), position=np.zeros((9, 3)))
     once = wb.split_sessions(data, 6)
     both = wb.split_sessions(once, 3)
     assert both.session.tolist() == ["before row 6"] * 3 + ["from row 3"] * 3 + ["from row 6"] * 3
     assert len(wb.split_sessions(once, 7).sessions) == 3
-
-
-def test_sessions_are_written_and_read_back(tmp_path):
-    data = wb.split_sessions(wb.Dataset(q=np.zeros((5, 6)), position=np.ones((5, 3))), 2)
-    back = read_measurements(write_measurements(data, tmp_path / "rows.csv"))
-    assert back.session.tolist() == data.session.tolist()
+    back = read_measurements(write_measurements(both, tmp_path / "rows.csv"))
+    assert back.session.tolist() == both.session.tolist()
 
 
 def test_a_part_of_the_same_file_is_not_of_later_and_another_file_is():

@@ -10,26 +10,33 @@ from workbench.data.readers import read_measurements
 SPOTS = ("A", "B", "C")
 
 
-def long_table(path, *, postures=6, drop=(), joints=None, names=SPOTS):
+def long_table(path, *, postures=6, drop=(), names=SPOTS):
     """Rows of every posture, one a reflector, but for those that are dropped."""
-    random = np.random.default_rng(1)
-    q = random.uniform(-1, 1, (postures, 3)) if joints is None else joints
+    q = np.random.default_rng(1).uniform(-1, 1, (postures, 3))
     rows = ["q1[rad],q2[rad],q3[rad],point,x[mm],y[mm],z[mm]"]
     for k in range(postures):
         for m, name in enumerate(names):
             if (k, m) not in drop:
-                rows.append(",".join([*map(repr, q[k].tolist()), name, f"{100 * k + m}", f"{m}", "7"]))
+                rows.append(",".join([*map(repr, q[k].tolist()), name, f"{100 * k + 9 * m}", f"{m}", "7"]))
     path.write_text("\n".join(rows))
     return q
 
 
-def test_reflectors_in_rows_are_markers_of_one_tool(tmp_path):
+@pytest.mark.parametrize("form", ["point", "Ball", "merged", "by reflector"])
+def test_reflectors_in_rows_are_markers_of_one_tool(tmp_path, form):
     q = long_table(tmp_path / "t.csv", drop={(2, 1)})
+    head, *rows = (
+        (tmp_path / "t.csv").read_text().replace("point", "Ball" if form == "Ball" else "point").split("\n")
+    )
+    if form == "merged":  # joints in the first row of a posture alone
+        rows = [row if ",A," in row else ",,," + row.split(",", 3)[3] for row in rows]
+    rows = sorted(rows, key=lambda row: row.split(",")[3]) if form == "by reflector" else rows
+    (tmp_path / "t.csv").write_text("\n".join([head, *rows]))
     data = read_measurements(tmp_path / "t.csv")
     assert data.q == pytest.approx(q)
     assert data.position is None
     assert data.markers.shape == (6, 3, 3)
-    assert data.markers[4, 2] == pytest.approx([0.402, 0.002, 0.007])
+    assert data.markers[4, 2] == pytest.approx([0.418, 0.002, 0.007])
     assert np.argwhere(np.isnan(data.markers).all(2)).tolist() == [[2, 1]]
     assert any("markers of one tool" in note for note in data.notes)
 
@@ -104,10 +111,20 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
         (f"{HEAD}\n1,1,2,3\n2,---,*,fehlt\n3,4,5,6\n", [1]),
         (f"{HEAD}\n1,1,2,3\n2,9,9,9\n{HEAD}\n3,4,5,6\n", []),
         ("J1 / deg\tx, mm\ty, mm\tz, mm\n1\t1\t2\t3\n2\t9\t9\t9\n3\t4\t5\t6", []),
+        (f"Page 1\n{HEAD}\n1,1,2,3\n2,9,9,9\nPage 2\n{HEAD}\n3,4,5,6\n", []),
+        (
+            ",Robot (commanded),,,Tracker,,\nJ1[deg],X[mm],Y[mm],Z[mm],X[mm],Y[mm],Z[mm]\n1,0,0,0,1,2,3\n"
+            "2,0,0,0,9,9,9\n3,0,0,0,4,5,6\n",
+            [],
+        ),
+        ("J1 Ist[deg],Nom X[mm],Act X[mm],Act Y[mm],Act Z[mm]\n1,0,1,2,3\n2,0,9,9,9\n3,0,4,5,6\n", []),
+        ("J1_cmd[deg],tcp_x_mm,tcp_y_mm,tcp_z_mm\n1,1,2,3\n2,#REF!,#N/A,#DIV/0!\n3,4,5,6\n", [1]),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
 )
-def test_gaps_in_words_headings_that_stand_again_and_units_behind_commas(tmp_path, text, excluded):
+def test_gaps_in_words_headings_that_stand_again_or_in_two_rows_and_words_around_them(
+    tmp_path, text, excluded
+):
     (tmp_path / "t.csv").write_text(text)
     data = read_measurements(tmp_path / "t.csv")
     assert np.rad2deg(data.q[:, 0]) == pytest.approx([1, 2, 3])

@@ -13,6 +13,7 @@ from workbench.identification.frames import Sessions
 ELSEWHERE = move("x", 0.2) @ turn("z", 0.5)
 
 
+@pytest.mark.slow
 def test_sessions_with_frames_of_their_own():
     """Poses asked for belong to one session, and say nothing of the frames of the others."""
     case = make("compliance", TUNING[2], "aria", free_frames=True)

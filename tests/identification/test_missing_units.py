@@ -55,6 +55,7 @@ def numbered(name, count, first=0):
     return [f"{name}{k}" for k in range(first, first + count)]
 
 
+UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 TF = [f"/tf/tool/{n}" for n in (*(f"translation/{a}" for a in "xyz"), *(f"rotation/{a}" for a in "xyzw"))]
 T44, NOAP = [f"T{i}{j}" for i in "1234" for j in "1234"], "nx ox ax px ny oy ay py nz oz az pz"
 FORMS = {
@@ -65,6 +66,13 @@ FORMS = {
     "Fanuc": lambda q, t: ([*joints("J"), *"XYZWPR"], *degrees(q, t, "xyz")),
     "ABB": lambda q, t: ([*joints("rax_"), *"xyz", "q1", "q2", "q3", "q4"],
                          *degrees(q, t, "xyz")[:2], np.roll(quat(t), 1, axis=1)),
+    "RAPID": lambda q, t: ([*joints("rax_"), "trans_x", "trans_y", "trans_z", *numbered("rot_q", 4, 1)],
+                           *degrees(q, t, "xyz")[:2], np.roll(quat(t), 1, axis=1)),
+    "Yaskawa": lambda q, t: ([*"SLURBTXYZ", "Rx", "Ry", "Rz"], *degrees(q, t, "xyz")),
+    "w first, called 0": lambda q, t: ([*joints("J"), *"xyz", "q0", "qx", "qy", "qz"],
+                                       q, t[:, :3, 3], np.roll(quat(t), 1, axis=1)),
+    "UR's names": lambda q, t: ([*(f"/ur/joint_states/{n}_joint/position" for n in UR), *TF],
+                                q, t[:, :3, 3], quat(t)),
     "Franka": lambda q, t: ([*numbered("q_", 6), *numbered("O_T_EE_", 16)], q, by_columns(t)),
     "matrices": lambda q, t: ([*joints("q"), *T44[:12]], q, t[:, :3].reshape(-1, 12)),
     "matrices by columns": lambda q, t: ([*joints("q"), *T44], q, by_columns(t)),
@@ -95,16 +103,17 @@ def test_rows_tell_the_units(form, measured, tmp_path):
     assert form == "a controller" or errors.orientation_deg.mean < 1e-4
 
 
-@pytest.mark.parametrize("form", ["lines", "rows", "objects", "columns", "npz"])
+@pytest.mark.parametrize("form", ["lines", "rows", "objects", "columns", "npz", "npz of columns"])
 def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     q, t = measured
     xyz, quat = t[:, :3, 3], Rotation.from_matrix(t[:, :3, :3]).as_quat()
     rows = [
         {"q": a, "xyz": p, "quat": o} for a, p, o in zip(q.tolist(), xyz.tolist(), quat.tolist(), strict=True)
     ]
-    path = tmp_path / f"rows.{'npz' if form == 'npz' else 'json'}"
-    if form == "npz":
-        np.savez(path, joint_positions=q, poses=t)
+    path = tmp_path / f"rows.{'npz' if form[:3] == 'npz' else 'json'}"
+    if form[:3] == "npz":
+        columns = (q, t) if form == "npz" else (q.T, np.moveaxis(t, 0, 2))
+        np.savez(path, joint_positions=columns[0], poses=columns[1], commanded_poses=np.ones_like(t))
     else:
         columns = {"joints": q.tolist(), "position": xyz.tolist(), "orientation": quat.tolist()}
         lines = "\n".join(map(json.dumps, rows))
@@ -118,7 +127,7 @@ def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     assert errors.orientation_deg.mean < 1e-4
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     angle=st.sampled_from([1.0, 180.0 / np.pi]),
     length=st.sampled_from([1.0, 1e3, 1e2, 1.0 / 0.0254]),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from refusals import refuses
+from slow import slow
 
 from tests.identification.test_missing_units import poses_of_ur5e
 from workbench import Dataset, identify
@@ -18,7 +19,7 @@ def rows(seed, moved_at, *, of=60):
     return q, points + rng.normal(0.0, 3e-5, points.shape)
 
 
-@pytest.mark.parametrize("moved_at", [15, 30, 44])
+@pytest.mark.parametrize("moved_at", [slow(15), 30, slow(44)])
 def test_both_parts_are_named(moved_at):
     q, points = rows(3, moved_at)
     with refuses(DataError, f"data rows 0–{moved_at - 1} fit", f"and {moved_at}–59 to", "session"):
@@ -28,6 +29,7 @@ def test_both_parts_are_named(moved_at):
     assert found.best.held_out.position_mm.mean < 0.2
 
 
+@pytest.mark.slow
 def test_rows_that_fit_nowhere_after_some_are_said_alone():
     q, points = rows(4, 60)
     points[35:] = np.random.default_rng(0).permutation(points[35:])

@@ -91,13 +91,9 @@ def test_a_channel_that_gets_worse_than_nominal_is_warned_of(rows):
     claims = claimed(rows, 1e-3 * SIGMA[0], 1.0)
     stated = fitted(claims, deviation=np.inf)
     assert stated.best.held_out.orientation_deg.mean > 5.0 * stated.nominal.held_out.orientation_deg.mean
-    assert any(
-        w.startswith("orientations of the held-out rows are worse than the nom") for w in stated.warnings
-    )
-    assert (
-        "Warning: orientations of the held-out rows"
-        in diagnose(load_robot("aria"), claims.take(np.arange(90))).message
-    )
+    text = "orientations of the held-out rows"
+    assert any(w.startswith(f"{text} are worse than the nom") for w in stated.warnings)
+    assert f"Warning: {text}" in diagnose(load_robot("aria"), claims.take(np.arange(90))).message
 
 
 @pytest.mark.parametrize("missing", ["position", "rotation"])

@@ -48,7 +48,6 @@ def identify(
     from workbench.identification.report.document import identification_blocks
     from workbench.identification.report.page import write_identification
     from workbench.identification.report.results_json import identification_json
-    from workbench.identification.result import LOOK_AGAIN
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
@@ -71,17 +70,15 @@ def identify(
             prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
         )
     unknown = run.identifiability.refused if run.identifiability is not None else ""
-    doubts = run.doubts(run.best)
-    reasons = [f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"] if doubts else []
     if unknown and out.save is not None:
         saved = _Saved(None, f"{out.save} is not written: {unknown}", [])
     else:
-        saved = _save(run, out.save, reasons, force=fit.force)
+        saved = _save(run, out.save, force=fit.force)
     opt.write_result(out.json, identification_json(run))
     opt.describe("tables", lambda: opt.show(identification_blocks(run, wanted=requested)))
     _say_files(out.report, partial(write_identification, run, wanted=requested), saved, run.best)
-    if saved.reason or reasons:
-        opt.fail(saved.reason or "; ".join(reasons))
+    if saved.reason:
+        opt.fail(saved.reason)
     opt.check_converged(run.best.fit)
 
 
@@ -125,13 +122,13 @@ def diagnose(
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
     whole = run.identification()
-    saved = _save(whole, out.save, [run.harm] if run.harm else [], force=fit.force)
+    saved = _save(whole, out.save, run.harm, force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(run.blocks()))
     _say_files(out.report, partial(write_diagnosis, run), saved, whole.best)
     opt.check_converged(run.final_fit)
-    if saved.reason or run.harm is not None:
-        opt.fail(saved.reason or str(run.harm))
+    if saved.reason:
+        opt.fail(saved.reason)
 
 
 class _Saved(NamedTuple):
@@ -142,11 +139,14 @@ class _Saved(NamedTuple):
     notes: list[str]
 
 
-def _save(run, path: Path | None, reasons: list[str], *, force: bool) -> _Saved:
+def _save(run, path: Path | None, harm: str | None = None, *, force: bool) -> _Saved:
     """Write the calibrated arm before anything is said of it, unless there are reasons not to."""
+    from workbench.identification.result import LOOK_AGAIN
+
     held = path.suffix[1:].upper() if path is not None else "TOML"
-    refused = run.refused(run.best)
-    reasons = [*reasons, *(text for form, text in refused.items() if form == held)]
+    refused, doubts = run.refused(run.best), run.doubts(run.best)
+    reasons = [f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"] if doubts else []
+    reasons += filter(None, [harm, refused.get(held)])
     notes = [text for form, text in refused.items() if form != held]
     if path is None:
         return _Saved(None, "; ".join(reasons), notes)

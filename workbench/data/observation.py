@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float
 from workbench.base.columns import COLUMNS, Column
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
+from workbench.parts import parts
 
 if TYPE_CHECKING:
     from workbench.data.dataset import Dataset
@@ -167,3 +168,9 @@ class AbstractObservation(ABC):
     def own_errors(self, seen: Linearised) -> OwnErrors | None:
         """Errors of the rows, where these are neither positions nor orientations."""
         return None
+
+
+def known_columns() -> dict[str, Column]:
+    """All columns that a file may have: the table in `base/columns.py`, and those that observations bring."""
+    kinds = parts("observations", AbstractObservation, classes=True)
+    return {c.name: c for c in (*(c for kind in kinds for c in kind.brings), *COLUMNS.values())}

@@ -20,7 +20,7 @@ def near_error(arm, shots, robot, rng):
 
 
 @pytest.mark.parametrize("seeds", [(0,), slow(range(4))])
-@pytest.mark.parametrize(("name", "turned"), [slow("ur5", 0.1), ("industrial", np.inf), ("7R", 0.1)])
+@pytest.mark.parametrize(("name", "turned"), [slow("ur5", 0.1), slow("industrial", np.inf), ("7R", 0.1)])
 def test_errors_at_other_poses_are_as_large_as_expected(tmp_path, name, turned, seeds):
     """Zeros alone or nothing is taken of arms whose geometry is off; small turns leave other ways open."""
     ratios = []

@@ -47,7 +47,7 @@ LENSES = {
 }
 
 
-@pytest.mark.parametrize("case", [slow("usual"), slow("long"), "wide and bent", "on the tool"])
+@pytest.mark.parametrize("case", [slow("usual"), slow("long"), slow("wide and bent"), "on the tool"])
 def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
     """Corners that are wrong among them; the arm ends as well as with a lens that was given."""
     scale, (k1, k2), on_tool = LENSES[case]
@@ -73,6 +73,7 @@ def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
     assert after < 0.2 * before
 
 
+@pytest.mark.slow
 def test_two_cameras_of_one_table(tmp_path):
     rng = np.random.default_rng(8)
     arm = virtual.made(rng, "hobby")

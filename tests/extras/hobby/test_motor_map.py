@@ -48,11 +48,6 @@ def off(arm, found, robot=None):
     return 1e3 * np.linalg.norm(real - own, axis=1).mean()
 
 
-def normal(arm, found):
-    """Errors of the zeros in standard deviations that were said."""
-    return ((found.offsets - arm.offsets) / (found.half / 1.96))[MIDDLE]
-
-
 def test_an_arm_off_by_20_to_60_mm_is_found_to_3_mm_and_repeats_agree_to_1_mm(so101):
     """Motors hold wherever they stop and read it to 0.088°; the tip sags by 5 mm, which no count shows."""
     arm, places = ServoArm(0), []
@@ -77,14 +72,14 @@ def test_sag_tells_an_arm_that_stands_from_one_that_hangs(so101):
     assert any("another combination of signs" in note for note in found.notes)
 
 
-@pytest.mark.parametrize("seeds", [(0,), slow((0, 1, 2))])
-def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101, seeds):
+@pytest.mark.slow
+def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101):
     """Zeros are as uncertain as the mean of the play; the intervals say so, and more poses help as √n."""
     errors, many = [], []
-    for seed in seeds:
+    for seed in range(3):
         arm = ServoArm(seed, stiffness=np.inf, scatter=np.deg2rad(1.0))
         found = wb.map_motors(so101, recorded(arm))
-        errors.append(normal(arm, found))
+        errors.append(((found.offsets - arm.offsets) / (found.half / 1.96))[MIDDLE])
         assert off(arm, found) < 3.0
         assert off(arm, found) < 2e3 * found.expected
         assert abs(np.rad2deg(found.scatter) - 1.0) < 0.3
@@ -101,26 +96,16 @@ def test_exchanged_motors_are_named(so101):
     assert off(arm, found) < 1.0
 
 
-def still(data, arm):
-    q = data.q.copy()
-    q[:, 2] = q[0, 2]
-    return replace(data, q=q)
-
-
-def unturned(data, arm):
-    return replace(data, rotation=np.repeat(data.rotation[:1], len(data), axis=0))
-
-
 WRONG = {
     "too few": lambda data, arm: data.take(np.arange(7)),
-    "still": still,
-    "unturned": unturned,
+    "still": lambda data, arm: replace(data, q=np.where(np.arange(data.joints) == 2, data.q[0], data.q)),
+    "unturned": lambda data, arm: replace(data, rotation=np.repeat(data.rotation[:1], len(data), axis=0)),
     "other rows": lambda data, arm: replace(data, q=data.q[::-1].copy()),
     "no poses": lambda data, arm: replace(data, rotation=None),
 }
 
 
-@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize("name", [slow(n) if n == "other rows" else n for n in WRONG])
 def test_bad_input_is_one_sentence(so101, name):
     arm = ServoArm(6)
     with pytest.raises(DataError) as message:
@@ -226,6 +211,7 @@ def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
     np.testing.assert_allclose(zeros[0], zeros[1], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_makes_differ_in_the_sign_of_homing_offsets(run, files, tmp_path):
     options = ("--robot", "so101", "--calibration", "follower.json", "--lerobot")
     for make in ("feetech", "dynamixel"):

@@ -54,6 +54,7 @@ def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):
     assert (tmp_path / "name.txt").read_text() == "Table 2"
 
 
+@pytest.mark.slow
 def test_what_can_be_written_is_written(tmp_path, monkeypatch, run):
     """Without optional libraries the lists are there, and what is missing is said."""
     for library in ("manifold3d", "OCP.BRepAlgoAPI"):

@@ -17,6 +17,7 @@ DRAWN = "name => window.__viserMutable.nodePoseData[name] !== undefined"
 SPLIT = "Start a new session there"
 
 
+@pytest.mark.slow
 def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_path):
     made = make(CASES["slip"], 0, "aria")
     screen = look()

@@ -73,15 +73,18 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
     """Arrays with as many rows as the joints, or the first, side by side."""
     columns, left_out = dict[str, list[str]](), list[str]()
-    for name, values in arrays.items():
-        try:
-            array = np.asarray(values)
-        except ValueError:
-            array = np.zeros(0)
-        names = _headings(str(name), array.shape[1:]) if array.ndim and array.dtype.kind in "fiubUS" else []
-        if not names:
-            left_out.append(str(name))
+    known = {str(name): _array(values) for name, values in arrays.items()}
+    ends = [length for a in known.values() if a.ndim > 1 for length in {a.shape[0], a.shape[-1]}]
+    common = max(ends, key=lambda length: (ends.count(length), length), default=0)
+    for name, array in known.items():
+        if array.ndim > 1 and array.shape[0] != common == array.shape[-1]:  # one measurement a column
+            array = np.moveaxis(array, -1, 0)
+        if not (names := _headings(name, array.shape[1:]) if array.ndim else []):
+            left_out.append(name)
             continue
+        if twice := columns.keys() & set(names):
+            text = f"{what}, of which several hold {min(twice)}: keep one of them, {name} or the other"
+            raise FileError(f"{text}; {POSE_PAIRS}", path=str(path))
         flat = array.reshape(len(array), len(names))
         columns |= {n: [str(v) for v in own.tolist()] for n, own in zip(names, flat.T, strict=True)}
     rows = len(columns.get("q1", next(iter(columns.values()), [])))
@@ -94,11 +97,18 @@ def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
     return grid_of(list(kept), kept.values(), source=str(path), notes=notes)
 
 
+def _array(values: Any) -> np.ndarray:
+    """Numbers or labels as an array; a single number where they are none."""
+    with suppress(ValueError):
+        values = np.asarray(values)
+    return values if isinstance(values, np.ndarray) and values.dtype.kind in "fiubUS" else np.zeros(())
+
+
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     """Headings of the columns of an array; none if it is no set of columns."""
     plain, _, unit = name.lower().strip().rpartition("_")
     plain, unit = (plain, f"[{unit}]") if unit in ("deg", "rad", "mm", "m") else (name.lower().strip(), "")
-    if shape in _MATRICES:
+    if shape in _MATRICES and not is_commanded(name):
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:
         return [name] if not shape else []

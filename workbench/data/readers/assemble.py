@@ -6,6 +6,7 @@ with its reason.
 """
 
 import re
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -17,18 +18,19 @@ from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.remedy import remedy
 from workbench.base.types import Matrix4
+from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural
-from workbench.data.dataset import Dataset
-from workbench.data.known_columns import known_columns
+from workbench.data.dataset import SIGMA, WRENCH, Dataset
+from workbench.data.observation import known_columns
 from workbench.data.plausibility import repeated_rows
+from workbench.data.postures import postures
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import column_of
 from workbench.data.readers.orientation import read_orientation, written_orientation
 
-_SIGMA = tuple(f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
-_WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
+_SIGMA, _WRENCH = ([parse_heading(text).name for text in own] for own in (SIGMA, WRENCH))
 _OF_TARGET = re.compile(
     r"(target|marker|board|tag|object|camera|cam)\w*[_ .](t?[xyz]|q[wxyz]|r[xyz])\b", re.I
 )
@@ -37,9 +39,7 @@ _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 _NAMED = 5
 """Rows of a kind that are named one by one."""
-STILL = 1e-4
-"""Joints of an arm that stood still differ by no more, as read [rad or m]."""
-MAX_MARKERS = 20
+MAX_MARKERS, MIN_APART = 20, 3e-3
 MIN_SHARE, MIN_SEEN = 0.5, 1.5
 """A reflector is seen at this share of the postures or more, and so many at a posture on the mean."""
 MERGED = ("x", "y", "z", "point", "exclude", "reason")
@@ -117,39 +117,42 @@ def assemble(
 def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:
     """One row a posture with markers m1, m2 … where a file lists several points of a posture in rows.
 
-    A tool with three reflectors is often listed as three rows of equal joints, told apart by `point`. Sockets
-    have the same column, but each its own postures.
+    A tool with three reflectors is often listed as three rows of equal joints, or with joints in the first
+    alone, told apart by `point` or another column of names. Sockets have each their own postures.
     """
     held = set(fields.values)
-    if not set(MERGED[:4]) <= held or held & (ORIENTED | {"m1x"}) or fields.rotation is not None:
+    labels = [fields.values["point"]] if "point" in held else fields.unread.values()
+    labels = [cells for cells in labels if 1 < len(set(cells)) <= MAX_MARKERS]
+    if not labels or not set("xyz") <= held or held & (ORIENTED | {"m1x"}) or fields.rotation is not None:
         return fields
-    names = [str(name).strip() for name in fields.values["point"]]
-    sessions = fields.values.get("session", np.zeros(fields.rows))
-    groups, seen = list[list[int]](), set[str]()
-    for row in np.flatnonzero(~excluded).tolist():  # one after another with the same joints, every name once
-        last = groups[-1][0] if groups else row
-        still = np.abs(q[row] - q[last]).max() <= STILL and sessions[row] == sessions[last]
-        if not groups or not still or names[row] in seen:
-            groups.append([])
-            seen = set()
-        groups[-1].append(row)
-        seen.add(names[row])
-    found = [names[row] for group in groups for row in group]
-    markers = list(dict.fromkeys(found))
-    fewest = min(map(found.count, markers[: MAX_MARKERS + 1]), default=0)
-    is_seen = fewest >= MIN_SHARE * len(groups) and len(found) >= MIN_SEEN * len(groups)
-    if not groups or "" in markers or len(markers) > MAX_MARKERS or not is_seen:
-        return fields
-    xyz = np.stack([fields.values[axis] for axis in "xyz"], axis=1)
-    places = np.full((len(groups), len(markers), 3), np.nan)
-    for posture, group in zip(places, groups, strict=True):
-        posture[[markers.index(names[row]) for row in group]] = xyz[group]
-    taken = fields.take(np.array([group[0] for group in groups]))
-    values = {key: values for key, values in taken.values.items() if key not in MERGED}
-    values |= {f"m{m + 1}{a}": places[:, m, i] for m in range(len(markers)) for i, a in enumerate("xyz")}
-    what = f"{plural(len(found), 'row')} at {plural(len(groups), 'posture')}"
-    note = f"{listed(markers)} are markers of one tool: {what}"
-    return replace(taken, values=values, notes=(*taken.notes, note))
+    xyz, known = np.stack([fields.values[axis] for axis in "xyz"], axis=1), ~np.isnan(q).all(1)
+    filled = q[np.maximum.accumulate(np.where(known, np.arange(fields.rows), 0))]
+    posture = postures(np.nan_to_num(filled))
+    place = [*zip(fields.values.get("session", posture), posture, strict=True)]
+    for cells in labels:
+        seen, visits = Counter[tuple](), defaultdict[tuple, list[int]](list)
+        names = [str(name).strip() for name in cells]
+        for row in np.flatnonzero(~excluded).tolist():  # every name once a visit
+            visits[*place[row], seen[*place[row], names[row]]].append(row)
+            seen[*place[row], names[row]] += 1
+        found = [names[row] for visit in visits.values() for row in visit]
+        markers, fewest = list(dict.fromkeys(found)), min(Counter(found).values(), default=0)
+        is_seen = fewest >= MIN_SHARE * len(visits) and len(found) >= MIN_SEEN * len(visits)
+        if not visits or "" in markers or not is_seen:
+            continue
+        places = np.full((len(visits), len(markers), 3), np.nan)
+        for posture, visit in zip(places, visits.values(), strict=True):
+            posture[[markers.index(names[row]) for row in visit]] = xyz[visit]
+        apart = np.linalg.norm(np.ptp(places, axis=1), axis=1)
+        if "point" not in held and not np.nanmedian(apart) > MIN_APART:  # repeats, counted
+            continue
+        taken = fields.take(np.array([visit[0] for visit in visits.values()]))
+        values = {key: values for key, values in taken.values.items() if key not in MERGED}
+        values |= {f"m{m + 1}{a}": places[:, m, i] for m in range(len(markers)) for i, a in enumerate("xyz")}
+        where = f"{len(found)} rows at {plural(len(visits), 'posture')}"
+        notes = (*taken.notes, f"{listed(markers)} are markers of one tool: {where}")
+        return replace(taken, values=values, notes=notes)
+    return fields
 
 
 def _first(notes: list[str], others: str) -> list[str]:

@@ -5,13 +5,15 @@ import re
 from dataclasses import dataclass, replace
 
 from workbench.base.columns import Per
-from workbench.base.errors import FileError, UnitError, WorkbenchError
+from workbench.base.errors import UnitError, WorkbenchError
 from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
-from workbench.data.known_columns import known_columns
+from workbench.data.observation import known_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.headings import (
+    JOINT,
+    SECOND_RATE,
     is_commanded,
     known_together,
     meaning,
@@ -63,6 +65,12 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     constant = {name: float(cell) for name, cell in once if NUMBER.fullmatch(cell)}
     together = known_together(names, constant)
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
+    held = {quantities_of(c.key) for c in columns if c.key}
+    bare = replace(table, names=tuple(SECOND_RATE.sub("", text) for text in table.names))
+    for i, column in enumerate(columns):
+        key = None if column.key else _column(bare, i, None).key
+        if key and (kind := quantities_of(key)) not in held and (kind == JOINT or not is_commanded(names[i])):
+            columns[i] = replace(_column(bare, i, None), remark=f"'{column.heading}' is read as {key}")
     columns = [_with_unit(column, table, columns) for column in columns]
     of_joints = ["q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)]
     from_zero = {name for name in of_joints if any(c.key == f"{name}0" for c in columns)}
@@ -76,8 +84,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             text = f"{both} both mean {column.key}: remove or rename one"
-            twice = FileError(text, path=table.source, line=table.heading_line, column=column.heading)
-            columns[i] = replace(column, problem=twice)
+            columns[i] = replace(column, problem=table.error(text, i))
     return tuple(columns)
 
 
@@ -88,6 +95,8 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     if name == IGNORED:
         return column
     key = key or meaning(name)
+    if key in ("u", "v") and unit not in (None, "px"):  # an angle of a theodolite, not a pixel
+        return column
     if key is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
         name, unit = split
         key, remark = meaning(name), f"the unit of '{text}' is taken from its name"
@@ -120,26 +129,20 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
             f"give columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
         )
         message = (
-            f"{place(table, column.heading)}: the unit is missing: write '{column.heading}[{first}]' in the "
-            f"header ({wanted}, whichever applies), or {elsewhere}"
+            f"the unit is missing: write '{column.heading}[{first}]' in the header ({wanted}, whichever "
+            f"applies), or {elsewhere}"
         )
-        missing = UnitError(message, unit="")
+        missing = UnitError(str(table.error(message, column.index)), unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)
         return replace(column, unit=first, conversion=conversion(first, *quantities), missing_unit=missing)
     try:
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
-        problem = UnitError(f"{place(table, column.heading)}: {error}", unit=column.unit or "")
+        problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
     return replace(column, conversion=found, remark="; ".join(remarks))
-
-
-def place(table: Table, heading: str) -> str:
-    """'file, line 1, column 'q1'', as `FileError` words it."""
-    line = f", line {table.heading_line}" if table.heading_line else ""
-    return f"{table.source}{line}, column '{heading}'"
 
 
 def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:

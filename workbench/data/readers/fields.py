@@ -13,8 +13,10 @@ from workbench.base.wording import of_cell
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
 
-MISSING = re.compile(r"[\W_]*|nan|#?n/?a|null|none|missing|fehlt|invalid", re.IGNORECASE)
-"""Cells without a value: blank, of signs alone, or words that say so."""
+MISSING = re.compile(
+    r"[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]|null|none|missing|fehlt|k\. ?a\.|invalid", re.IGNORECASE
+)
+"""Cells without a value: blank, of signs alone, words that say so, or errors of a spreadsheet."""
 MAX_NUMBER = 1e50
 """Larger numbers are no measurements, and their squares no numbers."""
 BASE, MEASURING = "robot-base", "measuring"

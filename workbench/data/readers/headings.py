@@ -7,41 +7,43 @@ else; commanded values are never taken for measured ones.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from itertools import product
 
 from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
-from workbench.data.known_columns import known_columns
+from workbench.data.observation import known_columns
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-_JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
-_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节"
-_JOINT_TEXT += "|rax|field_position|joint_states_position"
-_ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
-_MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert|tracker|leica|lt|faro|mocap"
-_COMMANDED = re.compile(
-    r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
+_JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint(?:_states?)?_pos(?:ition)?|angle"
+_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|rax|field_position"
+_ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
+_MEASURED = "pos|position|p|measured|measurement|meas|actual|act|ist|mess|messwert|trans"
+_MEASURED += "|tracker|leica|lt|faro|mocap"
+_COMMAND = "goal|target|cmd|command|commanded|desired|nominal|nom|soll|setpoint|ref|reference"
+_COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
+_AROUND = re.compile(rf"^(?:(?:{_MEASURED})_)+|(?:_(?:{_MEASURED}))+$")
+"""What may stand before and behind a name of what was measured."""
+SECOND_RATE = re.compile(
+    rf"^(?:tcp|{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:tcp|{_COMMAND})(?=\s*(?:[\[(]|$))", re.I
 )
+"""What stands with columns that count where none are better: joints as commanded, poses of the controller."""
 
 # (pattern of the normalised name, key). {0}, {1} are the pattern's groups.
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern.replace(r"\d+", r"\d{1,9}"), re.ASCII), key)
     for pattern, key in (
-        (rf"(?:joint_states?_)?(?:{_JOINT_TEXT})_?(\d+)(?:_position)?|joint_a(\d+)", "q{0}"),
+        (rf"(?:{_JOINT_TEXT})_?(\d+)(?:pos(?:ition)?)?|joint_a(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
-        (rf"m?([xyz])_coord(?:inate)?|(?:(?:{_MEASURED})_|t|p)?([xyz])", "{0}"),
+        (r"m?([xyz])_coord(?:inate)?|[tp]?([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
-        (r"([xyz])_(?:pos|position|measured|meas|actual|ist)", "{0}"),
-        (r"(roll|pitch|yaw)(?:_?(?:winkel|angle))?", "{0}"),
-        (r"nick(?:winkel)?", "pitch"),
-        (r"gier(?:winkel)?", "yaw"),
-        (r"rollwinkel", "roll"),
+        (r"(roll|pitch|yaw|nick|gier)(?:_?(?:winkel|angle))?", "{0}"),
         (r"zxz_(phi|theta|psi)", "zxz_{0}"),
         (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
         (r"(?:r|(?:rotvec|rotation_vector|rv)_?)([xyz])", "r{0}"),
@@ -53,8 +55,11 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(force|moment)_([xyz])", "{0}_{1}"),
     )
 )
-_UR = {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end in ("", "_joint")}
+_UR = {name: f"q{i}" for i, name in enumerate(_UR_JOINTS, 1)}
+_LOGGED = re.compile(r"^(\w+_)?joint(_states?|_positions?|s)_|(_joint)?(_pos(ition)?)?$")
+"""What logs have around a joint's name."""
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
+_ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
@@ -65,20 +70,25 @@ _NUMBERED += [[str(k) for k in range(first, first + 16)] for first in (0, 1)]
 _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("w", "p", "r"), ("roll", "pitch", "yaw")),
     (("a", "b", "c"), ("yaw", "pitch", "roll")),
+    (("s", "l", "u", "r", "b", "t"), [f"q{i}" for i in range(1, 7)]),
+    ([f"rot_q{i}" for i in range(1, 5)], ("qw", "qx", "qy", "qz")),
+    (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz")),
     (("base", "shoulder", "elbow", "wrist_1", "wrist_2", "wrist_3"), [f"q{i}" for i in range(1, 7)]),
     (("base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"), [f"q{i}" for i in range(1, 7)]),
     ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
 )
-"""Headings that mean something together: angles of Fanuc and KUKA, joints of UR, axes of a tool."""
-_UNIT_ENDINGS = (
-    *("mm", "cm", "um", "µm", "m", "in", "deg", "°", "rad", "mrad"),
-    *("degC", "°C", "K", "s", "ms", "kg", "Nm"),
-)
+"""Headings that mean something together: angles, joints, quaternions and axes of several makers."""
+_UNIT_ENDING = re.compile(r"(.+?)[_ ](mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)")
 
 
 def normalised(name: str) -> str:
     """Lower case, with one underscore for blanks, hyphens and dots: 'Achse 1' gives 'achse_1'."""
-    return re.sub(r"[\s\-./_]+", "_", name.strip().lower()).strip("_")
+    return re.sub(r"[\s\-./_()]+", "_", name.strip().lower()).strip("_")
+
+
+def joint_name(name: str) -> str:
+    """A joint's name as it is compared: 'shoulder' and '/joint_states/shoulder_joint/position' are one."""
+    return _LOGGED.sub("", normalised(name))
 
 
 def meaning(name: str) -> str | None:
@@ -90,8 +100,8 @@ def meaning(name: str) -> str | None:
 def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
     plain = normalised(name)
     if name.strip() != "T":  # T may be time, temperature or torque
-        if plain in _UR:
-            return _UR[plain]
+        if (named := _UR.get(joint_name(plain))) is not None:
+            return named
         numbered = re.fullmatch(r"(.+?)_?(\d{1,9})", plain, re.ASCII)
         for column in table:
             names = (column.name, *column.also)
@@ -99,8 +109,9 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
                 return column.name
             if column.per is Per.JOINT and numbered is not None and numbered[1] in names:
                 return column.name + (numbered[2].lstrip("0") or "0")
-    for pattern, template in _PATTERNS:
-        if match := pattern.fullmatch(plain):
+    names = (plain, _AROUND.sub("", plain), joint_name(plain))
+    for (pattern, template), own in product(_PATTERNS, names):
+        if match := pattern.fullmatch(own):
             groups = (group.lstrip("0") or "0" for group in match.groups() if group is not None)
             return _ANGLES.get(key := template.format(*groups), key)
     return None
@@ -110,7 +121,7 @@ def known_together(names: Iterable[str], constant: Mapping[str, float]) -> dict[
     """Keys of normalised names that mean something only together; `constant`: values that all rows have."""
     there, found = set(names), dict[str, str]()
     for group, keys in (*_TOGETHER, *_poses(there, constant)):
-        if there.issuperset(group) and not there & set(keys):
+        if there.issuperset(group) and not (there - set(group)) & set(keys):
             found |= zip(group, keys, strict=True)
     quaternion = ("q1", "q2", "q3", "q4")
     has_joints = any(meaning(name) in ("q5", "q6") for name in there)
@@ -170,15 +181,10 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
 
 def split_ending(name: str) -> tuple[str, str] | None:
     """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
-    for ending in _UNIT_ENDINGS:
-        if match := re.fullmatch(rf"(.+?)[_ ]{re.escape(ending)}", name):
-            key = meaning(match[1])
-            if key is not None and (quantities := quantities_of(key)):
-                try:
-                    conversion(ending, *quantities)
-                except UnitError:
-                    continue
-                return match[1], ending
+    if (match := _UNIT_ENDING.fullmatch(name)) and (key := meaning(match[1])):
+        with suppress(UnitError):
+            conversion(match[2], *quantities_of(key) or (Quantity.NUMBER,))
+            return match[1], match[2]
     return None
 
 

@@ -18,7 +18,7 @@ import tomli_w
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.units import EXAMPLES, Quantity, parse_heading
-from workbench.data.known_columns import known_columns
+from workbench.data.observation import known_columns
 from workbench.data.readers.columns_option import GROUPS, IGNORED, NamedUnit, Naming, Pair
 from workbench.data.readers.headings import meaning, quantities_of
 from workbench.data.readers.preview import Preview, PreviewColumn

@@ -67,28 +67,24 @@ def preview(
         return Preview(path=str(path), problems=(str(error),))
     understood = () if table is None else interpret_columns(table)
     shown = () if table is None else tuple(_shown(column, table) for column in understood)
-    keys, dataset, found = [column.key for column in understood if column.key is not None], None, list[str]()
+    found, dataset = list[str](), None
     if fields is not None:
-        units = {
-            k: "rad" if k[:6] == "orient" else next(map(str, quantities_of(k)), None)
-            for k in (*fields.values, *fields.headings)
+        si = {
+            k: "rad" if k[:6] == "orient" else next(map(str, quantities_of(k)), None) for k in fields.values
         }
-        by_layout = tuple(
-            PreviewColumn(fields.headings.get(k, k), k, fields.units.get(k), si) for k, si in units.items()
-        )
-        read = fields.headings.values()
-        shown = by_layout + tuple(c for c in shown if c.key is None and c.heading not in read)
+        read = fields.headings
+        by_layout = (PreviewColumn(read.get(k, k), k, fields.units.get(k), si.get(k)) for k in {**si, **read})
+        shown = (*by_layout, *(c for c in shown if c.key is None and c.heading not in read.values()))
     else:
         found = [str(problem) for problem in problems(understood, units_from_rows=True)]
     try:
         if fields is None and table is not None and not found:
             fields = convert(table, understood)
-        if fields is not None:
-            keys = list(fields.values)
-            dataset = assemble(fields, joints=joints, base=base)
+        dataset = None if fields is None else assemble(fields, joints=joints, base=base)
     except WorkbenchError as error:
         found = [str(error)]
     known = dataset if dataset is not None else fields
+    keys = [column.key or "" for column in understood] if fields is None else fields.values
     return Preview(
         path=str(path),
         columns=shown,

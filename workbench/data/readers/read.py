@@ -20,7 +20,7 @@ from workbench.data.readers.columns_option import Joints, Naming, headings_in_or
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
-from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
+from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout
 from workbench.data.readers.table import Grid, Table, only_table, with_headings, with_names
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet, sheets_apart
@@ -172,13 +172,8 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
         return read_excel(data, path, sheet=sheet)
     if sheet is not None:
         raise _no_workbook(path, sheet)
-    readers = {
-        FileKind.PARQUET: read_parquet,
-        FileKind.NPZ: read_npz,
-        FileKind.JSON: read_json,
-        FileKind.TEXT: read_text,
-    }
-    return readers[kind](data, path)
+    readers = {FileKind.PARQUET: read_parquet, FileKind.NPZ: read_npz, FileKind.JSON: read_json}
+    return readers.get(kind, read_text)(data, path)
 
 
 def _no_workbook(path: Path, sheet: str) -> OptionError:

@@ -6,9 +6,9 @@ says goes before all of these.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import accumulate, groupby, pairwise
 from typing import NamedTuple
 
 from workbench.base.errors import FileError, OptionError
@@ -16,7 +16,7 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import IGNORED, Joints, Naming, with_unit
-from workbench.data.readers.headings import meaning, meaning_of, normalised
+from workbench.data.readers.headings import SECOND_RATE, joint_name, meaning, meaning_of
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
@@ -72,13 +72,9 @@ class Table:
         """Number of data rows."""
         return len(self.lines)
 
-    def cells(self, heading: str) -> tuple[str, ...]:
-        """Of the first column with a heading of the file."""
-        return self.columns[self.headings.index(heading)]
-
     def error(self, message: str, index: int | None = None, row: int | None = None) -> FileError:
-        """An error that names the file, the column at an index, and the line of a data row."""
-        line = None if row is None else self.lines[row]
+        """An error that names the file, the column at an index, and the line of a data row or its heading."""
+        line = self.lines[row] if row is not None else None if index is None else self.heading_line
         column = None if index is None else self.headings[index]
         return FileError(message, path=self.source, line=line, column=column)
 
@@ -105,10 +101,10 @@ def with_points(grid: Grid) -> Grid:
 
 
 class _Part(NamedTuple):
-    """A table in a grid: row of its headings and end of its rows; known columns, and whether joints are."""
+    """A table in a grid: rows of its title and of its headings; known columns, and whether joints are."""
 
+    begin: int
     start: int
-    end: int
     known: int
     has_joints: bool
 
@@ -125,15 +121,16 @@ def only_table(grid: Grid) -> Grid:
         return grid
     heading = grid.rows[meant[0].start]
     if len(parts) == len(meant) and all(grid.rows[part.start] == heading for part in meant):
-        again = {part.start for part in meant[1:]}
+        again = {row for part in meant[1:] for row in range(part.begin, part.start + 1)}
         kept = [pair for k, pair in enumerate(zip(grid.rows, grid.lines, strict=True)) if k not in again]
         every, at = map(list, zip(*kept, strict=True))
         return replace(grid, rows=every, lines=at, notes=(*grid.notes, "repeated headings are skipped"))
-    lines = [f"lines {grid.lines[part.start]}–{grid.lines[part.end - 1]}" for part in meant]
+    ends = dict(pairwise([*(part.begin for part in parts), len(grid.rows)]))
+    lines = [f"lines {grid.lines[part.start]}–{grid.lines[ends[part.begin] - 1]}" for part in meant]
     if len(meant) > 1:
         raise grid.error(f"holds several tables ({', '.join(lines)}); keep one of them")
     note = f"of {len(parts)} tables the one in {lines[0]} is read"
-    rows = slice(meant[0].start, meant[0].end)
+    rows = slice(meant[0].start, ends[meant[0].begin])
     return replace(grid, rows=grid.rows[rows], lines=grid.lines[rows], notes=(*grid.notes, note))
 
 
@@ -150,9 +147,7 @@ def _parts(grid: Grid) -> list[_Part]:
                 width = len(below)
                 bare = [meaning(parse_heading(cell).name) or "" for cell in names]
                 joints = any(re.fullmatch(r"q\d+", key) for key in bare)
-                found.append(_Part(row + cells.index(names), len(grid.rows), len(known), joints))
-                if len(found) > 1:
-                    found[-2] = found[-2]._replace(end=row)
+                found.append(_Part(row, row + cells.index(names), len(known), joints))
         row += len(cells)
     return found
 
@@ -180,8 +175,10 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
             0,
         )
     said = _said(grid, start, naming, joints)
-    head = max(range(start), key=lambda i: (_known(grid.rows[i], said), i))
-    if not _known(grid.rows[head], said):
+    keys = [[said.get(c, meaning_of(SECOND_RATE.sub("", c))) for c in row if c] for row in grid.rows[:start]]
+    known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
+    head = max(range(start), key=lambda i: (known[i], i))
+    if not known[head]:
         if start == len(grid.rows) > 1:
             raise grid.error("it has no row of numbers: this is not a table of measurements")
         raise grid.error(
@@ -190,6 +187,10 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
             head,
         )
     headings = list(grid.rows[head])
+    if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
+        groups = accumulate(_padded(grid.rows[head - 1], len(headings)), lambda left, cell: cell or left)
+        pairs = zip(headings, groups, strict=False)
+        headings = [f"{g} {h}" if h and headings.count(h) > 1 else h for h, g in pairs]
     while headings and not headings[-1]:
         headings.pop()
     body, units, notes = head + 1, [""] * len(headings), list[str]()
@@ -222,8 +223,8 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     cells = [cell for row in grid.rows[:start] for cell in row if cell]
     if naming is None:
         names = [] if joints is None or isinstance(joints, int) else joints
-        places = {_joint_name(parse_heading(cell).name): cell for cell in cells}
-        called = [cell for name in names if (cell := places.get(_joint_name(name))) is not None]
+        places = {joint_name(parse_heading(cell).name): cell for cell in cells}
+        called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
         if len(set(called)) < len(names):  # some of the robot's joints are called otherwise
             return {}
         return {c: _with_unit(f"q{k}", parse_heading(c).unit or "") for k, c in enumerate(called, 1)}
@@ -243,11 +244,6 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
     return said | dict.fromkeys(left, IGNORED)
-
-
-def _joint_name(name: str) -> str:
-    """A joint's name as it is compared: 'shoulder' and '/joint_states/shoulder_joint/position' are one."""
-    return re.sub(r"^joint_states?_|(_joint)?(_position|_pos)?$", "", normalised(name))
 
 
 def _with_unit(name: str, unit: str) -> str:
@@ -292,11 +288,6 @@ def _first_data_row(rows: list[list[str]]) -> int:
         if numbers and 2 * numbers >= len(filled):
             return i
     return len(rows)
-
-
-def _known(row: Sequence[str], said: Mapping[str, str]) -> int:
-    """How many cells are headings that we or the caller know."""
-    return sum(bool(cell) and said.get(cell, meaning_of(cell)) not in (None, IGNORED) for cell in row)
 
 
 def _bare_unit(cell: str) -> str:

@@ -18,6 +18,7 @@ _ENCODINGS = (
     (b"", "cp1252"),
 )
 """Byte order mark and name of each, in the order in which they are tried."""
+COMMENTS = ("#", "% ", "//")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks"}
 """What may part the fields, and what it is called."""
 _SAMPLE = 200
@@ -30,9 +31,9 @@ def read_text(data: bytes, path: Path) -> Grid:
     lines, numbers, comments = list[str](), list[int](), list[str]()
     for number, line in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
         bare = line.strip(" \ufeff\x1a")
-        if bare.startswith(("#", "% ")) and not lines:
-            comments.append(bare.lstrip("#% "))
-        elif bare.strip() and not bare.startswith(("#", "% ")):
+        if bare.startswith(COMMENTS) and not lines:
+            comments.append(bare.lstrip("#%/ "))
+        elif bare.strip() and not bare.startswith(COMMENTS):
             lines.append(line)
             numbers.append(number)
     if not lines:

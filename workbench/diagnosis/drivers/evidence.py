@@ -379,7 +379,7 @@ class DriverEvidence:
 
         def size(terms: Model) -> float:
             mine = self.grams.columns([n for t in terms for n in t.candidate.names])
-            return float(solution[mine] @ left.inner[np.ix_(mine, mine)] @ solution[mine])
+            return float(solution[mine] @ left.inner(mine) @ solution[mine])
 
         return size(more) / max(size(law) + size(more), 1e-300)
 

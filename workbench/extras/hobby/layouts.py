@@ -15,7 +15,7 @@ import numpy as np
 from workbench.base.units import parse_heading
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import Fields, fields_of, to_numbers
-from workbench.data.readers.layouts.layout import AbstractTableLayout
+from workbench.data.readers.layouts import AbstractTableLayout
 from workbench.data.readers.table import Table
 
 GRIPPER = "gripper"

@@ -18,15 +18,15 @@ from jaxtyping import Float, Int
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool
+from workbench.base.progress import check_cancelled
 from workbench.identification.meaning.bounds import WEIGHT
 from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import flange_poses
 
 REFINED = 4
 """Starts of each choice of signs that are refined."""
-QUARTERED = 6
-"""Joints up to which every quarter turn is tried."""
-QUARTERS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+QUARTERED, QUARTERS = 6, (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+"""Joints up to which every quarter turn is tried, and these [rad]."""
 SERVO_ERRORS = (0.05, float(np.deg2rad(6.0)))
 """Root mean square that servo arms leave: position, as a share of the arm's length, and angle [rad]."""
 
@@ -86,9 +86,8 @@ def _of_order(
     q, n = motors[:, order], bare.dof
     begun = [_begin(bare, q, poses, signs, turns) for signs in product((1.0, -1.0), repeat=n)]
     signs, offsets = (np.concatenate(parts) for parts in zip(*begun, strict=True))
-    joints = signs[:, None] * q + offsets[:, None]
-    seen = np.broadcast_to(poses, (len(joints), *poses.shape))
-    at = place(bare, joints, seen[..., :3, 3], seen[..., :3, :3], zeros=range(1, n - 1))
+    q, seen = signs[:, None] * q + offsets[:, None], np.broadcast_to(poses, (len(signs), *poses.shape))
+    at = place(bare, q, seen[..., :3, 3], seen[..., :3, :3], zeros=range(1, n - 1))
     offsets = (offsets + at.zero + np.pi) % (2.0 * np.pi) - np.pi
     size = np.sqrt([(error**2).mean(1) for error in (at.error, at.turn)])
     cost = np.hypot(size[0] / bare.reach, WEIGHT * size[1])
@@ -102,6 +101,7 @@ def _of_order(
 
 def _begin(bare: Robot, q: np.ndarray, poses: np.ndarray, signs: tuple[float, ...], turns: Sequence[float]):
     """The most promising quarter turns of one choice of signs."""
+    check_cancelled()
     offsets = np.array([(0.0, *o, 0.0) for o in product(turns, repeat=bare.dof - 2)])
     tool = flange_poses(bare, np.array(signs) * q + offsets[:, None])
     base, end = base_and_tool(tool, poses)

@@ -15,7 +15,7 @@ from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
-from workbench.data.readers.layouts.layout import AbstractFileLayout
+from workbench.data.readers.layouts import AbstractFileLayout
 from workbench.data.readers.table import Grid, grid_of, with_headings
 
 BY_JOINT = ("q", "torque", "direction")

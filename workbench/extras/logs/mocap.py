@@ -22,7 +22,7 @@ from workbench.base.units import Quantity, to_si
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.layouts.layout import AbstractFileLayout
+from workbench.data.readers.layouts import AbstractFileLayout
 from workbench.data.readers.text import decode
 from workbench.extras.logs.recording import Logged
 

@@ -15,7 +15,7 @@ from workbench.base.errors import FileError
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, to_numbers
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.layouts.layout import AbstractFileLayout
+from workbench.data.readers.layouts import AbstractFileLayout
 from workbench.data.readers.table import Table, with_names
 from workbench.data.readers.text import read_text
 

@@ -22,7 +22,7 @@ from workbench.data.binary_tables import read_in_child
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning
-from workbench.data.readers.layouts.layout import AbstractFileLayout
+from workbench.data.readers.layouts import AbstractFileLayout
 from workbench.extras.logs.recording import Logged, chosen
 from workbench.extras.logs.standstills import join_by_time
 

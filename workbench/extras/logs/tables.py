@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench.base.units import Quantity, to_si
 from workbench.data.readers.fields import Fields, to_numbers
-from workbench.data.readers.layouts.layout import AbstractTableLayout, named
+from workbench.data.readers.layouts import AbstractTableLayout, named
 from workbench.data.readers.table import Table
 
 
@@ -96,7 +96,7 @@ class IpaGrid(AbstractTableLayout):
             "the goal columns are commanded, not measured; equal goal positions make a group",
             "time counts from the first row",
         )
-        stamps, *goals = (table.cells(heading) for heading in ("Timestamp", *self.goals))
+        stamps, *goals = (table.columns[table.headings.index(h)] for h in ("Timestamp", *self.goals))
         places = list(zip(*goals, strict=True))
         numbers = {goal: str(k) for k, goal in enumerate(dict.fromkeys(places))}
         added = {"time": _seconds(table, stamps), "group": np.array([numbers[goal] for goal in places], str)}

@@ -153,14 +153,14 @@ def dxf_of(document: Any) -> bytes:
     return buffer.getvalue().encode()
 
 
-def figure_of(document: Any) -> Any:
-    """The page on A3 as a figure of matplotlib, by ezdxf's drawing add-on."""
+def pdf_of(document: Any) -> bytes:
+    """The page on A3, by ezdxf's drawing add-on on matplotlib."""
     from ezdxf.addons.drawing import Frontend, RenderContext
     from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration, TextPolicy
     from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(16.54, 11.69))
+    figure, buffer = Figure(figsize=(16.54, 11.69)), io.BytesIO()
     backend = MatplotlibBackend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)
     paper = Configuration(
         background_policy=BackgroundPolicy.WHITE,
@@ -168,10 +168,5 @@ def figure_of(document: Any) -> Any:
         text_policy=TextPolicy.OUTLINE,
     )
     Frontend(RenderContext(document), backend, config=paper).draw_layout(document.modelspace())
-    return figure
-
-
-def pdf_of(document: Any) -> bytes:
-    buffer = io.BytesIO()
-    figure_of(document).savefig(buffer, format="pdf", metadata={"CreationDate": None})
+    figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
     return buffer.getvalue()

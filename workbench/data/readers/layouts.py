@@ -8,7 +8,12 @@ from typing import ClassVar
 
 from workbench.data.readers.columns_option import IGNORED, Naming
 from workbench.data.readers.fields import Fields, fields_of
+from workbench.data.readers.file_kind import TABLE_ENDINGS
 from workbench.data.readers.table import Table
+from workbench.parts import parts
+
+PLAIN = "plain"
+"""The layout of formats.md, for tables that would else be taken for one of the others."""
 
 
 class AbstractTableLayout(ABC):
@@ -55,3 +60,20 @@ def named(table: Table, names: Mapping[str, str], *notes: str) -> Fields:
     ours = tuple(names.get(heading, IGNORED) for heading in table.headings)
     fields = fields_of(replace(table, names=ours))
     return replace(fields, notes=(*table.notes, *notes))
+
+
+def layouts() -> tuple[list[AbstractTableLayout], list[AbstractFileLayout]]:
+    """Layouts of tables, and of whole files and folders, each in the order in which they are tried."""
+    every = parts("layouts", (AbstractTableLayout, AbstractFileLayout))
+    tables = [known for known in every if isinstance(known, AbstractTableLayout)]
+    return tables, [known for known in every if isinstance(known, AbstractFileLayout)]
+
+
+def layout_names() -> tuple[str, ...]:
+    """What may be asked for by name."""
+    return (PLAIN, *(known.name for known in parts("layouts", (AbstractTableLayout, AbstractFileLayout))))
+
+
+def file_endings() -> tuple[str, ...]:
+    """Of the names of all files that are read, in lower case."""
+    return tuple(dict.fromkeys([*TABLE_ENDINGS, *(e for known in layouts()[1] for e in known.endings)]))
