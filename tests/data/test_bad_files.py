@@ -62,6 +62,8 @@ def test_unreadable_options(file):
         (b"%PDF-1.7\n1 0 obj", "PDF"),
         (zipped(("a.txt", "hello")), "zip"),
         (b"\x1f\x8b\x08" + bytes(9), "gzip"),
+        (b"%YAML:1.0\n---\nA: !!opencv-matrix\n", "handeye"),
+        (zipped(("mimetype", "application/vnd.oasis.opendocument.spreadsheet")), "OpenDocument"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", ".xlsx"),
         (b"\x89HDF\r\n\x1a\n" + bytes(9), "-v7"),
         (b"MATLAB 7.3 MAT-file" + bytes(200), "-v7"),

@@ -107,9 +107,8 @@ def test_rows_tell_the_units(form, measured, tmp_path):
 def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     q, t = measured
     xyz, quat = t[:, :3, 3], Rotation.from_matrix(t[:, :3, :3]).as_quat()
-    rows = [
-        {"q": a, "xyz": p, "quat": o} for a, p, o in zip(q.tolist(), xyz.tolist(), quat.tolist(), strict=True)
-    ]
+    each = [*zip(q.tolist(), xyz.tolist(), quat.tolist(), strict=True)]
+    rows = [{"q": a, "xyz": p, "quat": o} for a, p, o in each]
     path = tmp_path / f"rows.{'npz' if form[:3] == 'npz' else 'json'}"
     if form[:3] == "npz":
         columns = (q, t) if form == "npz" else (q.T, np.moveaxis(t, 0, 2))
@@ -117,9 +116,7 @@ def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     else:
         columns = {"joints": q.tolist(), "position": xyz.tolist(), "orientation": quat.tolist()}
         lines = "\n".join(map(json.dumps, rows))
-        poses = [
-            {"joints_rad": r["q"], "pose": {"position": r["xyz"], "orientation": r["quat"]}} for r in rows
-        ]
+        poses = [{"joints_rad": a, "pose": {"position": p, "orientation": o}} for a, p, o in each]
         forms = {"rows": rows, "columns": columns, "objects": {"robot": "ur5e", "samples": poses}}
         path.write_text(lines if form == "lines" else json.dumps(forms[form]))
     errors = identify("ur5e", path).best.held_out

@@ -81,7 +81,7 @@ class Grams:
     @cached_property
     def total(self) -> Float[np.ndarray, "gc1 gc1"]:
         """Over all rows."""
-        return self.folds.sum(0)
+        return self.folds.sum(0) if len(self.folds) > 1 else self.folds[0]
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -213,13 +213,15 @@ def compress(
             columns.add_inner(fold[rows] == f, sums[f])
         if pieces is not None:
             for piece, mine in _together(pieces[rows]):
-                history[piece] += columns.products(mine, np.flatnonzero(alone >= size))
+                some = columns.some(mine)
+                history[piece] += some[:, np.flatnonzero(alone >= size)].T @ some
     given = np.argsort(order)
     history, sums = history[:, :, given], sums[:, given[:size, None], given[:size]]
-    length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[ahead:-1]
+    length = np.sqrt(np.maximum(np.diagonal(sums, axis1=1, axis2=2).sum(0), 0.0))[ahead:-1]
     scale = np.where(length > MIN_COLUMN_LENGTH, length, 1.0)
     by = np.concatenate([np.ones(ahead), scale, np.ones(1 + extra)])
-    sums /= np.outer(by[:size], by[:size])
+    sums /= by[:size, None]
+    sums /= by[:size]
     history /= by
     inertia = coefficients.inertia
     tolerances = [problem.inertia_tolerance[p.name] for p in problem.parameters if p.is_inertia]
