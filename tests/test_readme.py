@@ -18,12 +18,6 @@ def block(mark):
     return unbroken(next(found[1] for text in (README, *PAGES) if (found := pattern.search(text))))
 
 
-def run_python(code, folder, monkeypatch):
-    """Python code as it is shown, in a folder."""
-    monkeypatch.chdir(folder)
-    exec(compile(code, "README", "exec"), {})
-
-
 def test_the_commands(run, tmp_path):
     lines = [line for line in block("try").splitlines() if line.startswith("workbench ")]
     assert len(lines) == 6
@@ -53,7 +47,8 @@ def test_the_python(tmp_path, monkeypatch, capsys):
     """With what the install above it brings: neither pandas nor polars."""
     for name in ("pandas", "polars"):
         monkeypatch.setitem(sys.modules, name, None)
-    run_python(block("python"), tmp_path, monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block("python"), "README", "exec"), {})
     lines = capsys.readouterr().out.splitlines()
     held_out = [line.split() for line in lines if line.strip().startswith("held out")]
     nominal, calibrated = [float(parts[2]) for parts in held_out]

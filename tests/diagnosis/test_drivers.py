@@ -99,7 +99,15 @@ def met(kind, seed):
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed"), [("settling", 0), ("bent-link", 1), ("warming", 0), slow("without-clearance", 0)]
+    ("kind", "seed"),
+    [
+        ("settling", 0),
+        slow("bent-link", 1),
+        ("warming", 0),
+        ("without-zero-step", 13),
+        ("without-backlash-load", 14),
+        slow("without-clearance", 0),
+    ],
 )
 def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed):
     found = met(kind, seed)

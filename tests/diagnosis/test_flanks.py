@@ -13,10 +13,11 @@ from problems import geometric
 from scipy import stats
 from slow import slow
 
+from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
-from workbench.diagnosis.search.backlash_flanks import Propagated, open_flanks
+from workbench.diagnosis.search.backlash_flanks import UNCERTAIN, Propagated, open_flanks
 from workbench.diagnosis.search.candidates import catalogue
 from workbench.diagnosis.search.evidence import Term
 from workbench.diagnosis.search.refit import refit
@@ -95,11 +96,20 @@ def test_flanks_tell_of_masses_that_the_file_has_wrong(kind, arm, seed):
         tool_poses(fit.calibrated.in_session(""), Motion.of(case.exact))[:, :3, 3] - case.exact.position,
         axis=1,
     )
-    state = states_of(case.exact)
-    load = np.abs(straight_moments(case.actual, state)[:, :, 2])
+    load = np.abs(straight_moments(case.actual, states_of(case.exact))[:, :, 2])
     sure = np.all([load[:, j] > 3.0 * up_to for j, (up_to, _) in doubt.items()], axis=0)
     assert sure.mean() > 0.5
     assert error[sure].max() < 5.0 * SIGMA[0]
+
+
+def test_a_joint_without_load_tells_little_of_gravity():
+    """Play of the upright axis beside a soft joint knew gravity's direction to a microradian."""
+    case, _ = loose("aria", 3)
+    leaning = replace(case.robot.mounting, gravity_tolerance=0.02)
+    problem = geometric(replace(case, robot=replace(case.robot, mounting=leaning)))
+    effects = EFFECTS["backlash"]((0,)), EFFECTS["joint-compliance"]((5,))
+    fit = refit(problem, None, tuple(Term(Candidate(e)) for e in effects)).fit
+    assert fit.problem.named(fit.std)["gravity.x"] > UNCERTAIN * 0.02 / np.sqrt(len(case.data))
 
 
 def test_a_normal_distribution_in_place_of_flanks_is_that_of_quadrature():

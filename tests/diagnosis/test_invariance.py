@@ -49,9 +49,8 @@ def test_another_order_frame_and_units(case, verdict, tmp_path):
         values = getattr(data, name)
         if values is not None:
             heading.append(f"{name}[{unit}]")
-            table = np.column_stack(
-                [table, {"min": values / 60, "K": values + 273.15, "g": 1e3 * values}[unit]]
-            )
+            scaled = {"min": values / 60, "K": values + 273.15, "g": 1e3 * values}[unit]
+            table = np.column_stack([table, scaled])
     heading += [f"direction{i + 1}" for i in range(data.joints)]
     table = np.hstack([table, data.direction])
     np.savetxt(file, table, delimiter=",", header=",".join(heading), comments="", fmt="%.17g")

@@ -32,13 +32,3 @@ def test_sessions_with_frames_of_their_own():
     assert found.measure_next.shape == (5, 6)
     assert (found.measure_next >= data.q.min(0)).all()
     assert (found.measure_next <= data.q.max(0)).all()
-
-
-@pytest.fixture(scope="module")
-def case():
-    return make("compliance", TUNING[2], "aria")
-
-
-@pytest.fixture(scope="module")
-def whole(case):
-    return diagnose(case.robot, case.data)

@@ -37,7 +37,7 @@ def offered(case):
     grams = compress(stage.problem, stage.fit.x, [c.effect for c in candidates], FOLD)
     model = ()
     for c in candidates:
-        found = offer(left_by(grams, model, c.names), c)
+        found = offer(left_by(grams, model), c)
         model = (*model, Term(c, 1.0) if found is None else found.term)
     return stage, grams, model
 

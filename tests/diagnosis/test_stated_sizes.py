@@ -41,14 +41,12 @@ def measured():
 def fitted(rows, shared, own):
     rng = np.random.default_rng(2)
     place = np.arange(len(rows)) // REPEATS
-    error = shared * rng.standard_normal((place.max() + 1, 3))[place] + own * rng.standard_normal(
-        (len(rows), 3)
-    )
+    error = shared * rng.standard_normal((place.max() + 1, 3))[place]
+    error += own * rng.standard_normal((len(rows), 3))
     data = replace(rows, position=rows.position + error, rotation=None, sigma=None, row=np.arange(len(rows)))
     fit = wb.identify(ARIA, data, held_out=0.0).best.fit
-    return replace(
-        fit, problem=replace(fit.problem, shares=None)
-    )  # rows by themselves, as a diagnosis fits them
+    alone = replace(fit.problem, shares=None)  # rows by themselves, as a diagnosis fits them
+    return replace(fit, problem=alone)
 
 
 def test_standard_errors_count_places_whose_rows_share_an_error(measured):

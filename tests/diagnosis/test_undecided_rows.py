@@ -14,18 +14,16 @@ from workbench.identification.rows.undecided_rows import MAX_BESIDE_STEP, UNDECI
 STEP = 60
 
 
-def stepped(size: float, *, wrong: int = 0):
+def stepped(size: float):
     """An arm whose frame moved along x by a size before the row `STEP`, which the arm's effect puts some rows
     off."""
     case = make("none", 3)
-    before = np.argsort(np.argsort(case.data.time)) < STEP
-    position = case.data.position.copy()
-    position[before, 0] -= size
     order = np.argsort(case.data.time)
-    first = int(order[STEP + wrong])
+    position = case.data.position.copy()
+    position[order[:STEP], 0] -= size
     step = FrameStep(
-        row=int(case.data.row[first]),
-        time_s=float(case.data.time[first]),
+        row=int(case.data.row[order[STEP]]),
+        time_s=float(case.data.time[order[STEP]]),
         is_timed=True,
         coefficients=(size, 0.0, 0.0, 0.0, 0.0, 0.0),
     )

@@ -78,7 +78,7 @@ def test_the_plate_recovers_a_hidden_aria(hidden, algorithm, tmp_path):
     assert held_out_error(found, arm, np.random.default_rng(5)) < bound
 
 
-@pytest.mark.parametrize("name", ["three parallel axes", "katana", "seven"])
+@pytest.mark.parametrize("name", ["three parallel axes", "katana", slow("seven")])
 def test_other_arms_are_recovered_with_unknown_base_and_tool(name, tmp_path):
     nominal = {
         "three parallel axes": generator.three_parallel,

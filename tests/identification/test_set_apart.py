@@ -28,14 +28,10 @@ def wrong(rows, row, off):
     return replace(rows, position=position)
 
 
-def fitted_row(run):
-    return int(run.data.row[run.train_rows[7]])
-
-
 @pytest.mark.parametrize("off", [(0.3, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, -0.002)])
 def test_one_wrong_row_costs_nothing_and_is_named_first(off):
     clean = identify(load_robot("aria"), rows_of(1), algorithms=("opt2",))
-    row = fitted_row(clean)
+    row = int(clean.data.row[clean.train_rows[7]])
     run = identify(load_robot("aria"), wrong(rows_of(1), row, off), algorithms=("opt2",))
     assert run.best.held_out.position_mm.mean < 1.15 * clean.best.held_out.position_mm.mean
     assert [r.row for r in run.outliers] == [row]

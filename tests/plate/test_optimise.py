@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slow import slow
 
 from workbench import (
     Blocks,
@@ -96,6 +97,7 @@ def test_mixed_branches_beat_the_best_mix_of_table_2(aria, goal, table2, mixed):
     assert len(set(mixed.plate.branches)) > 3
 
 
+@pytest.mark.slow
 def test_one_branch_beats_the_best_single_branch_of_table_2_twofold(aria, goal, table2, single):
     q = np.stack([t.q for t in single.plate.targets])
     assert single.cost == pytest.approx(predicted(aria, q, goal))
@@ -103,7 +105,7 @@ def test_one_branch_beats_the_best_single_branch_of_table_2_twofold(aria, goal, 
     assert len(set(single.plate.branches)) == 1
 
 
-@pytest.mark.parametrize("name", ["mixed", "single"])
+@pytest.mark.parametrize("name", ["mixed", slow("single")])
 def test_the_targets_are_reached_where_the_plate_is(name, request, aria):
     design = request.getfixturevalue(name)
     plate = design.plate
@@ -123,7 +125,7 @@ def test_the_targets_are_reached_where_the_plate_is(name, request, aria):
     assert gaps.min() == pytest.approx(design.spacing)
 
 
-@pytest.mark.parametrize("name", ["mixed", "single"])
+@pytest.mark.parametrize("name", ["mixed", slow("single")])
 def test_ten_millimetres_stay_free(name, request, aria):
     """Sampled along the links, against boxes about the blocks and the plate: nothing of the search is used.
 

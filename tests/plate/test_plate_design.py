@@ -96,7 +96,7 @@ def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
 
 
 @pytest.mark.parametrize(
-    "name", [slow(n) if n in ("contacts", "point") else n for n in readings.READINGS if n != "seat"]
+    "name", [slow(n) if n in ("contacts", "point", "socket") else n for n in readings.READINGS if n != "seat"]
 )
 def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
     heights, places = ((0.05, 0.35), 40) if name == "ball-bar" else ((0.04, 0.12), 20)

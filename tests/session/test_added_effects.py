@@ -26,8 +26,7 @@ def the_law_of_the_cause_follows_the_errors(session):
     order = [int(np.flatnonzero(rows.q[:, 0] == value)[0]) for value in q[:, 0]]
     known = np.isfinite(law) & np.isfinite(left[order])
     assert np.corrcoef(law[known], left[order][known])[0, 1] > 0.5
-    _, content = next_poses_csv(session)
-    lines = list(csv.reader(content.decode().splitlines()))
+    lines = list(csv.reader(next_poses_csv(session)[1].decode().splitlines()))
     assert lines[0] == [*(f"q{k}[deg]" for k in range(1, 7)), "tells"]
     written = np.deg2rad(np.array(lines[1:])[:, :6].astype(float))
     assert written == pytest.approx(found.measure_next, abs=1e-5)
@@ -57,19 +56,20 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     assert causes == pytest.approx(judged_errors(session.results.diagnosis.after), rel=1e-9)
     the_law_of_the_cause_follows_the_errors(session)
     run = session.results.identification.runs[session.results.fit]
-    assert (run.calibrated.elements, run.calibrated.effects) == (
-        session.results.diagnosis.robot.elements,
-        session.results.diagnosis.robot.effects,
-    )
+    diagnosed = session.results.diagnosis.robot
+    assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
     expected = evaluate(run.judged, read_measurements(path))
-    shown = session.results.comparison
-    errors = shown.errors[:, 1]
+    errors = rows.errors[:, 1]
     place = {int(number): i for i, number in enumerate(expected.row_numbers)}
-    by_row = expected.rows.position[[place[int(number)] for number in shown.number]]
-    assert len(shown) == len(expected.row_numbers) == 90
+    by_row = expected.rows.position[[place[int(number)] for number in rows.number]]
+    assert len(rows) == len(expected.row_numbers) == 90
     np.testing.assert_allclose(errors, by_row, atol=1e-12)
-    assert 1e3 * errors[shown.held_out].mean() == pytest.approx(run.held_out.position_mm.mean, rel=1e-9)
+    assert 1e3 * errors[rows.held_out].mean() == pytest.approx(run.held_out.position_mm.mean, rel=1e-9)
     saved = evaluate(run.calibrated, read_measurements(path)).errors
     assert saved.position_mm.rms < expected.errors.position_mm.rms
     if name == "joint-compliance":
         assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.1347), rel=5e-3)
+    again = do(Identify()).results.identification  # the same nominal arm, and the same model
+    before = session.results.identification
+    assert judged_errors(again.nominal) == pytest.approx(judged_errors(before.nominal), rel=1e-6)
+    assert judged_errors(again.best) == pytest.approx(judged_errors(run), rel=0.05)

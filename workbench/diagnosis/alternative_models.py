@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.arm.robot import Robot
 from workbench.diagnosis.claims.accepted_terms import distinct, place_of
 from workbench.diagnosis.result import Ranked
 from workbench.diagnosis.search.evidence import Model, Offer, Term, left_by, offers
@@ -34,40 +33,26 @@ class ModelComparison:
 
     def errors(self, model: Model) -> Errors:
         """Errors of the geometry with a model's effects, by the linear solution at the fit."""
-        fitted = self.searched.stage.fitted
-        found = fitted.problem.instrument(fitted.fit.x)
-        return self._errors(robot_with(fitted, self.searched.grams, model), found)
+        fitted, held_out = self.searched.stage.fitted, self.ready.held_out_data
+        data = held_out if len(held_out) else fitted.problem.data
+        arm = robot_with(fitted, self.searched.grams, model)
+        return Errors.of(self.ready.errors_on(data, arm, fitted.problem.instrument(fitted.fit.x)))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:
-        """Rivals of a term of the search's model, with the remaining error in its place."""
-        rivals = rivals_of(self.searched, term)
-        return tuple(_ranked(rival, self.errors((*rest, rival.term))) for rest, rival in rivals)
+        """The best candidates for the place of a term of the search's model, with the error that remains."""
+        place = place_of(self.searched, (term,))
+        minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
+        near = distinct([o for o in place.offers if o.gain > minimum])[:MAX_LISTED_RIVALS]
+        return tuple(_ranked(o, self.errors((*place.left.model, o.term))) for o in near)
 
     def ranking(self) -> tuple[Ranked, ...]:
-        """Candidates by their contribution to the geometry alone; the first few are evaluated."""
-        best = enumerate(ranked(self.searched))
+        """Candidates by their contribution to the geometry alone, one per label; the first few are
+        evaluated."""
+        found = offers(left_by(self.searched.grams, ()), self.searched.offered.candidates)
+        best = enumerate(distinct(sorted(found, key=lambda o: -o.gain))[:MAX_RANKED])
         return tuple(_ranked(o, self.errors((o.term,)) if k < MAX_EVALUATED else None) for k, o in best)
-
-    def _errors(self, arm: Robot, found) -> Errors:
-        held_out = self.ready.held_out_data
-        data = held_out if len(held_out) else self.searched.stage.fitted.problem.data
-        return Errors.of(self.ready.errors_on(data, arm, found))
 
 
 def _ranked(offer: Offer, errors: Errors | None) -> Ranked:
     candidate = offer.term.candidate
     return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), errors, candidate.shrunk)
-
-
-def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
-    """The best candidates for the place of an accepted term, each with the rest of its model."""
-    place = place_of(searched, (term,))
-    minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
-    near = distinct([o for o in place.offers if o.gain > minimum])
-    return [(place.left.model, found) for found in near[:MAX_LISTED_RIVALS]]
-
-
-def ranked(searched: Searched) -> list[Offer]:
-    """Contributions of candidates to the geometry alone, best first; one per label."""
-    found = offers(left_by(searched.grams, ()), searched.offered.candidates)
-    return distinct(sorted(found, key=lambda o: -o.gain))[:MAX_RANKED]

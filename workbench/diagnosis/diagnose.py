@@ -172,8 +172,9 @@ def _followed(
         return (), None
     laws = {e.names for c in causes if c.is_law for e in c.effects}
     sure = tuple(t for t in search.last.found.model if t.candidate.names in laws)
-    found = ask("what the error follows", lambda: drivers.followed(sure), ())
-    rest = remaining.followed
+    rest = found = remaining.followed
+    if sure != search.last.found.model:
+        found = ask("what the error follows", lambda: drivers.followed(sure), ())
     return found, ask("a correction", lambda: drivers.correction(rest) if rest else None, None)
 
 
@@ -247,6 +248,7 @@ def _diagnosis(
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     rest = claims.remaining
     poses, reasons = next_ones
+    geometries = {each: best_geometry(each, search.first.fit) for each in {fit, saved.fit}}
     texts = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
     return Diagnosis(
         nominal_robot=search.robot,
@@ -269,7 +271,7 @@ def _diagnosis(
         before_fit=search.geometry,
         after_fit=fit,
         final_fit=saved.fit,
-        geometries=(best_geometry(fit, search.first.fit), best_geometry(saved.fit, search.first.fit)),
+        geometries=(geometries[fit], geometries[saved.fit]),
         aligned=ready.aligned,
         nominal_rows=search.nominal.rows,
         before=search.before.errors,

@@ -258,8 +258,8 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     from workbench.plate.optimiser.capsules import capsule_arm  # coal takes long to load
 
     shape = capsule_arm(arm)
-    closest = float(shape.own_distances(shape.placements(measured)).min())
-    return shape.own_distances(shape.placements(q)) >= min(MIN_CLEARANCE, closest)
+    closest = float(shape.own_distances(shape.placements(measured), far=MIN_CLEARANCE).min())
+    return shape.own_distances(shape.placements(q), far=closest) >= closest
 
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:

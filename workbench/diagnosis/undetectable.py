@@ -68,9 +68,9 @@ def undetectable(searched: Searched) -> tuple[Undetectable, ...]:
     noise = np.sqrt(left.square / max(left.freedom, 1))
     out = []
     for candidate in _loads_at_one_joint(searched):
-        (column,) = searched.grams.columns(candidate.names)
+        (column,) = mine = searched.grams.columns(candidate.names)
         (scale,) = searched.grams.scales(candidate.names)
-        whole, alone = searched.grams.total[column, column], left.inner[column, column]
+        whole, alone = searched.grams.total[column, column], float(left.inner(mine)[0, 0])
         std = float(noise / (np.sqrt(alone) * scale)) if alone > 0.0 else np.inf
         kind, (unit,) = candidate.effect.name, candidate.effect.units(chain)
         size = found.get(kind, found.get(unit, 0.0))
@@ -79,7 +79,7 @@ def undetectable(searched: Searched) -> tuple[Undetectable, ...]:
         elif DETECTABLE_ERRORS * std > MIN_SIZE_SHARE * size > 0.0:
             reason = Reason.COVERED if alone < MIN_DISTINCT_SHARE * whole else Reason.FAINT
             weight = size**2 / (size**2 + std**2)
-            own = left.inner[column, -1] / (alone * scale) if weight > 0.0 else 0.0
+            own = left.along(mine)[0] / (alone * scale) if weight > 0.0 else 0.0
             expected = np.sqrt((weight * own) ** 2 + size**2 * (1.0 - weight))
             out.append(Undetectable(candidate.effect, reason, std, float(expected)))
     return tuple(out)

@@ -67,11 +67,13 @@ class Columns:
     @cached_property
     def table(self) -> Float[np.ndarray, "rm dl"]:
         """All columns as one matrix, in the requested order."""
-        products = self.shown[:, :, self.element] * self.laws[:, None]
-        whole = np.concatenate([self.plain, products], axis=2)
-        out = np.empty_like(whole)
-        out[:, :, self.order] = whole
-        return out.reshape(out.shape[0] * out.shape[1], out.shape[2])
+        return self.some(slice(None))[:, np.argsort(self.order)]
+
+    def some(self, rows: np.ndarray | slice) -> Float[np.ndarray, "rm dl"]:
+        """Some rows of all columns as one matrix, the plain ones first."""
+        products = self.shown[rows][:, :, self.element] * self.laws[rows][:, None]
+        whole = np.concatenate([self.plain[rows], products], axis=2)
+        return whole.reshape(whole.shape[0] * whole.shape[1], whole.shape[2])
 
     def times(self, sizes: Float[np.ndarray, " dl"]) -> Float[np.ndarray, "rows m"]:
         """Their linear combination with these weights."""
@@ -94,20 +96,12 @@ class Columns:
         shown = np.ascontiguousarray(self.shown.transpose(0, 2, 1))
         return shown @ self.plain, shown @ self.shown
 
-    def products(
-        self, rows: np.ndarray | slice, left: Int[np.ndarray, " k"] | None = None
-    ) -> Float[np.ndarray, "k dl"]:
-        """Inner products of some plain columns with all columns, over some rows."""
-        plain, laws, along = self.plain[rows], self.laws[rows], self._by_element[0][rows]
-        flat = plain.reshape(-1, plain.shape[2])
-        chosen, along = (flat, along) if left is None else (flat[:, left], along[:, :, left])
-        parts = [along[:, e].T @ laws[:, mine] for e, mine in self._groups]
-        return np.concatenate([chosen.T @ flat, *parts], axis=1)
-
     def add_inner(self, rows: np.ndarray | slice, out: Float[np.ndarray, "dl dl"]) -> None:
         """Accumulate the inner products of all columns over some rows."""
-        by_plain, laws, among = self.products(rows), self.laws[rows], self._by_element[1][rows]
-        size = len(by_plain)
+        plain, laws, (along, among) = self.plain[rows], self.laws[rows], (a[rows] for a in self._by_element)
+        flat, size = plain.reshape(-1, plain.shape[2]), plain.shape[2]
+        products = (along[:, e].T @ laws[:, mine] for e, mine in self._groups)
+        by_plain = np.concatenate([flat.T @ flat, *products], axis=1)
         out[:size] += by_plain
         out[size:, :size] += by_plain[:, size:].T
         inner = out[size:, size:]

@@ -6,7 +6,7 @@ and the visited block are ignored, since the probe may be unknown. Targets that 
 clear here too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -38,18 +38,16 @@ def hits(
     """
     if plate.size is None or not len(q):
         return ("",) * len(q)
-    shape, hulls = shape_of(robot), bodies_of(plate)
-    at = shape.placements(q)
-    met = touches(shape, at, hulls)
-    own = "target" if plate.anchors is None else "anchor"
-    if plate.anchors is None:
-        met[np.arange(len(q)), 1 + np.asarray(visited)] = False
-    names = ("the plate", *(f"the block of {own} {i + 1}" for i in range(len(plate.mounted))))
-    found = [""] * len(q)
-    for row in np.flatnonzero(met.any(1)):
-        first = int(met[row].argmax())
-        link = _link(shape, at[row : row + 1], hulls[first])
-        found[row] = f"link {link} would run into {names[first]}"
+    shape, found = shape_of(robot), [""] * len(q)
+    own, at = "target" if plate.anchors is None else "anchor", shape.placements(q)
+    for target in {*visited}:
+        others = [i for i in range(len(plate.mounted)) if i != target or plate.anchors is not None]
+        bodies, rows = bodies_of(plate, others), np.flatnonzero(np.equal(visited, target))
+        for row, met in zip(rows, touches(shape, at[rows], bodies), strict=True):
+            if met.any():
+                first = int(met.argmax())
+                what = f"the block of {own} {others[first - 1] + 1}" if first else "the plate"
+                found[row] = f"link {_link(shape, at[[row]], bodies[first])} would run into {what}"
     return tuple(found)
 
 
@@ -129,11 +127,11 @@ def touches(shape: ArmShape, at: Placements, hulls: Sequence[Collider]) -> Bool[
     return (gaps < CONTACT).reshape(rows, count)
 
 
-def bodies_of(plate: Plate) -> list[Collider]:
-    """The plate's solid, then the blocks of its targets, robot's base."""
+def bodies_of(plate: Plate, blocks_of: Iterable[int] | None = None) -> list[Collider]:
+    """The plate's solid, then the blocks of all or some of its targets, robot's base."""
     assert plate.size is not None
-    place = plate.pose.tobytes()
-    blocks = [_block(place, target.pose.tobytes()) for target in plate.mounted]
+    place, chosen = plate.pose.tobytes(), range(len(plate.mounted)) if blocks_of is None else blocks_of
+    blocks = [_block(place, plate.mounted[i].pose.tobytes()) for i in chosen]
     return [_slab(place, plate.size.tobytes()), *blocks]
 
 

@@ -55,11 +55,13 @@ class CubeMap:
     def _flat(self) -> Float[np.ndarray, "rows p"]:
         return self.moves.reshape(-1, len(self.names))
 
-    def errors(self, linearisation: Linearisation) -> Float[np.ndarray, " cubes"]:
+    def errors(self, linearisation: Linearisation | None) -> Float[np.ndarray, " cubes"]:
         """Expected root mean square position error in each cube after these measurements [m].
 
-        NaN where the cube is not reached, infinite where the measurements don't determine it.
+        NaN where the cube is not reached, infinite where the measurements, if any, don't determine it.
         """
+        if linearisation is None:
+            return np.where(self.reached > 0, np.inf, np.nan)
         rank = linearisation.rank()
         _, values, vt = linearisation.factors
         root = (vt[:rank] / values[:rank, None]) * linearisation.weights

@@ -24,7 +24,7 @@ is passed wherever a name is accepted.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -36,7 +36,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.free_constants import visible_weight
-from workbench.plate.predicted_error import position_weight
+from workbench.plate.predicted_error import blocks, position_weight
 
 MIN_GRAM_INDEX = 1e-3
 """Above this value O from J Jᵀ has at least ten correct digits; below it the slower SVD is used."""
@@ -169,23 +169,15 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
 
     def per_pose(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
         result = np.zeros(linearisation.measurements)
-        for poses, blocks in _blocks(linearisation):
-            result[poses] = inverse_condition(linearisation.unwhitened[blocks])
+        for poses, rows in blocks(linearisation):
+            result[poses] = inverse_condition(linearisation.unwhitened[rows])
         return result
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
         gradient = np.zeros_like(linearisation.jacobian)
-        for _, blocks in _blocks(linearisation):
-            gradient[blocks] = inverse_condition_gradient(linearisation.unwhitened[blocks])[1]
+        for _, rows in blocks(linearisation):
+            gradient[rows] = inverse_condition_gradient(linearisation.unwhitened[rows])[1]
         return gradient * (linearisation.sigma[:, None] / max(linearisation.measurements, 1))
-
-
-def _blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Poses with equally many rows (six of a pose, three of a point), and the rows of each."""
-    counts = np.bincount(linearisation.measurement)
-    for count in np.unique(counts):
-        poses = np.flatnonzero(counts == count)
-        yield poses, np.searchsorted(linearisation.measurement, poses)[:, None] + np.arange(count)
 
 
 def _ends(spectrum: Float[np.ndarray, " p"], minimum: float, maximum: float = 0.0) -> Float[np.ndarray, " p"]:

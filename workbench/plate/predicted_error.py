@@ -19,9 +19,9 @@ mean of the norm by Satterthwaite's χ² of equal mean and variance, Biometrics 
 Loan, Matrix Computations (4th ed.), §2.1.4 (Sherman–Morrison–Woodbury).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -129,6 +129,14 @@ def _cached_weight(
     return frozen(moves.T @ moves / shape[0])
 
 
+def blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Measurements with equally many rows (six of a pose, three of a point), and the rows of each."""
+    counts = np.bincount(linearisation.measurement)
+    for count in np.unique(counts):
+        alike = np.flatnonzero(counts == count)
+        yield alike, np.searchsorted(linearisation.measurement, alike)[:, None] + np.arange(count)
+
+
 MIN_LEFT = 1e-9
 """Share of information remaining without a measurement below which it counts as zero."""
 
@@ -149,17 +157,17 @@ def rise_without_each(
     if linearisation.rank() < len(linearisation.names):
         return np.full(count, np.nan)
     covariance = linearisation.covariance
-    square = float((weight * covariance).sum())
-    starts = np.searchsorted(linearisation.measurement, np.arange(count + 1))
-    rises = []  # of trace(W C) without these rows
-    for begin, end in pairwise(starts):
-        rows = linearisation.jacobian[begin:end]
-        gain = covariance @ rows.T
-        values, vectors = np.linalg.eigh(np.eye(len(rows)) - rows @ gain)
-        turned = gain @ vectors
-        is_lost = values[0] < MIN_LEFT
-        rises.append(np.inf if is_lost else float(((turned * (weight @ turned)).sum(0) / values).sum()))
-    return np.sqrt(1.0 + np.array(rises) / square) - 1.0
+    gain = linearisation.jacobian @ covariance
+    rises = np.empty(count)  # of trace(W C) without these rows
+    for poses, rows in blocks(linearisation):
+        own = gain[rows]
+        spread = linearisation.jacobian[rows] @ own.transpose(0, 2, 1)
+        values, vectors = np.linalg.eigh(np.eye(rows.shape[1]) - spread)
+        turned = vectors.transpose(0, 2, 1) @ own
+        squares = ((turned @ weight) * turned).sum(2)
+        with np.errstate(divide="ignore"):
+            rises[poses] = np.where(values[:, 0] < MIN_LEFT, np.inf, (squares / values).sum(1))
+    return np.sqrt(1.0 + rises / float((weight * covariance).sum())) - 1.0
 
 
 def _twists(

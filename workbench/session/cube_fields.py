@@ -100,12 +100,8 @@ def _best_index(session: Session) -> CubeValues | None:
 
 
 def _predicted(session: Session) -> CubeValues | None:
-    cubes, found = cubes_of(session), session.score.linearisation
-    if cubes is None:
-        return None
-    if found is None:
-        return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
-    return _predicted_after(cubes, found, session.history.first.score.linearisation)
+    cubes, first = cubes_of(session), session.history.first.score.linearisation
+    return None if cubes is None else _predicted_after(cubes, session.score.linearisation, first)
 
 
 def _predicted_change(session: Session) -> CubeValues | None:
@@ -113,15 +109,14 @@ def _predicted_change(session: Session) -> CubeValues | None:
 
     A move of one target changes all errors by some per cent, which a scale for their own spread would hide.
     """
-    cubes, now = cubes_of(session), _predicted(session)
-    if cubes is None or now is None:
+    if (cubes := cubes_of(session)) is None:
         return None
     begun = session.history.done[-1]
     before = _errors_at(cubes, session.robot, begun.plate, begun.states, session.noise)
     with np.errstate(invalid="ignore"):
-        shares = now.numbers / before - 1.0
-    finite = np.abs(shares[np.isfinite(shares)])
-    wanted = float(np.percentile(finite, CROWDED)) if len(finite) else 0.0
+        shares = cubes.errors(session.score.linearisation) / before - 1.0
+    finite = np.sort(np.abs(shares[np.isfinite(shares)]))
+    wanted = finite[int(0.01 * CROWDED * len(finite))] if len(finite) else 0.0
     span = next((s for s in SPANS if s >= wanted), SPANS[-1])
     return CubeValues(shares, -span, span)
 
@@ -245,25 +240,20 @@ def _errors_at(
 ) -> Float[np.ndarray, " cubes"]:
     """Predicted errors where the targets stood [m]."""
     found = score(robot, plate, states, noise=noise, region_q=np.zeros((0, robot.dof))).linearisation
-    return np.where(cubes.reached > 0, np.inf, np.nan) if found is None else cubes.errors(found)
+    return cubes.errors(found)
 
 
 @lru_cache(maxsize=2)
-def _predicted_after(cubes: CubeMap, now: Linearisation, first: Linearisation | None) -> CubeValues:
+def _predicted_after(cubes: CubeMap, now: Linearisation | None, first: Linearisation | None) -> CubeValues:
     """On the scale of the first plate, so that one sees what a target's move makes better or worse.
 
     On its own where that one was far worse: all would have one colour.
     """
     errors = cubes.errors(now)
-    scale, own = None if first is None else _scale_of(cubes, first), _ends(errors)
+    scale, own = _ends(cubes.errors(first)), _ends(errors)
     if scale is None or (own is not None and scale[1] > MAX_SCALE_RATIO * own[1]):
         scale = own
     return CubeValues(errors, *(scale or (0.0, 1.0)))
-
-
-@lru_cache(maxsize=2)
-def _scale_of(cubes: CubeMap, first: Linearisation) -> tuple[float, float] | None:
-    return _ends(cubes.errors(first))
 
 
 def _ends(errors: Float[np.ndarray, " cubes"]) -> tuple[float, float] | None:

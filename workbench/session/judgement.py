@@ -41,7 +41,7 @@ def plate_judgement(session: Session) -> Judgement | None:
     if wanted is None or np.isnan(score.position):
         return None
     if found is not None:
-        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms stay within {wanted.text} everywhere"
+        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms stay within {wanted.text}"
         kept += f"; {100 * PASSING_SHARE:.0f} % should"
         if found.share < PASSING_SHARE:
             turned = None if wanted.rotation is None else found.used * wanted.rotation
@@ -49,7 +49,7 @@ def plate_judgement(session: Session) -> Judgement | None:
             kept += f", and do within {limit.text}"
         if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
             kept += f"; {found.unreached} of them leave out targets that they can't reach"
-        kept += " (geometry alone, without gears and compliance)"
+        kept += " (geometry alone)"
         return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)
     if not wanted.within_by_norms(score.position, score.rotation):
         return Judgement(Tone.CAREFUL, f"more than the required {wanted.text}")

@@ -49,7 +49,7 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
             out.append(StageErrors.of(title, geometry, (geometry.train_rows, geometry.held_out_rows)))
         elif diagnosis is not None:
             out.append(StageErrors.of(title, diagnosis.before, diagnosis.before_rows))
-        title = "with causes" if diagnosis is None or diagnosis.causes else "with residual map"
+        title = "with causes" if diagnosis is None or diagnosis.causes else "with correction"
     run = found.runs[session.results.fit]
     return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
 

@@ -32,8 +32,8 @@ from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
 """Minimum time between two progress messages that are drawn [s]."""
-KNOWN_AFTER, TICK = 3.0, 1.0
-"""Time after which it is said how long work will take, and how often [s]."""
+KNOWN_AFTER, TICK, LEAP = 3.0, 1.0, 0.05
+"""Time after which it is said how long work will take, and how often [s]; not where so much came at once."""
 QUIET = 0.25
 """Without a command for so long, views draw what they have put off [s]."""
 log = logging.getLogger(__name__)
@@ -254,16 +254,17 @@ class Worker:
 
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         speak_to_page()
-        begin, last = time.monotonic(), 0.0
+        begin, last, done = time.monotonic(), 0.0, 0.0
         is_chore, suspects = isinstance(task, AbstractChore), dict[str, float]()
 
         def progress(fraction: float, text: str) -> None:
-            nonlocal last
-            if not is_chore and time.monotonic() - last > PROGRESS_INTERVAL:
-                last = time.monotonic()
-                is_known = fraction > 0.0 and last - begin > KNOWN_AFTER
-                end = begin + (last - begin) / fraction if is_known else math.nan
-                self._put(partial(self._show_job, fraction=fraction, text=text, end=end))
+            nonlocal last, done
+            if is_chore or (now := time.monotonic()) - last <= PROGRESS_INTERVAL:
+                return
+            is_even = now - begin > KNOWN_AFTER and 0.0 <= fraction - done < min(LEAP, fraction)
+            end = begin + (now - begin) / fraction if is_even else math.nan
+            last, done = now, max(done, fraction)  # no bar goes back
+            self._put(partial(self._show_job, fraction=done, text=text, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
             suspects.update(sizes)

@@ -235,7 +235,7 @@ def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
         TryPlate(20).check(replace(moved, choices=replace(moved.choices, wanted=None)))
 
 
-@pytest.mark.parametrize("name", [slow("katana450"), "so101"])
+@pytest.mark.parametrize("name", [slow("katana450"), slow("so101")])
 def test_an_arm_of_five_joints_is_tried_on_the_plate_that_it_begins_on_and_never_in_seats(name):
     """The page offered them seats, and refused these only once the trial had begun."""
     robot = load_robot(name)

@@ -14,10 +14,6 @@ def broken_drawable(session):
     yield
 
 
-def drawable_of_nothing(session):
-    yield "no item"
-
-
 class BrokenPanel(AbstractPanel):
     def build(self, gui):
         raise RuntimeError("no panel")
@@ -41,7 +37,7 @@ class BrokenWatcher(AbstractView):
     ("record", "what"),
     [
         (Parts(drawables=(broken_drawable,)), "drawable"),
-        (Parts(drawables=(drawable_of_nothing,)), "drawable"),
+        (Parts(drawables=(lambda session: iter(["no item"]),)), "drawable"),
         (Parts(panels=(BrokenPanel,)), "panel"),
         (Parts(watchers=(BrokenWatcher,)), "watcher"),
     ],

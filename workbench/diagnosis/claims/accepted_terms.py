@@ -62,7 +62,7 @@ def includes(left: Remainder, rival: Offer, group: Model) -> bool:
         return False
     columns = left.grams.columns(names)
     beside = left_by(left.grams, (*left.model, rival.term))
-    before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
+    before, after = (np.diagonal(side.inner(columns)) for side in (left, beside))
     return bool((after < MAX_INCLUDED_SHARE * before).all())
 
 

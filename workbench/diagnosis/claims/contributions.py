@@ -35,7 +35,7 @@ def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
 
 def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, "models 2"]:
     """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN as in `Explained`."""
-    solutions = np.stack([without_each_fold(searched.grams, m) for m in models], axis=2)
+    solutions = np.stack([without_each_fold(searched.grams, m)[0] for m in models], axis=2)
     remainders = np.concatenate(list(_remainders(searched, solutions)))
     problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
     straight, turned, _ = channels(problem)

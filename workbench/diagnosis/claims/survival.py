@@ -120,9 +120,10 @@ def _clearness(left: Remainder, group: Model) -> dict[int | None, float]:
     """Standard errors by which joints' coefficients differ from zero, as in `clearness`, in the place of a
     group."""
     own, precision = own_columns(left.grams, group)
-    inverse = np.linalg.inv(left.inner[np.ix_(own, own)] + precision)
-    found = inverse @ left.inner[own, -1]
-    rest = max(left.square - float(found @ left.inner[own, -1]), 0.0)
+    inverse = np.linalg.inv(left.inner(own) + precision)
+    along = left.along(own)
+    found = inverse @ along
+    rest = max(left.square - float(found @ along), 0.0)
     std = np.sqrt(np.maximum(np.diagonal(inverse), 0.0) * rest / max(left.freedom, 1))
     names = [n for t in group for n in t.candidate.names]
     sizes, errors = (dict(zip(names, v.tolist(), strict=False)) for v in (found, std))

@@ -17,7 +17,7 @@ them.
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import permutations
 
 import numpy as np
@@ -235,14 +235,24 @@ class _Rows:
     @cached_property
     def wrenches(self) -> np.ndarray:
         """Through every joint in every row; empty where neither masses nor torques are known."""
-        return self.wrenches_with(0.0)
+        return self.wrenches_of(self.arm)
 
-    def wrenches_with(self, payload: float) -> np.ndarray:
-        """The same with a payload more [kg]."""
+    @cached_property
+    def stated(self) -> np.ndarray:
+        """The same with the file's masses, where the fit has others: these suit its own laws."""
+        mine = [i for i, p in enumerate(self.problem.parameters) if p.is_inertia]
+        if not mine:
+            return self.wrenches
+        x = self.x.copy()
+        x[mine] = [self.problem.parameters[i].nominal for i in mine]
+        return self.wrenches_of(self.problem.frames.placed(self.problem.robot_at(x), self.data.sessions))
+
+    def wrenches_of(self, arm: Robot, payload: float = 0.0) -> np.ndarray:
+        """Of an arm with a payload more [kg]."""
         heavy = np.zeros(len(self.data)) if self.motion.payload is None else self.motion.payload
         motion, out = replace(self.motion, payload=heavy + payload), np.zeros((0, 0, 6))
         for block in self.problem.blocks:
-            mine = known_wrenches(self.arm.in_session(block.session), motion.take(block.rows))
+            mine = known_wrenches(arm.in_session(block.session), motion.take(block.rows))
             if not len(mine):
                 return mine
             out = out if len(out) else np.full((len(self.data), *mine.shape[1:]), np.nan)
@@ -308,12 +318,16 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
     if not len(rows.wrenches):
         return
     chain, q = rows.chain, rows.motion.q
-    mine = own(chain, range(chain.dof), rows.wrenches)
+    mine, stated = (own(chain, range(chain.dof), wrenches) for wrenches in (rows.wrenches, rows.stated))
     for j in rows.varied(mine[:, :, None]):
-        load, joint, what = mine[:, j] / mine[:, j].std(), driven_names(chain, [j]), "the load of {}"
-        shapes = [np.column_stack([smooth(load, length), jump(load[:, None])]) for length in LOAD_LENGTHS]
+        load, other = (each[:, j] / mine[:, j].std() for each in (mine, stated))
+        leap = jump(load[:, None], np.abs(load - other))
+        joint, what = driven_names(chain, [j]), "the load of {}"
+        shapes = [np.column_stack([smooth(load, length), leap]) for length in LOAD_LENGTHS]
         shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
-        for k, (shape, found) in enumerate([*((None, f) for f in shapes), *_pure(load[:, None])]):
+        for k, (shape, found) in enumerate(
+            [*((None, f) for f in shapes), (Shape.LINE, load[:, None]), (Shape.JUMP, leap)]
+        ):
             yield rows.follower(
                 Driver.LOAD, what, joint, found, joints=(j,), by_load=True, shape=shape, tag=f" {k}"
             )
@@ -328,17 +342,14 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         for kind, load, part in ((Insertion.TILT, here, "bearing"), (Insertion.BEND, there, "link")):
             what, names = f"the load across {{}}, in its {part}", inserted_names(chain, [j], kind)
             scaled = load / max(float(np.sqrt((load**2).mean())), 1e-300)
-            free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), jump(scaled)])
-            for shape, features in ((None, free), *_pure(scaled)):
+            leap = jump(scaled)
+            free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), leap])
+            for shape, features in ((None, free), (Shape.LINE, scaled), (Shape.JUMP, leap)):
                 yield rows.follower(
                     Driver.LOAD, what, names, features, joints=(j,), kind=kind, by_load=True, shape=shape
                 )
     unstated = "the load of {}, as under a payload that isn't stated"
     yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
-
-
-def _pure(load: Float[np.ndarray, "rows d"]) -> tuple[tuple[Shape, Features], ...]:
-    return (Shape.LINE, load), (Shape.JUMP, jump(load))
 
 
 def _motions(rows: _Rows) -> Iterator[Follower]:
@@ -387,7 +398,7 @@ def _constants(rows: _Rows) -> Iterator[Follower]:
 def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features) -> Iterator[Follower]:
     """A payload that the file doesn't state, by some shape over the rows, acts through soft joints."""
     if rows.arm.has_masses:
-        more = rows.wrenches_with(1.0) - rows.wrenches
+        more = rows.wrenches_of(rows.arm, 1.0) - rows.wrenches
         loads = own(rows.chain, range(rows.chain.dof), more)
         for j in rows.varied(loads[:, :, None]):
             heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
@@ -403,24 +414,17 @@ def _temperatures(rows: _Rows) -> Iterator[Follower]:
 
 def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iterator[Follower]:
     """A driver of all rows through everything that it may move, by any function and by the first feature."""
-    for shape, features in (None, wave), (Shape.LINE, wave[:, :1]):
-        for found in _through_each(rows, driver, name, features):
-            yield replace(found, shape=shape)
-
-
-def _through_each(rows: _Rows, driver: Driver, name: str, shape: Features) -> Iterator[Follower]:
-    chain = rows.chain
-    frame, tool = Insertion.DRIFT.frame, Insertion.SLIP.frame
-    seen = tool if rows.problem.sees_rotation else tool[:3]
-    yield rows.follower(driver, f"{name}, in the measuring frame", frame, shape, kind=Insertion.DRIFT)
-    yield rows.follower(driver, f"{name}, in the tool", seen, shape, kind=Insertion.SLIP)
-    for j in range(chain.dof):
-        what = f"{name}, in {{}}"
-        yield rows.follower(driver, what, driven_names(chain, [j]), shape, joints=(j,))
+    chain, frame, tool = rows.chain, Insertion.DRIFT.frame, Insertion.SLIP.frame
     lengths = [e for e in chain.elements if Axis.TX <= e.axis <= Axis.TZ and e.link != BASE]
     values = np.array([[chain.values[chain.index[e.name]]] for e in lengths])
-    moved = tuple(e.name for e in lengths)
-    yield rows.follower(driver, f"{name}, in the arm's lengths", moved, shape, together=values)
+    for shape, features in (None, wave), (Shape.LINE, wave[:, :1]):
+        through = partial(rows.follower, driver, features=features, shape=shape)
+        yield through(f"{name}, in the measuring frame", frame, kind=Insertion.DRIFT)
+        seen = tool if rows.problem.sees_rotation else tool[:3]
+        yield through(f"{name}, in the tool", seen, kind=Insertion.SLIP)
+        for j in range(chain.dof):
+            yield through(f"{name}, in {{}}", driven_names(chain, [j]), joints=(j,))
+        yield through(f"{name}, in the arm's lengths", tuple(e.name for e in lengths), together=values)
 
 
 def _places(rows: _Rows) -> Iterator[Follower]:

@@ -5,7 +5,8 @@ Two questions, each by a difference of log evidences [nat] from the same inner p
 - Is it the law? It must be better than any process through its own elements over its driver.
 - Is it that element, that driver? The best process there must be better than the best one through any other
   element, over any driver: like with like, as no law is simple enough to decide where the rows don't. Alone
-  the simplest law, of one coefficient a joint, may be probable where elements tie; none is certain there.
+  a law of one coefficient a joint, which is simpler than its rivals, may be probable where elements tie; none
+  is certain there.
 
 And no process over its driver may explain a noticeable part beside it. Masses are those of the fit, for laws
 as for processes.
@@ -68,7 +69,8 @@ class Challenge:
         rivals: The best ones elsewhere, together as many as the law has joints.
         rest: Share of the error that processes over its own driver explain beside it.
         driver: Its driver.
-        is_simple: Whether it has one coefficient a joint: there is no simpler one.
+        is_simplest: Whether it has one coefficient a joint and the rivals have more, and nothing over its
+            driver adds to it.
     """
 
     lead: float
@@ -76,7 +78,7 @@ class Challenge:
     rivals: tuple[Follower, ...]
     rest: float
     driver: Driver
-    is_simple: bool
+    is_simplest: bool
 
     @property
     def is_complete(self) -> bool:
@@ -89,7 +91,7 @@ class Challenge:
 
         Where the rows leave open which element moves, the simplest law may be probable, never certain.
         """
-        open_for = -np.log(CERTAIN) if self.is_simple else np.log(PROBABLE)
+        open_for = -np.log(CERTAIN) if self.is_simplest else np.log(PROBABLE)
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
         return np.inf if min(self.lead, self.apart) >= np.log(SURE) else PROBABLE
@@ -248,14 +250,14 @@ class DriverEvidence:
         gain, rivals = max(found, key=lambda each: each[0])
         alike = [f for f in self._over(driver) if joints & {*f.joints} or not joints or not f.joints]
         beside = max((o for f in alike if (o := self._beside.get(f))), key=lambda o: o.gain, default=None)
-        rest, more = 0.0, kin
-        if beside is not None and beside.gain > max(MIN_GAIN, MIN_GAIN_SHARE * own):
-            more = (*kin, beside.term)
-        if more:
-            rest = self._share(left, law, more)
+        is_more = beside is not None and beside.gain > max(MIN_GAIN, MIN_GAIN_SHARE * own)
+        more = (*kin, beside.term) if is_more else kin
+        rest = self._share(left, law, more) if more else 0.0
         is_simple = len({n for t in law for n in t.candidate.names}) <= max(len(joints), 1)
+        as_simple = [r.shape is not None and not r.candidate.effect.insertion for r in rivals]
+        is_simplest = is_simple and not more and not (rivals and all(as_simple))
         there = max(there, own - 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count)))
-        return Challenge(own - max(gain, free), there - gain, rivals, rest, driver, is_simple)
+        return Challenge(own - max(gain, free), there - gain, rivals, rest, driver, is_simplest)
 
     @property
     def _model(self) -> Model:
@@ -327,7 +329,8 @@ class DriverEvidence:
 
     def _gains(self, model: Model, some: Sequence[Follower]) -> list[float]:
         """Contributions of processes that have no columns yet."""
-        effects = [c.effect for c in (*(t.candidate for t in model), *(f.candidate for f in some))]
+        terms = (*self._model, *model)  # all that the fit has: columns of each give its part back
+        effects = [c.effect for c in (*(t.candidate for t in terms), *(f.candidate for f in some))]
         fold = np.zeros(len(self.problem.data), np.int64)
         grams = compress(self.problem, self.searched.stage.fit.x, effects, fold, masses=False)
         found = _offered(left_of(grams, model), some)
@@ -379,7 +382,7 @@ class DriverEvidence:
 
         def size(terms: Model) -> float:
             mine = self.grams.columns([n for t in terms for n in t.candidate.names])
-            return float(solution[mine] @ left.inner[np.ix_(mine, mine)] @ solution[mine])
+            return float(solution[mine] @ left.inner(mine) @ solution[mine])
 
         return size(more) / max(size(law) + size(more), 1e-300)
 

@@ -25,6 +25,8 @@ from workbench.arm.motion import Motion
 MAX_KNOTS, MAX_SIDE, FARTHEST = 26, 4, 1.8
 """Maximum number of knots over one number, and along each of two, and how far these reach."""
 KNOTS_PER_LENGTH = 1.3
+NEAR = 0.02
+"""Size below which a row lies near a jump, relative to the root mean square."""
 REGULAR = 1e-6
 """Added to the variance of every knot."""
 TIMES = 8
@@ -46,9 +48,13 @@ def smooth_plane(u: Float[np.ndarray, "rows 2"], length: float) -> Features:
     return _features(u, np.stack(np.meshgrid(line, line), -1).reshape(-1, 2), length)
 
 
-def jump(u: Float[np.ndarray, "rows d"]) -> Features:
-    """Features of a jump where one number, or both, are zero."""
-    return u / np.maximum(np.linalg.norm(u, axis=1, keepdims=True), 1e-300)
+def jump(u: Float[np.ndarray, "rows d"], doubt: np.ndarray | float = 0.0) -> Features:
+    """Features of a jump where one number, or both, are zero, and of each row within a doubt of there alone:
+    friction and small deflections decide on its side."""
+    size = np.linalg.norm(u, axis=1)
+    within = NEAR * float(np.sqrt((size**2).mean())) + doubt - size
+    near = [row for row in np.argsort(-within)[:MAX_KNOTS].tolist() if within[row] > 0.0]
+    return np.column_stack([u / np.maximum(size, 1e-300)[:, None], np.eye(len(u))[:, near]])
 
 
 def with_one(features: Features) -> Features:

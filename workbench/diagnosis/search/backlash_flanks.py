@@ -43,7 +43,7 @@ SWEEPS, DAMPING = 40, 0.5
 CONVERGED = 1e-3
 """Change of the masses' estimates [in their standard deviations] below which the rounds end."""
 UNCERTAIN = 0.01
-"""τ₀ relative to the load's standard deviation over the rows: friction and deflection."""
+"""τ₀ relative to the load's standard deviation over rows and uncertain masses: friction and deflection."""
 SCALES = 0.02, 0.1, 0.3, 1.0
 """Scales of the masses' stated standard deviations that are tried."""
 TWO_SIDED = 1.96
@@ -194,10 +194,11 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Backla
                 slope[np.ix_(block.rows, np.array([k]), np.searchsorted(weighing, mine))] = by_mass[
                     :, None, *own
                 ]
-    unit = np.maximum(UNCERTAIN * size.std(0), 1e-12)
     spread = np.array([problem.inertia_tolerance[problem.names[i]] for i in weighing])
     off = np.array([x[i] - problem.parameters[i].nominal for i in weighing]) / spread
-    slope *= spread / unit[:, None]
+    slope *= spread
+    unit = np.maximum(UNCERTAIN * np.sqrt(size.var(0) + (slope**2).sum(2).mean(0)), 1e-12)
+    slope /= unit[:, None]
     return _BacklashLoads(size / unit - slope @ off, slope, off, unit)
 
 

@@ -30,7 +30,8 @@ from workbench.arm.effects.events import (
 )
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, Remainder, left_by, projection
+from workbench.diagnosis.claims.reduced_models import left_of
+from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, Remainder, projection
 from workbench.diagnosis.search.gram_matrices import MIN_COLUMN_LENGTH, Grams
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
@@ -168,6 +169,8 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     if grams.history is None or not kinds:
         return []
     search = _EventSearch.of(grams, model)
+    history = grams.history[:, :, search.columns]
+    running, size = history.cumsum(0), len(search.columns) - history.shape[1]
     is_place = (line.before >= MIN_SIDE) & (line.before <= len(line.row) - MIN_SIDE)
     if np.ptp(line.session):
         is_place &= (line.sides[:, 0] == 0) | (line.sides.min(1) >= MIN_SIDE)
@@ -178,16 +181,16 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     for kind in kinds:
         mine = kind.columns
         if len(steps):
-            before = grams.running[steps - 1, mine]
-            sides = [before, grams.running[-1, mine] - before] if kind.is_known else [before]
-            gains = np.stack([search.gains(s, s[:, :, search.size :][:, :, mine]) for s in sides])
+            before = running[steps - 1, mine]
+            sides = [before, running[-1, mine] - before] if kind.is_known else [before]
+            gains = np.stack([search.gains(s[:, :, :size], s[:, :, size:][:, :, mine]) for s in sides])
             side, place = divmod(int(np.argmax(gains)), len(steps))
             if gains[side, place] > 0.0:
                 step = _step(kind.event, line, int(steps[place]), known_before=bool(side))
                 found.append(Candidate(step, tries=EVENT_PRIOR_ODDS * gains.size))
         if len(weights) and not isinstance(kind.event, ToolStep):
-            sums, squares = (np.tensordot(w, grams.history[:, mine], 1) for w in (weights, weights**2))
-            gains = search.gains(sums, squares[:, :, search.size :][:, :, mine])
+            sums, squares = (np.tensordot(w, history[:, mine], 1) for w in (weights, weights**2))
+            gains = search.gains(sums[:, :, :size], squares[:, :, size:][:, :, mine])
             best = int(np.argmax(gains))
             if gains[best] > 0.0:
                 event = _warm_up(kind.event, line, float(PACES[best] * span))
@@ -197,31 +200,39 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
 
 @dataclass(frozen=True, eq=False)
 class _EventSearch:
-    """Residuals of a model, and how much of any other column it explains."""
+    """Residuals of a model, and how much of any other column it explains.
+
+    Args:
+        left: The residuals.
+        project: Of `projection`.
+        explained: What the model explains of the residual.
+        columns: Columns of the history that are needed: those of the model, the residual, what may change.
+    """
 
     left: Remainder
     project: Callable[[np.ndarray], np.ndarray]
-    explained: Float[np.ndarray, "used 1"]
-    size: int
+    explained: Float[np.ndarray, " n"]
+    columns: Int[np.ndarray, " n1u"]
 
     @classmethod
     def of(cls, grams: Grams, model: Model) -> "_EventSearch":
-        project = projection(grams, model)
-        return cls(left_by(grams, model, ()), project, project(grams.total[-1:]), len(grams.total))
+        assert grams.history is not None, "the history was requested"
+        (used, project), size = projection(grams, model), len(grams.total)
+        needed = np.concatenate([used, np.arange(size - 1, grams.history.shape[2])])
+        return cls(left_of(grams, model), project, project(grams.total[-1:, used])[0], needed)
 
     def gains(
-        self, sums: Float[np.ndarray, "places k c"], raw: Float[np.ndarray, "places k k"]
+        self, sums: Float[np.ndarray, "places k n1"], raw: Float[np.ndarray, "places k k"]
     ) -> Float[np.ndarray, " places"]:
         """Log evidence of an event at each time.
 
         Args:
-            sums: Inner products of its columns with all columns.
+            sums: Inner products of its columns with those of the model, and with the residual.
             raw: Inner products of its columns with each other.
         """
         places, k, _ = sums.shape
-        half = self.project(sums[:, :, : self.size].reshape(places * k, -1))
-        along = sums[:, :, self.size - 1] - (half.T @ self.explained).reshape(places, k)
-        half = half.T.reshape(places, k, -1)
+        half = self.project(sums[:, :, :-1].reshape(places * k, -1)).reshape(places, k, -1)
+        along = sums[:, :, -1] - half @ self.explained
         length = np.sqrt(np.maximum(np.diagonal(raw, axis1=1, axis2=2), MIN_COLUMN_LENGTH**2))
         inner = (raw - half @ half.transpose(0, 2, 1)) / (length[:, :, None] * length[:, None, :])
         value, vectors = np.linalg.eigh(inner)

@@ -18,9 +18,10 @@ Neural Computation 4(3), 1992.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy import linalg, special
 
 from workbench.arm.effects import Candidate
@@ -60,28 +61,49 @@ Model = tuple[Term, ...]
 
 @dataclass(frozen=True, eq=False)
 class Remainder:
-    """Residual of a model: inner products of all columns after projecting the model out.
+    """Residual of a model: inner products G − H diag(s) Hᵀ of all columns after projecting the model out.
+
+    Few of them are needed, and only these are computed.
 
     Args:
-        grams: Of all columns.
-        model: The model.
-        inner: Inner products after fitting its columns and the geometry (shrunk ones partially).
-        freedom: Degrees of freedom beyond geometry and free coefficients.
+        grams: G, of all columns.
+        model: The model; shrunk coefficients are projected out partially.
+        half: H, coordinates of all columns along the model's columns and the geometry …
+        sign: … and s, −1 along what it lacks of a larger model.
     """
 
     grams: Grams
     model: Model
-    inner: Float[np.ndarray, "gc1 gc1"]
-    freedom: int
+    half: Float[np.ndarray, "gc1 n"]
+    sign: Float[np.ndarray, " n"]
 
-    @classmethod
-    def of(cls, grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> "Remainder":
-        free = sum(len(t.candidate.names) for t in model if not t.candidate.shrunk)
-        return cls(grams, model, inner, grams.count - grams.geometry - free)
+    def with_more(self, model: Model, half: Float[np.ndarray, "gc1 _"], *, sign: float = 1.0) -> "Remainder":
+        """The residual of a model that has further columns in H."""
+        signs = np.append(self.sign, np.full(half.shape[1], sign))
+        return Remainder(self.grams, model, np.concatenate([self.half, half], axis=1), signs)
 
-    @property
+    @cached_property
+    def freedom(self) -> int:
+        """Degrees of freedom beyond geometry and free coefficients."""
+        free = sum(len(t.candidate.names) for t in self.model if not t.candidate.shrunk)
+        return self.grams.count - self.grams.geometry - free
+
+    @cached_property
     def square(self) -> float:
-        return float(self.inner[-1, -1])
+        return float(self.grams.total[-1, -1] - self.half[-1] ** 2 @ self.sign)
+
+    def inner(self, columns: Int[np.ndarray, "*n k"]) -> Float[np.ndarray, "*n k k"]:
+        """Inner products of some columns with each other."""
+        whole, half = self.grams.total[columns[..., None], columns[..., None, :]], self.half[columns]
+        return whole - (half * self.sign) @ half.swapaxes(-1, -2)
+
+    def along(self, columns: Int[np.ndarray, "*n k"]) -> Float[np.ndarray, "*n k"]:
+        """Inner products of some columns with the residual."""
+        return self.grams.total[columns, -1] - self.half[columns] @ (self.sign * self.half[-1])
+
+    def rows(self, columns: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k gc1"]:
+        """Inner products of some columns with all."""
+        return self.grams.total[columns] - (self.half[columns] * self.sign) @ self.half.T
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,27 +121,22 @@ class Offer:
     log_p: float
 
 
-def projection(grams: Grams, model: Model) -> Callable[[np.ndarray], np.ndarray]:
-    """Maps inner products (n, gc1) of n columns with all others to the coordinates (used, n) that a model and
-    the geometry explain, in an orthonormal basis."""
-    own, precision = own_columns(grams, model)
-    used = np.concatenate([np.arange(grams.geometry), own])
+def projection(grams: Grams, model: Model) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+    """Columns that a model and the geometry use, N of them, and what makes of inner products (k, n) with them
+    the coordinates (k, n) of what these explain, in an orthonormal basis."""
+    used, precision = used_columns(grams, model)
     factor, scale = factored(curved(grams, among(grams.total, used), precision))
-    return lambda inner: linalg.solve_triangular(
-        factor, scale[:, None] * inner[:, used].T, lower=True, check_finite=False
-    )
+
+    def project(inner: Float[np.ndarray, "k n"]) -> Float[np.ndarray, "k n"]:
+        return linalg.solve_triangular(factor, scale[:, None] * inner.T, lower=True, check_finite=False).T
+
+    return used, project
 
 
-def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Remainder:
-    """Fit a model and geometry and project them out of all columns, or of those of one effect."""
-    project = projection(grams, model)
-    if only is None:
-        half = project(grams.total)
-        return Remainder.of(grams, model, grams.total - half.T @ half)
-    requested = np.append(grams.columns((*only, *grams.inertia.get(tuple(only), ()))), len(grams.total) - 1)
-    half, inner = project(grams.total[requested]), np.zeros_like(grams.total)
-    inner[np.ix_(requested, requested)] = grams.total[np.ix_(requested, requested)] - half.T @ half
-    return Remainder.of(grams, model, inner)
+def left_by(grams: Grams, model: Model) -> Remainder:
+    """Fit a model and geometry and project them out of all columns."""
+    used, project = projection(grams, model)
+    return Remainder(grams, model, project(grams.total[used].T), np.ones(len(used)))
 
 
 def offer(left: Remainder, candidate: Candidate) -> Offer | None:
@@ -167,15 +184,11 @@ def _follows_load(candidate: Candidate) -> bool:
 
 
 def _offers(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
-    """The same with fixed masses."""
-    found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
-    sizes: dict[int, list[Candidate]] = {}
-    for c in candidates:
-        if not c.shrunk:
-            sizes.setdefault(len(c.names), []).append(c)
-    for alike in sizes.values():
-        found += _free(left, alike)
-    return found
+    """The same with fixed masses; those of one size together, as this is faster."""
+    alike: dict[tuple[bool, int], list[Candidate]] = {}
+    for c in sorted(candidates, key=lambda c: not c.shrunk):
+        alike.setdefault((c.shrunk, len(c.names)), []).append(c)
+    return [o for (shrunk, _), ones in alike.items() for o in (_shrunk if shrunk else _free)(left, ones)]
 
 
 def _weighed(left: Remainder, candidates: Sequence[Candidate], names: Sequence[str]) -> list[Offer]:
@@ -184,15 +197,10 @@ def _weighed(left: Remainder, candidates: Sequence[Candidate], names: Sequence[s
     Without the effect they would not act, so chance is computed for both together: evidence of e^g occurs by
     chance in at most e^-g of all arms (Markov's inequality).
     """
-    columns = left.grams.columns(names)
-    precision = np.diag(_known(left.grams, names))
-    block = left.inner[np.ix_(columns, columns)]
-    factor = linalg.cholesky(block + precision, lower=True, check_finite=False)
-    mine = np.append(left.grams.columns([n for c in candidates for n in c.names]), left.inner.shape[0] - 1)
-    half = linalg.solve_triangular(factor, left.inner[np.ix_(columns, mine)], lower=True, check_finite=False)
-    inner = left.inner.copy()
-    inner[np.ix_(mine, mine)] -= half.T @ half
-    beside = replace(left, inner=inner)
+    columns, precision = left.grams.columns(names), np.diag(_known(left.grams, names))
+    factor = linalg.cholesky(left.inner(columns) + precision, lower=True, check_finite=False)
+    half = linalg.solve_triangular(factor, left.rows(columns), lower=True, check_finite=False)
+    beside = left.with_more(left.model, half.T)
     charge = np.log(np.diagonal(factor)).sum() - 0.5 * np.log(np.diagonal(precision)).sum()
     taken = 0.5 * left.freedom * np.log(left.square / beside.square) - float(charge)
     gains = [(o, o.gain + taken) for o in _offers(beside, candidates)]
@@ -207,10 +215,9 @@ def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
 def _free(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     """Candidates with the same number of free coefficients."""
     columns = np.stack([left.grams.columns(c.names) for c in candidates])
-    inner = left.inner[columns[:, :, None], columns[:, None, :]]
     known = expected(left.grams, candidates)
-    value, vectors = np.linalg.eigh(inner + known[:, :, None] * np.eye(known.shape[1]))
-    along = (vectors.transpose(0, 2, 1) @ left.inner[columns, -1, None])[..., 0]
+    value, vectors = np.linalg.eigh(left.inner(columns) + known[:, :, None] * np.eye(known.shape[1]))
+    along = (vectors.transpose(0, 2, 1) @ left.along(columns)[..., None])[..., 0]
     seen = value > MIN_INDEPENDENT_SHARE
     rank = seen.sum(1)
     taken = np.where(seen, along**2 / np.where(seen, value, 1.0), 0.0).sum(1)
@@ -250,46 +257,52 @@ def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
         return float(np.log(special.fdtrc(rank, freedom - rank, ratio)))
 
 
-def _shrunk(left: Remainder, candidate: Candidate) -> Offer | None:
-    """A candidate whose coefficients share a variance: the most likely one."""
-    columns = left.grams.columns(candidate.names)
-    inner, along = left.inner[np.ix_(columns, columns)], left.inner[columns, -1]
-    root = _root(left.grams, candidate)
-    value, vectors = linalg.eigh(root.T @ inner @ root, check_finite=False)
+def _shrunk(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
+    """Candidates with the same number of coefficients that share a variance: the most likely one."""
+    grams, columns = left.grams, np.stack([left.grams.columns(c.names) for c in candidates])
+    along = left.along(columns)[..., None]
+    root = np.stack([_root(grams, c) for c in candidates])
+    value, vectors = np.linalg.eigh(root.transpose(0, 2, 1) @ left.inner(columns) @ root)
     value = np.maximum(value, 0.0)
-    square = (vectors.T @ (root.T @ along)) ** 2
-    if value.max(initial=0.0) <= MIN_INDEPENDENT_SHARE or left.freedom <= 2:
-        return None
-    widest = (root**2).sum(1) / left.grams.bounds(candidate.names) ** 2
-    tried = np.maximum(PRECISIONS * value[value > MIN_INDEPENDENT_SHARE * value.max()].mean(), widest.max())
-    rest = left.square - (square / (value + tried[:, None])).sum(1)
-    charge = 0.5 * np.log1p(value / tried[:, None]).sum(1)
+    spread = root @ vectors
+    square = (spread.transpose(0, 2, 1) @ along)[..., 0] ** 2
+    seen = value > MIN_INDEPENDENT_SHARE * value.max(1, keepdims=True)
+    typical = (value * seen).sum(1) / np.maximum(seen.sum(1), 1)
+    widest = ((root**2).sum(2) / np.stack([grams.bounds(c.names) for c in candidates]) ** 2).max(1)
+    tried = np.maximum(PRECISIONS * typical[:, None], widest[:, None])[..., None]
+    rest = left.square - (square[:, None] / (value[:, None] + tried)).sum(2)
+    charge = 0.5 * np.log1p(value[:, None] / tried).sum(2)
     gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
-    best = int(np.argmax(gains))
-    gain = float(gains[best])
-    if pushing := _pushing_joints(
-        candidate, vectors, value, tried[best], root, along, rest[best] / left.freedom
-    ):
-        kept = [i for i in range(len(candidate.names)) if i not in pushing]
-        return _shrunk(left, candidate.only(kept)) if len(kept) > 1 else None
-    log_p = -max(gain, 0.0)  # of twice the gain, by the chi-squared distribution with two degrees of freedom
-    charged = gain - 0.5 * float(np.log(left.grams.count)) - candidate.effect.handicap
-    return Offer(Term(candidate, float(tried[best])), charged, log_p)
+    found = []
+    for i in np.flatnonzero((value.max(1) > MIN_INDEPENDENT_SHARE) & (left.freedom > 2)):
+        candidate, best = candidates[i], int(np.argmax(gains[i]))
+        gain, precision = float(gains[i, best]), float(tried[i, best, 0])
+        if pushing := _pushing_joints(
+            candidate, spread[i] / np.sqrt(value[i] + precision), along[i, :, 0], rest[i, best] / left.freedom
+        ):
+            kept = [j for j in range(len(candidate.names)) if j not in pushing]
+            found += _shrunk(left, [candidate.only(kept)]) if len(kept) > 1 else []
+            continue
+        log_p = -max(gain, 0.0)  # of twice the gain, χ² distributed with two degrees of freedom
+        charged = gain - 0.5 * float(np.log(grams.count)) - candidate.effect.handicap
+        found.append(Offer(Term(candidate, precision), charged, log_p))
+    return found
 
 
-def _pushing_joints(candidate, vectors, value, precision, root, along, variance) -> set[int]:
-    """Indices of the coefficients that would act against their load, as in `_refused`."""
+def _pushing_joints(candidate, spread, along, variance) -> set[int]:
+    """Indices of the coefficients that would act against their load, as in `_refused`.
+
+    `spread` is the root of their covariance for residuals of variance 1, `along` what these have along them.
+    """
     if not (candidate.alike and candidate.effect.gives_way):
         return set()
-    spread = root @ vectors / np.sqrt(value + precision)
     found = spread @ (spread.T @ along)
     return set(np.flatnonzero(found < -SIGN_TOLERANCE * np.sqrt(variance * (spread**2).sum(1))).tolist())
 
 
 def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Float[np.ndarray, " gc"]:
     """Scaled coefficients (and geometry steps) of a model for some inner products; zeros elsewhere."""
-    own, precision = own_columns(grams, model)
-    used = np.concatenate([np.arange(grams.geometry), own])
+    used, precision = used_columns(grams, model)
     block = curved(grams, among(inner, used), precision)
     out = np.zeros(grams.total.shape[0] - 1)
     out[used] = solver_of(block)(inner[used, -1])
@@ -303,8 +316,7 @@ def curvature(
 
     Masses and centres are fixed.
     """
-    own, precision = own_columns(grams, model, inertia=False)
-    used = np.concatenate([np.arange(grams.geometry), own])
+    used, precision = used_columns(grams, model, inertia=False)
     block = curved(grams, among(grams.total, used), precision)
     return solver_of(block), block
 
@@ -344,23 +356,25 @@ def coefficients(grams: Grams, model: Model) -> dict[str, float]:
 
 def validated(grams: Grams, model: Model) -> Float[np.ndarray, " folds"]:
     """Sum of squares of every fold, predicted by a fit to the others."""
-    key = tuple((t.candidate, t.precision) for t in model)
-    if key not in grams.validated:
-        whole = np.column_stack([without_each_fold(grams, model), -np.ones(len(grams.folds))])
-        grams.validated[key] = np.array([w @ fold @ w for w, fold in zip(whole, grams.folds, strict=True)])
+    return without_each_fold(grams, model)[1]
+
+
+def without_each_fold(
+    grams: Grams, model: Model
+) -> tuple[Float[np.ndarray, "folds gc"], Float[np.ndarray, " folds"]]:
+    """Solutions, as in `solve`, of fits that leave out one fold each, and the sums of squares there."""
+    if (key := key_of(model)) not in grams.validated:
+        used, precision = used_columns(grams, model)
+        wide = np.append(used, len(grams.total) - 1)
+        whole, found = among(grams.total, wide), np.zeros((len(grams.folds), len(grams.total) - 1))
+        squares = np.empty(len(found))
+        for k, mine in enumerate(among(fold, wide) for fold in grams.folds):
+            inner = whole - mine
+            found[k, used] = solver_of(curved(grams, inner[:-1, :-1], precision))(inner[:-1, -1])
+            left = np.append(found[k, used], -1.0)
+            squares[k] = left @ mine @ left
+        grams.validated[key] = found, squares
     return grams.validated[key]
-
-
-def without_each_fold(grams: Grams, model: Model) -> Float[np.ndarray, "folds gc"]:
-    """Solutions, as in `solve`, of fits that leave out one fold each."""
-    own, precision = own_columns(grams, model)
-    used = np.concatenate([np.arange(grams.geometry), own])
-    wide = np.append(used, len(grams.total) - 1)
-    whole, out = among(grams.total, wide), np.zeros((len(grams.folds), len(grams.total) - 1))
-    for found, fold in zip(out, grams.folds, strict=True):
-        inner = whole - among(fold, wide)
-        found[used] = solver_of(curved(grams, inner[:-1, :-1], precision))(inner[:-1, -1])
-    return out
 
 
 def differs(
@@ -413,6 +427,12 @@ def curved(
     return block
 
 
+def used_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Columns that a model uses, geometry first, and the prior precision of the others."""
+    own, precision = own_columns(grams, model, inertia=inertia)
+    return np.concatenate([np.arange(grams.geometry), own]), precision
+
+
 def own_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Columns of a model's coefficients and of the masses that act through it, and their precision."""
     if not model:
@@ -424,6 +444,11 @@ def own_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np
         columns.append(grams.columns(inertial))
         precisions.append(np.diag(_known(grams, inertial)))
     return np.concatenate(columns), linalg.block_diag(*precisions)
+
+
+def key_of(model: Model) -> tuple[tuple[Candidate, float], ...]:
+    """Key of a model in the caches of inner products."""
+    return tuple((t.candidate, t.precision) for t in model)
 
 
 def rescaled(model: Model, factor: float) -> Model:

@@ -48,6 +48,9 @@ class Grams:
         maximum: Bound of every coefficient, scaled like the columns; unbounded by default.
         history: Inner products of U further columns, which events may change, with all columns and with each
             other, within each piece of time; None unless requested.
+        validated: Cache of `evidence.without_each_fold` by model …
+        lefts: … of what the last ones explain (`reduced_models.left_of`) …
+        wholes: … and of the last one from which terms were removed (`reduced_models.left_without`).
     """
 
     names: tuple[str, ...]
@@ -60,6 +63,9 @@ class Grams:
     reach: Float[np.ndarray, " p"] | float = GEOMETRY_SIGMA
     maximum: Float[np.ndarray, " c"] | None = None
     history: Float[np.ndarray, "pieces u gc1u"] | None = None
+    validated: dict[Any, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict, init=False)
+    lefts: dict[Any, Float[np.ndarray, "gc1 _"]] = field(default_factory=dict, init=False)
+    wholes: dict[Any, Any] = field(default_factory=dict, init=False)
 
     @cached_property
     def tether(self) -> Float[np.ndarray, "g g"]:
@@ -75,33 +81,12 @@ class Grams:
     @cached_property
     def total(self) -> Float[np.ndarray, "gc1 gc1"]:
         """Over all rows."""
-        return self.folds.sum(0)
-
-    @cached_property
-    def running(self) -> Float[np.ndarray, "pieces u gc1u"]:
-        """Running sums of the history."""
-        assert self.history is not None, "the history was requested"
-        return self.history.cumsum(0)
+        return self.folds.sum(0) if len(self.folds) > 1 else self.folds[0]
 
     @cached_property
     def index(self) -> dict[str, int]:
         """Column of every coefficient."""
         return {name: self.geometry + i for i, name in enumerate(self.names)}
-
-    @cached_property
-    def validated(self) -> dict[tuple[Any, ...], Float[np.ndarray, " folds"]]:
-        """Cache of `evidence.validated` by model."""
-        return {}
-
-    @cached_property
-    def lefts(self) -> dict[tuple[Any, ...], Float[np.ndarray, "gc1 gc1"]]:
-        """Cache of inner products left by the last models (`reduced_models.left_of`)."""
-        return {}
-
-    @cached_property
-    def wholes(self) -> dict[tuple[Any, ...], Any]:
-        """Cache of the last model from which terms were removed (`reduced_models.left_without`)."""
-        return {}
 
     @cached_property
     def without_each(self) -> tuple["Grams", ...]:
@@ -228,13 +213,15 @@ def compress(
             columns.add_inner(fold[rows] == f, sums[f])
         if pieces is not None:
             for piece, mine in _together(pieces[rows]):
-                history[piece] += columns.products(mine, np.flatnonzero(alone >= size))
+                some = columns.some(mine)
+                history[piece] += some[:, np.flatnonzero(alone >= size)].T @ some
     given = np.argsort(order)
     history, sums = history[:, :, given], sums[:, given[:size, None], given[:size]]
-    length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[ahead:-1]
+    length = np.sqrt(np.maximum(np.diagonal(sums, axis1=1, axis2=2).sum(0), 0.0))[ahead:-1]
     scale = np.where(length > MIN_COLUMN_LENGTH, length, 1.0)
     by = np.concatenate([np.ones(ahead), scale, np.ones(1 + extra)])
-    sums /= np.outer(by[:size], by[:size])
+    sums /= by[:size, None]
+    sums /= by[:size]
     history /= by
     inertia = coefficients.inertia
     tolerances = [problem.inertia_tolerance[p.name] for p in problem.parameters if p.is_inertia]
@@ -257,7 +244,7 @@ def compress(
 
 def among(inner: Float[np.ndarray, "gc1 gc1"], used: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n n"]:
     """Inner products of some columns with each other."""
-    return inner.take(used, 0).take(used, 1)
+    return inner[used[:, None], used]
 
 
 def _together(labels: Int[np.ndarray, " m"]) -> Iterator[tuple[int, Int[np.ndarray, " k"]]]:

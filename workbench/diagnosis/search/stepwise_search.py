@@ -130,7 +130,7 @@ def trimmed(grams: Grams, model: Model) -> Model:
     """Effects of several joints without the joints that the rows don't support."""
     for term in [t for t in model if t.candidate.alike]:
         rest = drop(model, [term])
-        left = left_by(grams, rest, term.candidate.names)
+        left = left_by(grams, rest)
         best = offer(left, term.candidate)
         while best is not None and len(best.term.candidate.effect.joints) > 2:
             whole, joints = best.term.candidate, range(len(best.term.candidate.effect.joints))
@@ -262,8 +262,7 @@ def supported(grams: Grams, model: Model) -> Model:
     Others are dropped one at a time, least helpful first.
     """
     while model:
-        after, whole = validated(grams, model), solve(grams, model, grams.total)
-        parts = without_each_fold(grams, model)
+        (parts, after), whole = without_each_fold(grams, model), solve(grams, model, grams.total)
         falls = {}
         for term, without in zip(model, validated_without(grams, model, [(t,) for t in model]), strict=True):
             fall = 1.0 - after / without

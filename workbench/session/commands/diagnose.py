@@ -85,10 +85,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         return session.with_message(Severity.LOG, found.message)
 
 
-Added = tuple[Diagnosis, IdentifiedRows]
-
-
-class AddEffects(AbstractTask[Added]):
+class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
     """Make the arm of the diagnosis, its geometry and effects fitted on all rows, the calibrated one."""
 
     title = "Add the effects to the model"
@@ -101,7 +98,7 @@ class AddEffects(AbstractTask[Added]):
         found = _found(session)
         return found, (measurements(session), found.identification())
 
-    def finish(self, session: Session, result: Added) -> Session:
+    def finish(self, session: Session, result: tuple[Diagnosis, IdentifiedRows]) -> Session:
         found, fits = result
         accepted = tuple(a.effect for a in found.effects)
         before = session.results

@@ -9,8 +9,10 @@ from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
+from workbench.identification.fit import Fit
 from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import ReadAs
+from workbench.identification.prior import Prior
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
@@ -56,8 +58,9 @@ class Identify(AbstractTask[IdentifiedRows]):
             raise OptionError(f"the held-out share must be 0 to 99 %, got {self.held_out:.0%}")
 
     def compute(self, session: Session) -> IdentifiedRows:
-        loaded = measurements(session)
-        robot, added = session.robot, session.results.accepted
+        loaded, robot, run = measurements(session), session.robot, session.results.run
+        added = tuple(replace(effect, coefficients=()) for effect in session.results.accepted)
+        names = tuple(name for effect in added for name in effect.names)
         found = identify(
             robot.with_effects(*robot.effects, *added) if added else robot,
             loaded.dataset,
@@ -66,7 +69,8 @@ class Identify(AbstractTask[IdentifiedRows]):
             frames=self.frames,
             free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
-            effects=tuple(name for effect in added for name in effect.names),
+            prior=_known(run.fit, names) if added and run is not None else None,
+            effects=names,
             levelled=self.levelled or session.measurements.levelled,
             reading=ReadAs.GIVEN,  # the rows were read when they were loaded
             seed=self.seed,
@@ -86,11 +90,17 @@ class Identify(AbstractTask[IdentifiedRows]):
         )
         session = with_fit(session, fit)
         overlay = replace(session.choices.overlay, stage=None)
-        if last is None and session.results.comparison is not None:  # later models are seen beside this one
-            nominal = session.results.comparison.errors[:, 0]
-            overlay = replace(overlay, exaggeration=times_for(nominal, session.robot.reach))
+        if last is None and (rows := session.results.comparison) is not None:  # as later models then are
+            overlay = replace(overlay, exaggeration=times_for(rows.errors[:, 0], session.robot.reach))
         session = replace(session, choices=replace(session.choices, overlay=overlay))
         return session.with_message(Severity.LOG, _summary(found, fit))
+
+
+def _known(fit: Fit, names: tuple[str, ...]) -> Prior:
+    """What held effects near zero as they were found: a knot of a map that no row sees stays there."""
+    columns = [fit.problem.names.index(name) for name in names]
+    rows = fit.problem.prior[:, columns]
+    return Prior(names, fit.problem.prior_centre[columns], rows.T @ rows)
 
 
 @beside("the summary", "")

@@ -94,13 +94,12 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def change(now: float, first: float, *, larger_is_better: bool) -> str:
-    """Change against the beginning in percent, green where better, red where worse."""
+    """Change against the beginning in percent, green where better, red where worse; to stand behind it."""
     if not (np.isfinite(now) and np.isfinite(first)) or first == 0:
         return ""
     share = now / first - 1.0
     if abs(share) < UNCHANGED:
-        return f'<span style="color:{MUTED}">unchanged</span>'
-    good = (share > 0) == larger_is_better
-    colour = GOOD if good else BAD
+        return f' · <span style="color:{MUTED}">unchanged</span>'
+    colour = GOOD if (share > 0) == larger_is_better else BAD
     shown = f"{100 * share:+.1f} %" if abs(share) < 9.995 else f"×{now / first:.0f}"
-    return f'<span style="color:{colour}">{shown.replace("-", "−")}</span>'
+    return f' · <span style="color:{colour}">{shown.replace("-", "−")}</span>'

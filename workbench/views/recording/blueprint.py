@@ -7,6 +7,7 @@ from typing import Any
 
 import rerun.blueprint as rrb
 
+from workbench.identification.result import judged
 from workbench.session.state import Focus, Session
 from workbench.views.drawables.viewpoint import first_view, title
 from workbench.views.recording.canvas import ROW, STEP
@@ -15,8 +16,8 @@ GROUND = (246, 248, 251)
 NEARER = 0.65
 """Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
-ERRORS = {f"{arm} {unit}": f"{arm}_{unit}" for arm in ("nominal", "calibrated") for unit in ("mm", "deg")}
 ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
+ERRORS = ROW_ERRORS | {"nominal deg": "nominal_deg", "calibrated deg": "calibrated_deg"}
 PLOTS = {
     "predicted": ("Predicted errors", {"position mm": "position_mm", "rotation deg": "rotation_deg"}),
     "index": ("Indices", {name: name for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
@@ -31,18 +32,20 @@ def subject(session: Session) -> tuple[Any, ...]:
     return session.robot, session.history.first.plate, title(session), *_in_front(session)
 
 
-def _in_front(session: Session) -> tuple[int, int]:
-    """Which plots and which table, by their place, show what was done last."""
-    results = session.results
-    if results.identification is None or (session.playback.focus is Focus.TARGET and session.shows_plate):
-        return 0, 0
+def _in_front(session: Session) -> tuple[int, int, bool]:
+    """Which plots and which table, by their place, show what was done last; whether errors have angles."""
+    results, found = session.results, session.results.identification
+    has_angles = found is None or judged(found.nominal).orientation_deg is not None
+    if found is None or (session.playback.focus is Focus.TARGET and session.shows_plate):
+        return 0, 0, has_angles
     is_diagnosed = results.diagnosis is not None and not results.accepted
-    return 2, 2 if is_diagnosed else 3
+    return 2, 2 if is_diagnosed else 3, has_angles
 
 
 def blueprint(session: Session) -> rrb.Blueprint:
-    plot, table = _in_front(session)
-    views = [_plots(origin, name, series) for origin, (name, series) in PLOTS.items()]
+    plot, table, has_angles = _in_front(session)
+    shown = PLOTS if has_angles else PLOTS | {"error": ("Errors", ROW_ERRORS)}
+    views = [_plots(origin, name, series) for origin, (name, series) in shown.items()]
     beside = rrb.Vertical(rrb.Tabs(*views, active_tab=plot), rrb.Tabs(*_tables(), active_tab=table))
     above = rrb.Horizontal(_scene(session), beside, column_shares=[1, 1])
     log = rrb.TextLogView(

@@ -83,8 +83,8 @@ def _suspected(found: Mapping[str, float] | None) -> str:
     if not ranked:
         return ""
     share = 100.0 / max(ranked[0][1], 1e-9)
-    drawn = Bars([Bar(capital(name), share * gain, css(SELECTED)) for name, gain in ranked], unit="%").svg()
-    return block(heading("Suspects so far, by how much speaks for each") + drawn, testid="suspects")
+    bars = [Bar(capital(name), round(share * gain), css(SELECTED)) for name, gain in ranked]
+    return block(heading("Suspects so far, strongest 100 %") + Bars(bars, unit="%").svg(), testid="suspects")
 
 
 def _event(place: int, session: Session) -> str:

@@ -6,9 +6,9 @@ import numpy as np
 import viser
 
 from workbench.arm.linearisation import Linearisation
-from workbench.arm.robot import Robot
 from workbench.base.wording import plural
 from workbench.plate.observability import INDICES
+from workbench.plate.plate import Plate
 from workbench.plate.plate_score import SetScore
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
@@ -47,16 +47,15 @@ class IndexPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._drag: Drag | None = None
-        self._robot: Robot | None = None
+        self._plate: Plate | None = None
         self._trace: list[tuple[float, float]] = []
         self.html(self._prediction)
 
     def _prediction(self, session: Session) -> str:
-        if session.robot is not self._robot:  # the last drag was another arm's
-            self._robot, self._trace = session.robot, []
+        if session.plate is not self._plate if session.drag is None else session.drag is not self._drag:
+            self._trace = []  # it led to another plate
+        self._drag, self._plate = session.drag, session.plate
         if session.drag is not None:
-            if session.drag is not self._drag:
-                self._drag, self._trace = session.drag, []
             if len(self._trace) >= TRACE:
                 del self._trace[1::2]
             self._trace.append((session.score.position, session.score.indices["O"]))
@@ -114,8 +113,8 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     errors, indices = zip(*trace, strict=True) if trace else ((), ())
     return (
         '<div style="display:flex;gap:16px;font-variant-numeric:tabular-nums">'
-        + _figure("predicted", f"{number(1e3 * now.position)} mm", f"{own} {error_change}", about, errors)
-        + _figure("O", f"O {number(index, 4)}", f"1 is best {index_change}", INDEX.meaning, indices)
+        + _figure("predicted", f"{number(1e3 * now.position)} mm", own + error_change, about, errors)
+        + _figure("O", f"O {number(index, 4)}", "1 is best" + index_change, INDEX.meaning, indices)
         + f'</div><div data-testid="reading" style="{ONE_LINE}">{_about(session)}</div>'
     )
 
@@ -130,7 +129,7 @@ def _figure(name: str, shown: str, below: str, hint: str, curve: Sequence[float]
 
 def sparkline(values: Sequence[float]) -> str:
     """A curve without numbers, as wide as its place; empty room where there are no two."""
-    y = np.array(values)
+    y, drawn = np.array(values), ""
     y = y[np.isfinite(y)]
     if len(y) > 1:
         low, span = y.min(), max(float(np.ptp(y)), 1e-12)
@@ -138,8 +137,6 @@ def sparkline(values: Sequence[float]) -> str:
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
         line = f'<polyline points="{points}" fill="none" stroke="{css(SELECTED)}" stroke-width="2"'
         drawn = f'{line} vector-effect="non-scaling-stroke"/>'
-    else:
-        drawn = ""
     return (
         '<svg viewBox="0 0 100 24" preserveAspectRatio="none" aria-hidden="true" '
         f'style="display:block;width:100%;height:24px">{drawn}</svg>'
@@ -158,7 +155,7 @@ def _about(session: Session) -> str:
         return f'<span style="color:{BAD}">Unbounded: parameters stay open. {way}.</span>'
     length = np.sqrt(3.0) * session.noise.position
     times = error / length
-    share = "below" if times < 1.0 else f"{number(times, 2)} ×"
+    share = "Below" if times < 1.0 else f"{number(times, 2)} ×"
     return f"{share} the error of one instrument reading ({number(1e3 * length)} mm rms)"
 
 
