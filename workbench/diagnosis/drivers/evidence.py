@@ -299,14 +299,11 @@ class DriverEvidence:
         return clock_of(data)[0][order], data.row[order]
 
     def _steps(self, model: Model, law: Model) -> Iterator[tuple[float, Follower]]:
-        """Processes over time as steps where those of some laws are, their places as many; without any, the
-        best one of all constants."""
+        """Processes over time as steps where those of some laws are, their places as many."""
         stage = self.searched.stage
         constants = tuple(constants_over_time(stage.problem, stage.fit.x))
         events = {t.candidate: t.candidate.effect for t in law}
         steps = {c: e.moment for c, e in events.items() if isinstance(e, AbstractStep)}
-        if not steps:
-            yield from (self._stepped(model, process) for process in constants)
         for candidate, moment in steps.items():
             tried = [f for f in self._over(Driver.TIME) if f.shape is None] or constants
             found = [f.as_step(*self._clock, moment) for f in tried]
