@@ -7,8 +7,6 @@ import numpy as np
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 
-TURN = np.array([0.0, 0.1, 0.1, 0.3, 0.2, 0.2, -0.1])
-
 
 def data(q, **more):
     q = np.atleast_2d(q).T if np.ndim(q) == 1 else q
@@ -31,8 +29,8 @@ def test_a_plain_loop_that_begins_anew_in_every_session_agrees_on_random_runs():
 
 
 def test_nothing_is_derived_where_the_file_says_it_or_has_no_time():
-    own = data(TURN, time=np.arange(7.0), direction=np.ones((7, 1)))
+    own = data(np.arange(7.0), time=np.arange(7.0), direction=np.ones((7, 1)))
     assert with_directions(own) is own
     for time in (None, np.array([0, 1, 2, np.nan, 4, 5, 6])):
-        rows = data(TURN, time=time)
+        rows = data(np.arange(7.0), time=time)
         assert with_directions(rows) is rows

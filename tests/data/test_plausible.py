@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench import Dataset, load_robot
 from workbench.base.errors import DataError
-from workbench.data.plausibility import check_plausible, refuse_joint_quantities, repeated_rows
+from workbench.data.plausibility import check_plausible, refuse_joint_quantities
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
 REACH = 0.9
@@ -82,10 +82,3 @@ def test_what_is_odd_is_noted(data, word):
     notes = check_plausible(data, LIMITS, REACH).notes
     assert len(notes) == 1
     assert re.search(word, notes[0])
-
-
-def test_repeats_heed_sessions():
-    twice = dataset().take(np.array([0, 1, 0]))
-    assert repeated_rows(twice) == [(0, 2)]
-    distance = Dataset(q=twice.q, row=twice.row, position=twice.position, session=np.array(["a", "a", "b"]))
-    assert repeated_rows(distance) == []

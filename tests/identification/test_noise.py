@@ -53,15 +53,20 @@ def test_what_is_left_beyond_the_stated_noise_is_found():
     own = SIGMA[0] * np.exp(rng.uniform(-1.5, 1.5, 300))
     position, rotation = arm.measure(q, rng, 0.0, SIGMA[1])
     scatter = np.hypot(own, 1e-4)[:, None]
-    data = Dataset(
-        q=q,
-        row=np.arange(300),
-        position=position + scatter * rng.standard_normal((300, 3)),
-        rotation=rotation,
-    )
+    data = Dataset(q, position + scatter * rng.standard_normal((300, 3)), rotation)
     found = fitted(claimed(data, own, SIGMA[1])).best.fit.problem.noise
     assert found.position == pytest.approx(1e-4, rel=0.12)
     assert found.rotation < 0.5 * SIGMA[1]
+
+
+def test_repeats_do_not_make_the_noise_smaller(rows):
+    """What the model lacks is the same at a posture however often it is measured."""
+    once = replace(rows, rotation=None).take(np.arange(25))
+    often = once.take(np.repeat(np.arange(25), 10))
+    scatter = np.random.default_rng(3).normal(0.0, 1e-5, (250, 3))
+    often = replace(often, position=often.position + scatter, row=np.arange(250))
+    noise = [identify("aria", d, held_out=0.0).best.fit.problem.noise.position for d in (once, often)]
+    assert noise[1] == pytest.approx(noise[0], rel=0.1)
 
 
 def test_a_sigma_of_zero_is_rounding(tmp_path, rows):
@@ -70,18 +75,13 @@ def test_a_sigma_of_zero_is_rounding(tmp_path, rows):
         [*(f"q{i}[rad]" for i in range(1, 7)), "x[m]", "y[m]", "z[m]", *(f"sigma_{a}[mm]" for a in "xyz")]
     )
     sigma = np.where(np.arange(160) % 4, 0.01, 0.0)
-    lines = [
-        ",".join(repr(float(v)) for v in (*q, *p, s, s, s))
-        for q, p, s in zip(rows.q, rows.position, sigma, strict=True)
-    ]
-    path.write_text("\n".join([head, *lines]))
+    table = np.column_stack([rows.q, rows.position, sigma, sigma, sigma]).tolist()
+    path.write_text("\n".join([head, *(",".join(map(repr, row)) for row in table)]))
     data = read_measurements(path)
     assert any("40 rows state a position sigma of 0" in note for note in data.notes)
     assert data.sigma[0, 0] == pytest.approx(5e-6)
-    assert (
-        fitted(data).best.held_out.position_mm.mean
-        < 1.05 * fitted(replace(data, sigma=None)).best.held_out.position_mm.mean
-    )
+    held, plain = (fitted(d).best.held_out.position_mm.mean for d in (data, replace(data, sigma=None)))
+    assert held < 1.05 * plain
     assert evaluate(load_robot("aria"), data).errors.position_mm.mean > 0.0
 
 

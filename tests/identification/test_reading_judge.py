@@ -5,6 +5,7 @@ a file that is wrong is the worst, then a wrong claim, then valid rows that are 
 """
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -154,6 +155,21 @@ def test_few_files_of_every_kind(seeds):
     assert count["right"] >= len(seeds) - 1, other
     assert not count["wrong"], other
     assert not count["refused"], other
+
+
+@pytest.mark.parametrize("seed", [18, 21, 36, 40])  # as given, two of signs, an exchange
+def test_sessions_of_five_rows_are_read_together(seed):
+    """Alone, with a base and a tool of their own, they would fit nearly anything."""
+    file = File(seed)
+    rows, rng, session = file.rows, np.random.default_rng(seed), np.arange(len(file.rows)) // 5
+    elsewhere = [shift(rng.uniform(-1, 1, 3)) @ turn("z", rng.uniform(-3, 3)) for _ in range(20)]
+    where = np.array([np.eye(4), *elsewhere])[session]
+    position = (where[:, :3, :3] @ rows.position[..., None])[..., 0] + where[:, :3, 3]
+    rotation = None if rows.rotation is None else where[:, :3, :3] @ rows.rotation
+    rows = replace(rows, position=position, rotation=rotation, session=[f"{k:02}" for k in session])
+    found = read_rows(file.robot, rows)
+    assert found.is_found
+    assert file.off(found) < 0.012
 
 
 @pytest.mark.slow

@@ -6,11 +6,14 @@ and other postures. The widest empty stretch between them, in decades, is the to
 together in a chain, as on a slow path, are different postures; of these only equal ones belong together.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 
 MAX_SCATTER = float(np.radians(0.05))
@@ -69,9 +72,10 @@ def pose_units(data: Dataset) -> Int[np.ndarray, " rows"]:
     return _numbered(connected_components(links, directed=False)[1][unit], group)
 
 
+@lru_cache(maxsize=4)
 def repeats(data: Dataset) -> Int[np.ndarray, " rows"]:
     """Number of each row's posture, point, anchor and contact: for a geometric fit its rows are one."""
-    return _together(postures(data.q), data.session, data.point, data.anchor, data.contact)
+    return frozen(_together(postures(data.q), data.session, data.point, data.anchor, data.contact))
 
 
 def within_postures(q: Float[np.ndarray, "rows n"], table: Float[np.ndarray, "rows k"]) -> np.ndarray:

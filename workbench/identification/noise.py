@@ -21,6 +21,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
+from workbench.data.postures import repeats
 from workbench.identification.column_products import inner_products
 from workbench.identification.joint_reading_noise import (
     STUDENT_FREEDOM,
@@ -82,41 +83,51 @@ def from_repeats(data: Dataset) -> Noise | None:
     if data.position is None or data.rotation is None:
         return None
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
-    key = np.column_stack([session, np.round(data.q / SAME_JOINTS)])
-    _, place = np.unique(key, axis=0, return_inverse=True)
     posed = np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
-    squares, freedom = np.zeros(2), 0
-    for k in np.flatnonzero(np.bincount(place) > 1):
-        rows = np.flatnonzero((place == k) & posed)
-        _, once = np.unique(data.position[rows], axis=0, return_index=True)
-        rows = rows[once]
-        if len(rows) < 2:
-            continue
-        off = data.position[rows] - data.position[rows].mean(0)
-        turn = se3.matrix_to_rotvec(data.rotation[rows] @ data.rotation[rows[0]].T)
-        squares += [(off**2).sum() / 3.0, ((turn - turn.mean(0)) ** 2).sum() / 3.0]
-        freedom += len(rows) - 1
+    key = np.column_stack([session, np.round(data.q / SAME_JOINTS), data.position])
+    once = np.flatnonzero(posed)[np.unique(key[posed], axis=0, return_index=True)[1]]
+    _, first, place = np.unique(key[once, :-3], axis=0, return_index=True, return_inverse=True)
+    turn = data.rotation[once] @ np.swapaxes(data.rotation[once[first[place]]], 1, 2)
+    seen = np.hstack([data.position[once], se3.matrix_to_rotvec(turn)])
+    means = np.array([np.bincount(place, column) for column in seen.T]).T / np.bincount(place)[:, None]
+    squares = ((seen - means[place]) ** 2).reshape(-1, 2, 3).sum((0, 2)) / 3.0
+    freedom = len(once) - len(first)
     if freedom < MIN_REPEAT_FREEDOM or not np.isfinite(squares).all() or squares.min() == 0.0:
         return None
     return Noise(*np.sqrt(squares / freedom))
 
 
 def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """Root mean square of the residual at x, per channel; None if it is rounding.
+    """Root mean square of the residual at x, per channel, as for fresh poses; None if it is rounding.
 
-    Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none.
+    Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none. Of repeats
+    the fit takes up what they share, a number a posture, and not how they differ.
     """
-    share = _spare_share(problem, x, factor)
+    weighed = problem.with_shares()
+    share = _spare_share(weighed, x, factor)
     if share is None:
         return None
-    square, old = problem.physical(problem.residual(x)) ** 2, (np.nan, problem.noise.rotation)
+    residual, old = problem.physical(problem.residual(x)), (np.nan, problem.noise.rotation)
+    shared = residual if weighed.shares is None else _shared(problem, residual)
+    square = shared**2 / share + (residual - shared) ** 2
     position, rotation, tilt = (
-        float(np.sqrt(square[mine].mean() / share)) if mine.any() else float(size)
+        float(np.sqrt(square[mine].mean())) if mine.any() else float(size)
         for mine, size in zip(channels(problem), (*old, problem.noise.tilt), strict=True)
     )
     if position < ROUNDING_NOISE.position or min(rotation, tilt) < ROUNDING_NOISE.rotation:
         return None
     return Noise(position, rotation, tilt=tilt)
+
+
+def _shared(problem: Problem, residual: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """The mean of every component over the readings of its posture."""
+    kinds = [
+        np.tile(100 * k + np.arange(b.sigma.shape[1]), len(b.rows)) for k, b in enumerate(problem.blocks)
+    ]
+    key, live = np.concatenate(kinds), problem.inverse_sigma > 0.0
+    key = repeats(problem.data)[problem.component_rows] + len(problem.data) * key
+    total, number = (np.bincount(key, part) for part in (residual * live, live))
+    return total[key] / np.maximum(number[key], 1.0)
 
 
 def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:

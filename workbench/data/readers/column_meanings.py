@@ -68,9 +68,10 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     held = {quantities_of(c.key) for c in columns if c.key}
     bare = replace(table, names=tuple(SECOND_RATE.sub("", text) for text in table.names))
     for i, column in enumerate(columns):
-        key = None if column.key else _column(bare, i, None).key
-        if key and (kind := quantities_of(key)) not in held and (kind == JOINT or not is_commanded(names[i])):
-            columns[i] = replace(_column(bare, i, None), remark=f"'{column.heading}' is read as {key}")
+        key, kind = (second := _column(bare, i, None)).key, quantities_of(second.key or "")
+        if not column.key and key and kind not in held and (kind == JOINT or not is_commanded(names[i])):
+            what = "as commanded" if kind == JOINT else "as the controller has it, unless it was measured"
+            columns[i] = replace(second, remark=f"'{column.heading}' is read as {key}, {what}")
     columns = [_with_unit(column, table, columns) for column in columns]
     of_joints = ["q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)]
     from_zero = {name for name in of_joints if any(c.key == f"{name}0" for c in columns)}

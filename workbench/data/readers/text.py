@@ -11,13 +11,8 @@ from pathlib import Path
 from workbench.base.errors import FileError
 from workbench.data.readers.table import NUMBER, Grid, with_points
 
-_ENCODINGS = (
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-    (b"", "utf-8-sig"),
-    (b"", "cp1252"),
-)
-"""Byte order mark and name of each, in the order in which they are tried."""
+_ENCODINGS = (((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16"), (b"", "utf-8-sig"), (b"", "cp1252"))
+"""Byte order marks and name of each, in the order in which they are tried."""
 COMMENTS = ("#", "% ", "//")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks"}
 """What may part the fields, and what it is called."""

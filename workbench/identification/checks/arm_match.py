@@ -16,16 +16,11 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.as_read import (
-    FOREIGN_MISFIT,
-    is_misread,
-    misread_text,
-    remedy,
-    unexplained_text,
-)
+from workbench.identification.meaning.as_read import is_misread, misread_text, remedy, unexplained_text
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import majority, zeros_fitted
 from workbench.identification.meaning.read_rows import other_arm, read_rows
+from workbench.identification.meaning.reading import FOREIGN_MISFIT
 
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""

@@ -36,8 +36,7 @@ def instrument_scale(aligned: Robot, data: Dataset) -> str:
     off = (np.asarray(rows.position) - seen[:, :3, 3]).ravel()
     frames = [-se3.skew(points), np.broadcast_to(np.eye(3), turned.shape), turned]
     columns = np.concatenate([*frames, points[:, :, None]], axis=2).reshape(len(off), -1)
-    scale = float(np.linalg.lstsq(columns, off, rcond=None)[0][-1])
-    without, left = (_left(part, off) for part in (columns[:, :-1], columns))
+    (_, without), (scale, left) = (_left(part, off) for part in (columns[:, :-1], columns))
     if not (left < EXPLAINED * without and MIN_SCALE < abs(scale) < 1.0):
         return ""
     return (
@@ -47,7 +46,7 @@ def instrument_scale(aligned: Robot, data: Dataset) -> str:
     )
 
 
-def _left(columns: np.ndarray, off: np.ndarray) -> float:
-    """Rms length [m] of what columns leave of differences of points."""
-    rest = off - columns @ np.linalg.lstsq(columns, off, rcond=None)[0]
-    return float(np.sqrt((rest**2).sum() / (len(off) / 3)))
+def _left(columns: np.ndarray, off: np.ndarray) -> tuple[float, float]:
+    """Factor of the last column, and rms length [m] of what columns leave of differences of points."""
+    factors = np.linalg.lstsq(columns, off, rcond=None)[0]
+    return float(factors[-1]), float(np.sqrt(((off - columns @ factors) ** 2).sum() / (len(off) / 3)))

@@ -6,21 +6,25 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.arm.joint_units import sliding
+from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, UnitError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
+from workbench.data.postures import within_postures
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
-from workbench.identification.meaning.torque_sign import with_holding_torques
 from workbench.identification.meaning.usable_rows import MIN_ROWS
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
+
+SURE_TORQUE = 0.8
+"""Minimum correlation with the torque that holds a weight at the flange."""
 
 
 class ReadAs(StrEnum):
@@ -36,7 +40,7 @@ def is_misread(meaning: RowMeaning) -> bool:
     best = meaning.best
     if not meaning.is_found or best.is_plain:
         return False
-    return bool(best.other) or not (best.only_zeros and np.abs(best.zero).max() < SMALL_ZERO)
+    return not (best.only_zeros and np.abs(best.zero).max() < SMALL_ZERO)
 
 
 def as_read(
@@ -103,6 +107,29 @@ def _as_read(
     return robot, _with_notes(data, *_unconfirmed(data))
 
 
+def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
+    """The rows with torques of the drives, with a note where the columns have the opposite sign.
+
+    The weight at the flange is the payload, compared at the same postures, or else that of the links. An arm
+    with masses needs no measured torques.
+    """
+    if (shown := data.torque) is None:
+        return data
+    torque = shown
+    if robot.has_masses or torque.shape[1] != robot.dof or not np.isfinite(torque).all():
+        return data
+    expected = -np.einsum("rij,i->rj", geometric_jacobian(robot.bare, data.q)[:, :3], robot.gravity)
+    if data.payload is not None and np.isfinite(data.payload).all():
+        change = within_postures(data.q, data.payload[:, None])
+        if change.any():
+            expected, torque = change * expected, within_postures(data.q, torque)
+    size = np.linalg.norm(expected) * np.linalg.norm(torque)
+    if not size or (expected * torque).sum() > -SURE_TORQUE * size:
+        return data
+    note = "torque1 … have the sign of the load; read as the torques of the drives, which hold it"
+    return replace(data, torque=-shown, notes=(*data.notes, note))
+
+
 def _with_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> Dataset:
     """Rows of a file that lacks units, in those that the rows tell; refused if they tell none."""
     if meaning is None or any(sliding(robot)):
@@ -152,11 +179,7 @@ def misread_text(meaning: RowMeaning) -> str:
 def unexplained_text(meaning: RowMeaning) -> str:
     """What was tried in full, and how near the nearest came."""
     given = meaning.turned or meaning.plain
-    said = (
-        "no reading fits"
-        if given is None
-        else f"the nominal arm is {given.size} off with the best base and tool"
-    )
+    said = f"the nominal arm is {given.size} off with the best base and tool" if given else "no reading fits"
     if not meaning.tried:
         return said
     if meaning.parts or meaning.constant:

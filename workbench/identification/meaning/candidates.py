@@ -48,18 +48,14 @@ class ColumnReadings:
         """Joint positions that some of them make of columns."""
         return np.einsum("snm,rm->srn", self.w[some], q, optimize=True) + self.zero[some, None]
 
-    def take(self, keep: np.ndarray) -> "ColumnReadings":
-        return replace(self, w=self.w[keep], zero=self.zero[keep], cost=self.cost[keep])
-
     def moving(self, still: Bool[np.ndarray, " m"]) -> "ColumnReadings":
         """Without those that invert, couple or exchange joints that don't move in the rows."""
         if not still.any() or self.w.shape[1] != self.w.shape[2]:
             return self
         eye = np.eye(len(still))
-        same = (self.w[:, still] == eye[still]).all((1, 2)) & (self.w[:, :, still] == eye[:, still]).all(
-            (1, 2)
-        )
-        return self.take(same)
+        rows, columns = self.w[:, still] == eye[still], self.w[:, :, still] == eye[:, still]
+        keep = rows.all((1, 2)) & columns.all((1, 2))
+        return replace(self, w=self.w[keep], zero=self.zero[keep], cost=self.cost[keep])
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,14 +115,9 @@ class Families:
                 if (min(j, k), max(j, k)) not in self.parallel:
                     for ratio in (1.0, -1.0, 0.5, -0.5):
                         add(1.5 * COUPLING, (k, j, ratio))
+            i, j = n - 2, n - 1
             for share in (0.5, 1.0):
-                last = (
-                    (n - 2, n - 2, share),
-                    (n - 2, n - 1, share),
-                    (n - 1, n - 2, share),
-                    (n - 1, n - 1, -share),
-                )
-                add(2.0 * COUPLING, *last)
+                add(2.0 * COUPLING, (i, i, share), (i, j, share), (j, i, share), (j, j, -share))
         return found
 
     @property
@@ -167,30 +158,23 @@ class Families:
     def _some_zeros(self) -> Float[np.ndarray, "s n"]:
         """One zero on a grid, or two by quarter turns."""
         one = [a * GRID * np.eye(self.dof)[k] for k in self._inner for a in range(1, 12)]
-        pairs = combinations(self._inner, 2)
-        two = [
-            QUARTER * (a * np.eye(self.dof)[j] + b * np.eye(self.dof)[k])
-            for j, k in pairs
-            for a, b in product((1, 2, 3), repeat=2)
-        ]
+        pairs = product(combinations(np.eye(self.dof)[self._inner], 2), product((1, 2, 3), repeat=2))
+        two = [QUARTER * (a * j + b * k) for (j, k), (a, b) in pairs]
         return np.array([*one, *two]).reshape(-1, self.dof)
 
     def _with_zeros(self, w: np.ndarray, cost: np.ndarray, zeros: np.ndarray) -> ColumnReadings:
         """Each of some matrices with each of some zeros."""
         costs = np.tile(cost, len(zeros)) + ZERO * (np.repeat(zeros, len(w), axis=0) != 0.0).sum(1)
-        return ColumnReadings(
-            np.tile(w, (len(zeros), 1, 1)), np.repeat(zeros, len(w), axis=0), costs, refined=True
-        )
+        w, zeros = np.tile(w, (len(zeros), 1, 1)), np.repeat(zeros, len(w), axis=0)
+        return ColumnReadings(w, zeros, costs, refined=True)
 
     @property
     def exchanges(self) -> ColumnReadings:
         """Two columns exchanged, without signs."""
         n = self.dof
         orders = [[{a: b, b: a}.get(k, k) for k in range(n)] for a, b in combinations(range(n), 2)]
-        alike = [np.eye(n)[o] for o in orders if (self.slides[o] == self.slides).all()]
-        return ColumnReadings(
-            np.array(alike).reshape(-1, n, n), np.zeros((len(alike), n)), np.full(len(alike), ORDER)
-        )
+        w = np.eye(n)[[o for o in orders if (self.slides[o] == self.slides).all()]].reshape(-1, n, n)
+        return ColumnReadings(w, np.zeros(w.shape[:2]), np.full(len(w), ORDER))
 
     @property
     def zeros(self) -> ColumnReadings:

@@ -26,18 +26,23 @@ def majority(robot: Robot, data: Dataset) -> tuple[tuple[int, ...], float] | Non
     if located is None:
         return None
     located = replace(located, rotation=None, written=None)
-    off, bare = np.zeros(len(located)), robot.bare
+    off = np.zeros(len(located))
     for _ in range(TRIM_ROUNDS):
         most = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
         some = most.take(far_apart(most, PLACED_ROWS))
-        at = place(bare, some.q[None], np.asarray(some.position)[None], None)
-        placed = at.base[0] @ chains.poses(bare.chain, located.q) @ at.tool[0]
-        off = np.linalg.norm(placed[:, :3, 3] - located.position, axis=1)
+        off = placed_errors(robot, some, located)
     fits = off < FITS * robot.reach
     error = float(np.median(off[fits])) if fits.any() else np.inf
     if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
         return None
     return tuple(located.row[~fits].tolist()), error
+
+
+def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
+    """Distances of points [m] from an arm that is placed by some rows."""
+    at = place(robot.bare, some.q[None], np.asarray(some.position)[None], None)
+    poses = at.base[0] @ chains.poses(robot.bare.chain, data.q) @ at.tool[0]
+    return np.linalg.norm(poses[:, :3, 3] - data.position, axis=1)
 
 
 def placed(robot: Robot, data: Dataset) -> Robot:

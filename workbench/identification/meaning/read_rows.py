@@ -11,11 +11,10 @@ from workbench.base.assets import built_in_robots
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.candidates import ColumnReadings, Families
 from workbench.identification.meaning.meaning import RowMeaning, ranked
-from workbench.identification.meaning.moved_between import parts_in_order
-from workbench.identification.meaning.one_constant import one_constant
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import CLEAR, FEW_POINTS, SURE, ReadingSearch
-from workbench.identification.meaning.usable_rows import usable
+from workbench.identification.meaning.unexplained import one_constant, parts_in_order
+from workbench.identification.meaning.usable_rows import few_each, usable
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
@@ -31,10 +30,12 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         data: Rows; those of the session, and of the point, that has most are looked at.
         likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
     """
-    rows = usable(data)
+    rows, sessions = usable(data), 1
     if rows is None:
+        rows, sessions = few_each(data)
+    if not sessions:
         return None
-    search, plain = ReadingSearch(robot, rows), None
+    search, plain = ReadingSearch(robot, rows, sessions=sessions), None
     if data.joints == robot.dof:
         plain = search.plain(closed=True)
         plain = plain if search.suffices(plain) else search.plain(closed=False)
@@ -51,7 +52,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         return None
     meaning = ranked(search, plain)
     given = meaning.turned or plain
-    if likely or given is None or meaning.is_found:
+    if likely or given is None or meaning.is_found or sessions > 1:
         return meaning
     if parts := parts_in_order(robot, search.data):
         return replace(meaning, parts=parts)
@@ -68,7 +69,9 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
 
         def first() -> None:
             search.family("signs and couplings", robot, own.signs)
-            if near or likely:  # a plain reading that fits so-so has met these before it stands
+            if (
+                near or likely
+            ) and search.sessions == 1:  # a plain reading that fits so-so has met these before it stands
                 search.family("exchanges", robot, own.exchanges)
                 search.family("zeros", robot, own.zeros, inverse=False)
 
@@ -80,13 +83,13 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     if columns != robot.dof:
         return stages
     zeros: list[Callable[[], None]] = [
-        lambda: search.family("zeros with signs", robot, own.signed_zeros, inverse=False),
-        lambda: search.family("couplings with zeros", robot, own.coupled_zeros, inverse=False),
-        lambda: search.family("quarter turns with signs", robot, own.quarters, inverse=False),
+        lambda name=name: search.family(name, robot, FAMILIES[name](own), inverse=False)
+        for name in [*FAMILIES][1:]
     ]
     if likely:
         return stages + zeros[:1]
-    return [*stages, lambda: search.family("orders", robot, own.orders), *zeros]
+    stages.append(lambda: search.family("orders", robot, own.orders))
+    return stages + zeros if search.sessions == 1 else stages
 
 
 def other_arm(robot: Robot, data: Dataset, off: float) -> str:
@@ -110,7 +113,7 @@ def _try_arms(search: ReadingSearch) -> None:
             search.family("other arms", arm.bare, plain, inverse=False, other=name)
 
 
-HELD_FAMILIES: dict[str, Callable[[Families], ColumnReadings]] = {
+FAMILIES: dict[str, Callable[[Families], ColumnReadings]] = {
     "signs and couplings": lambda families: families.signs,
     "zeros with signs": lambda families: families.signed_zeros,
     "couplings with zeros": lambda families: families.coupled_zeros,
@@ -125,7 +128,7 @@ def read_held(robots: Sequence[Robot], data: Dataset) -> RowMeaning:
     """
     search = ReadingSearch(robots[0], data, held=True)
     arms = [(robot, Families(robot, robot.dof)) for robot in robots]
-    for name, candidates in HELD_FAMILIES.items():
+    for name, candidates in FAMILIES.items():
         for robot, families in arms:
             search.family(name, robot, candidates(families), inverse=False)
         best = min(search.found, key=lambda r: r.score)

@@ -102,18 +102,15 @@ class RowReading:
     @property
     def only_zeros(self) -> bool:
         """Whether nothing but zeros of joints is read otherwise."""
-        frames = self.inverse or self.mirrored or self.scale != 1.0 or self.unit != 1.0
-        return not frames and self.columns_as_given
+        return replace(self, zero=np.zeros_like(self.zero)).is_plain
 
     @cached_property
     def changes(self) -> tuple[str, ...]:
         """What is read otherwise of joints, units and handedness, in words."""
         found = [f"the arm is {self.robot.name}"] if self.other else []
         if self.unit != 1.0:
-            unit = (
-                "degrees labelled rad (q1[deg] …)" if self.unit < 1.0 else "rad labelled degrees (q1[rad] …)"
-            )
-            found.append(f"the joints are {unit}")
+            unit = "degrees labelled rad (q1[deg]" if self.unit < 1.0 else "rad labelled degrees (q1[rad]"
+            found.append(f"the joints are {unit} …)")
         if self.zero.any() or not self.columns_as_given:
             found += _joint_texts(self.w, self.zero)
         if self.inverse:
@@ -221,9 +218,7 @@ def _axes_text(axes: np.ndarray) -> str:
     if np.array_equal(axes, LEFT_HANDED):
         return "x, y, z are left-handed: two exchanged, or one inverted"
     changed = ["xyz"[k] for k in range(3) if axes[k, k] != 1.0]
-    return (
-        f"{changed[0]} is inverted" if len(changed) == 1 else f"{changed[0]} and {changed[1]} are exchanged"
-    )
+    return f"{' and '.join(changed)} {'is inverted' if len(changed) == 1 else 'are exchanged'}"
 
 
 def _joint_texts(w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"]) -> list[str]:

@@ -3,12 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 
 from workbench.data.dataset import Dataset
 
 MIN_ROWS = 6
 """Minimum number of rows with a point to search for readings."""
+MIN_BEYOND = 30
+"""The same of numbers, of sessions with fewer rows, beyond those that place each of them."""
 PLACED_ROWS = 60
 """Rows that are enough to place a reading."""
 
@@ -19,10 +21,7 @@ def usable(data: Dataset) -> Dataset | None:
         data = replace(data, position=data.markers[:, 0])
     if data.position is None:
         return None
-    rows = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.q).all(1)
-    if data.rotation is not None:
-        turned = rows & np.isfinite(data.rotation).all((1, 2))
-        rows = turned if turned.sum() >= MIN_ROWS else rows
+    rows = _located(data)
     for names in (data.session, data.point):
         if names is not None and rows.any():
             values, counts = np.unique(names[rows], return_counts=True)
@@ -37,6 +36,32 @@ def usable(data: Dataset) -> Dataset | None:
     away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
     near = away <= 20.0 * np.median(away) + 1e-9
     return kept if near.all() else kept.take(near)
+
+
+def few_each(data: Dataset) -> tuple[Dataset, int]:
+    """Equally many rows of each session, one after the other, where none has enough, and how many sessions;
+    none where all together have too few numbers beyond their bases and tools."""
+    if data.position is None or data.session is None or not (rows := _located(data)).any():
+        return data, 0
+    turned = data.rotation is not None and np.isfinite(data.rotation[rows]).all()
+    own, unknown = (6, 12) if turned else (3, 9)
+    _, name, counts = np.unique(data.session[rows], return_inverse=True, return_counts=True)
+    size = int(np.median(counts))
+    chosen = np.flatnonzero(counts >= size)[: PLACED_ROWS // size]
+    some = [np.flatnonzero(rows)[name == k][:size] for k in chosen]
+    if (own * size - unknown) * len(some) < MIN_BEYOND:
+        return data, 0
+    kept = data.take(np.concatenate(some))
+    return kept if turned else replace(kept, rotation=None, written=None), len(some)
+
+
+def _located(data: Dataset) -> Bool[np.ndarray, " rows"]:
+    """Rows with a point, and an orientation if enough have one."""
+    rows = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.q).all(1)
+    if data.rotation is None:
+        return rows
+    turned = rows & np.isfinite(data.rotation).all((1, 2))
+    return turned if turned.sum() >= MIN_ROWS else rows
 
 
 def far_apart(data: Dataset, count: int) -> Int[np.ndarray, " k"]:

@@ -1,0 +1,115 @@
+"""What is said of rows that no reading explains: which parts fit, as where instrument, robot or tool were
+moved; or with which constant of the arm's table all fit, if it is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm import chain as chains
+from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.wording import in_mm
+from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.meaning.bounds import WEIGHT
+from workbench.identification.meaning.nominal_fit import placed_errors
+from workbench.identification.meaning.reading import FITS, FITS_TURN, NARROW, RowReading
+from workbench.identification.meaning.search import CLEAR
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+
+MIN_PART = 10
+"""Minimum number of rows of a part: with fewer, base and point of the tool fit too much."""
+WITHIN = 0.5 * FITS
+"""Misfit of a part as a share of the reach."""
+STEPS, UNIT = 30, 1e-4
+"""Maximum steps of a fit, and its noise as a share of the reach."""
+ALIKE = 1.3
+"""Ratio of misfits within which other constants are named as well."""
+SHOWN = 2
+
+
+def parts_in_order(robot: Robot, data: Dataset) -> str:
+    """`data rows 0–29 fit to 1.5 mm, and 30–59 to 1.6 mm elsewhere`; empty if neither end fits by itself.
+
+    Args:
+        robot: The arm that is said to have moved.
+        data: Rows that fit it in no reading, in their order.
+    """
+    for rows, is_begin in ((data, True), (data.take(np.arange(len(data))[::-1]), False)):
+        if (length := _part_that_fits(robot, rows)) in (0, len(rows)):
+            continue
+        own, other = rows.take(np.arange(length)), rows.take(np.arange(length, len(rows)))
+        text = f"data rows {_span(own)} fit to {in_mm(_misfit(robot, own))}"
+        if len(other) >= MIN_PART and _fits(robot, other):
+            return f"{text}, and {_span(other)} to {in_mm(_misfit(robot, other))} with another base or tool"
+        return f"{text}, those {'after' if is_begin else 'before'} them don't"
+    return ""
+
+
+def _span(data: Dataset) -> str:
+    return f"{data.row.min()}–{data.row.max()}"
+
+
+def _part_that_fits(robot: Robot, data: Dataset) -> int:
+    """Number of rows at the beginning that fit by themselves; 0 if there is no such part."""
+    low, high = MIN_PART, len(data)
+    if high < 2 * MIN_PART or not _fits(robot, data.take(np.arange(low))):
+        return 0
+    while high - low > 1:  # a few rows more are set apart, and the part still fits
+        middle = (low + high) // 2
+        low, high = (middle, high) if _fits(robot, data.take(np.arange(middle))) else (low, middle)
+    some = data.take(np.arange(max(MIN_PART, int(0.8 * low))))
+    near = placed_errors(robot, some, data) < WITHIN * robot.reach
+    off = [not near[k] and near[k : k + 3].sum() < 2 for k in range(len(near))]
+    return int(np.argmax([*off, True]))
+
+
+def _misfit(robot: Robot, data: Dataset) -> float:
+    """Root mean square distance of rows that may set some apart [m]."""
+    error = placed_errors(robot, data, data)
+    return float(np.sqrt((np.sort(error)[: max(1, int(0.8 * len(data)))] ** 2).mean()))
+
+
+def _fits(robot: Robot, data: Dataset) -> bool:
+    points = np.asarray(data.position)
+    wide = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
+    return _misfit(robot, data) < min(WITHIN * robot.reach, NARROW * wide)
+
+
+def one_constant(reading: RowReading, data: Dataset) -> str:
+    """`with joint4.d 108.8 instead of 88.8 mm they fit to 0.02 mm`; empty if no constant explains the rows.
+
+    Args:
+        reading: Plain joints, placed.
+        data: The rows that it was placed with.
+    """
+    arm, rows = reading.robot, reading.apply(data.take(np.delete(np.arange(len(data)), reading.apart)))
+    arm = replace(arm, mounting=arm.mounting.at(reading.base, reading.tool))
+    tried = (_without(arm, rows, e.name) for e in arm.elements if e.matrix is None)
+    found = sorted(tried, key=lambda f: f[0])
+    best = [f for f in found if f[0] < ALIKE * found[0][0] + 1e-6]
+    score, position, turn, _ = best[0]
+    if CLEAR * score > reading.score or position > FITS * arm.reach or turn > FITS_TURN:
+        return ""
+    which = " or ".join(text for *_, text in best[:SHOWN])
+    return f"with {which} they fit to {in_mm(position)}"
+
+
+def _without(arm: Robot, rows: Dataset, name: str) -> tuple[float, float, float, str]:
+    """Score, misfits [m, rad], and what was changed, with one constant fitted beside base and tool."""
+    freedom = FrameFreedom(FRAME_PARTS, FRAME_PARTS)
+    noise = Noise(UNIT * arm.reach, UNIT / WEIGHT)
+    problem = Problem.build(arm, rows, free=[name], frames=freedom, noise=noise)
+    fitted = problem.robot_at(Opt2(limit=STEPS).search(problem).x)
+    poses = chains.poses(fitted.chain, rows.q)
+    position = float(np.sqrt(((poses[:, :3, 3] - rows.position) ** 2).sum(1).mean()))
+    turn = 0.0
+    if rows.rotation is not None:
+        turned = se3.matrix_to_rotvec(np.swapaxes(poses[:, :3, :3], 1, 2) @ rows.rotation)
+        turn = float(np.sqrt((turned**2).sum(1).mean()))
+    element = next(e for e in arm.elements if e.name == name)
+    unit, factor = ("°", 180.0 / np.pi) if element.axis.turns else (" mm", 1e3)
+    before, after = (factor * float(r.values((name,))[0]) for r in (arm, fitted))
+    text = f"{name} {after:.4g} instead of {before:.4g}{unit}"
+    return float(np.hypot(position / arm.reach, WEIGHT * turn)), position, turn, text
