@@ -70,16 +70,17 @@ def test_drift_is_certain_only_where_postures_come_again_later():
         assert drift.doubt(Motion(never, time=time))
 
 
-def test_a_cause_is_certain_only_if_it_survives_and_names_the_joints_that_do(soft, monkeypatch):
+def test_a_cause_is_as_sure_as_it_survives_and_names_the_joints_that_do(soft, monkeypatch):
     case, certain = soft
     (cause,) = certain.causes
-    monkeypatch.setattr(claimed_causes, "survival", lambda *a, **k: Survival(True, frozenset({1})))
-    (fewer,) = diagnose(case.robot, case.data, held_out=0.0).causes
-    assert fewer.confidence is Confidence.CERTAIN
-    assert fewer.joints == tuple(j for j in cause.joints if j != 1)
-    monkeypatch.setattr(claimed_causes, "survival", lambda *a, **k: Survival(False, frozenset()))
-    (weaker,) = diagnose(case.robot, case.data, held_out=0.0).causes
-    assert weaker.confidence is Confidence.PROBABLE
+    for kept, joints, confidence in (
+        (Survival(True, frozenset({1})), {*cause.joints} - {1}, Confidence.CERTAIN),
+        (Survival(False, frozenset()), {0, *cause.joints}, Confidence.PROBABLE),
+        (Survival(True, frozenset(range(6))), {0, *cause.joints}, Confidence.OPEN),
+    ):
+        monkeypatch.setattr(claimed_causes, "survival", lambda *a, kept=kept, **k: kept)
+        (found,) = diagnose(case.robot, case.data, held_out=0.0).causes
+        assert (found.confidence, {*found.joints}) == (confidence, joints)
 
 
 def searched_with(problem, candidate):

@@ -45,8 +45,7 @@ def fitted(rows, shared, own):
     error += own * rng.standard_normal((len(rows), 3))
     data = replace(rows, position=rows.position + error, rotation=None, sigma=None, row=np.arange(len(rows)))
     fit = wb.identify(ARIA, data, held_out=0.0).best.fit
-    alone = replace(fit.problem, shares=None)  # rows by themselves, as a diagnosis fits them
-    return replace(fit, problem=alone)
+    return replace(fit, problem=replace(fit.problem, shares=None))  # rows alone, as a diagnosis fits them
 
 
 def test_standard_errors_count_places_whose_rows_share_an_error(measured):

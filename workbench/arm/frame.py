@@ -5,7 +5,7 @@ A frame is written as a translation, a constant rotation, and three small rotati
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -28,7 +28,7 @@ def revised(record: Record, **values: Any) -> Record:
     """A copy of a frozen record with other fields: `replace` for values that are computed from checked ones,
     and need no check again."""
     copy = object.__new__(type(record))
-    kept = {f.name: getattr(record, f.name) for f in fields(record)}  # type: ignore[arg-type]
+    kept = {n: v for n, v in vars(record).items() if n in record.__dataclass_fields__}  # type: ignore
     copy.__dict__.update(kept | values)
     return copy
 

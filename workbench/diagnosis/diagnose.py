@@ -23,7 +23,7 @@ from workbench.data.directions import with_directions
 from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
-from workbench.diagnosis.claims.claimed_causes import find_causes
+from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
 from workbench.diagnosis.drivers.evidence import Correction, DriverEvidence, FollowedDriver
 from workbench.diagnosis.final_fit import best_geometry
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
@@ -125,7 +125,7 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
         causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
     followed, correction = _followed(search, drivers, causes, remaining)
     tilted = gravity_direction_causes(saved.fit, given, remaining.noise)
-    causes = largest_first(*causes, *tilted)
+    causes = largest_first(*causes, *tilted)[:MAX_CAUSES]
     residual_map = _residual_map(search, saved, causes)
     verdict, message = Verdict.NO_EFFECT, search.too_few or ""
     if search.too_few is None:

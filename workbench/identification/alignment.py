@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
-from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
@@ -112,7 +111,7 @@ def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot
     yield robot
     if not freedom.base or data.position is None:
         return
-    arm = chains.poses(robot.with_frames(base=Frame(), tool=Frame()).chain, data.q)
+    arm = chains.poses(robot.bare.chain, data.q)
     seen = np.isfinite(data.position).all(-1)
     groups = [np.flatnonzero(seen & data.in_session(name)) for name in data.sessions]
     groups = [g for g in groups if len(g)]

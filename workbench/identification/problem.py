@@ -397,9 +397,11 @@ class Problem:
         """The same problem with all rows of a posture counting as one: what it lacks there is the same."""
         if self.shares is not None:
             return self
-        same = repeats(self.data)
-        count = np.bincount(same)[same]
-        return self if count.max(initial=1) == 1 else replace(self, shares=1.0 / count)
+        kept = vars(self.data)  # problems of the same rows have the same shares
+        if "shares" not in kept:
+            count = np.bincount(same := repeats(self.data))[same]
+            kept["shares"] = None if count.max(initial=1) == 1 else 1.0 / count
+        return self if kept["shares"] is None else replace(self, shares=kept["shares"])
 
     def with_prior(
         self, names: Sequence[str], values: Float[np.ndarray, " k"], whitening: Float[np.ndarray, "k k"]

@@ -1,12 +1,14 @@
 """The session in the repository: it opens, it can be done again, and its pictures show what it was."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from workbench.plate.observability import INDICES
+from workbench.views.recording.blueprint import subject
 from workbench.views.recording.canvas import ROW, STEP, TIME
-
-MAX_BYTES = 2 * 2**20
-"""Size of the folder [bytes]."""
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +17,7 @@ def pictures(sample, reader):
 
 
 def test_it_is_small(sample):
-    assert sum(p.stat().st_size for p in sample.folder.rglob("*") if p.is_file()) <= MAX_BYTES
+    assert sum(p.stat().st_size for p in sample.folder.rglob("*") if p.is_file()) <= 2 * 2**20
 
 
 def test_it_comes_to_the_same_numbers(sample, replayed):
@@ -35,15 +37,15 @@ def test_every_kind_of_thing_is_there(pictures, replayed):
 
 
 def test_the_numbers_are_the_session_s(pictures, sample, replayed):
-    session = replayed.session
-    last = pictures.values("/predicted/position_mm", "Scalars:scalars")[-1][1][0]
-    assert last == pytest.approx(1e3 * session.score.position, rel=1e-12)
-    for name in INDICES:
-        drawn = pictures.values(f"/index/{name}", "Scalars:scalars")[-1][1][0]
-        assert drawn == pytest.approx(session.score.indices[name], rel=1e-12)
-    found = session.results.identification
-    seen = [v[0] for _, v in pictures.values("/error/calibrated_mm", "Scalars:scalars")]
-    assert found.runs["opt2"].held_out.position_mm.mean in [pytest.approx(v, rel=1e-12) for v in seen]
+    session, found = replayed.session, replayed.session.results.identification
+    wanted = {f"/index/{name}": session.score.indices[name] for name in INDICES}
+    for path, value in (wanted | {"/predicted/position_mm": 1e3 * session.score.position}).items():
+        assert pictures.values(path, "Scalars:scalars")[-1][1][0] == pytest.approx(value, rel=1e-12)
+    seen = np.ravel([v for _, v in pictures.values("/error/calibrated_mm", "Scalars:scalars")])
+    assert np.isclose(seen, found.runs["opt2"].held_out.position_mm.mean, rtol=1e-12).any()
+    points = SimpleNamespace(nominal=SimpleNamespace(held_out=SimpleNamespace(orientation_deg=None)))
+    of_points = replace(session, results=replace(session.results, identification=points))
+    assert [subject(each)[-1] for each in (session, of_points)] == [True, False]  # plots in degrees
 
 
 def test_at_every_decision_the_prediction_is_the_journal_s(pictures, sample):

@@ -147,21 +147,23 @@ def inertia_regressor(
 ) -> Float[np.ndarray, "rows n 6 links4"]:
     """Derivative of `motion_wrenches` in every link's mass and centre, in the order of `Robot.inertia`.
 
-    Wrenches are proportional to a point mass, and at most quadratic in its position, so that the differences
-    below are exact. Payload and external wrench do not depend on them.
+    Wrenches are proportional to a point mass, linear in its position at rest and quadratic in motion, so that
+    the differences below are exact. Payload and external wrench do not depend on them.
 
     Pinocchio's regressors are those of the drives' own torques, without deflection; here the moments across
     the joints' axes are needed too. The tests compare the two where both apply.
     """
     arm = TrialArm.of(arm)
-    known, steps = arm.masses, np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    known, still = arm.masses, motion.velocity is None and motion.acceleration is None
+    steps = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])[: 4 if still else 7]
     points = known.com[:, None] + steps
-    mass = np.concatenate([np.ones((len(points), 1)), np.tile(known.mass[:, None], 6)], axis=1)
+    mass = np.where(steps.any(1), known.mass[:, None], 1.0)
     parts = Masses(np.repeat(known.after, len(steps)), mass.ravel(), points.reshape(-1, 3), known.gravity)
     bare = replace(motion, payload=None, wrench=None)
     found = _summed(arm, bare, parts, shift, separate=True)
     table = found.reshape(len(motion), len(points), len(steps), arm.robot.dof, 6)
-    by_com = 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
+    here = known.mass[:, None, None, None] * table[:, :, :1]
+    by_com = table[:, :, 1:4] - here if still else 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
     out = np.concatenate([table[:, :, :1], by_com], axis=2)
     return np.moveaxis(out.reshape(len(motion), 4 * len(points), arm.robot.dof, 6), 1, 3)
 
@@ -215,7 +217,7 @@ def _summed(
         if rows is not None:
             robot.check_joints(rows, source)
     none = NO_SHIFT if all(rows is None for rows in rates) else np.zeros(motion.q.shape)
-    out = np.empty((len(motion), len(weights.mass) if separate else 1, robot.dof, 6))
+    out = np.zeros((len(motion), len(weights.mass) if separate else 1, robot.dof, 6))
     _wrenches(
         robot.base_size,  # gravity is given in the frame after the base
         chain.axes,
@@ -331,7 +333,7 @@ def _wrenches(
         mounted[mount[joint]] = joint
     t = np.empty((3, 4))
     before = np.empty((n, 3, 4))
-    totals = np.empty((out.shape[1], n + 1, 6))
+    totals, bodies = np.empty((out.shape[1], n + 1, 6)), np.full(out.shape[1], n)
     order = np.empty(n, np.int64)
     origin, spin, change, start = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     c, force = np.empty(3), np.empty(3)
@@ -342,13 +344,17 @@ def _wrenches(
             origin[i] = spin[i] = change[i] = start[i] = 0.0
         totals[:] = 0.0
         body, link = 0, 0
-        for k in range(first, axes.shape[0]):
+        for k in range(first, axes.shape[0] + 1):
             while link < after.shape[0] and after[link] < k:
                 _load(
                     t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
                     totals[link if separate else 0, body],
                 )  # fmt: skip
+                if separate:
+                    bodies[link] = body
                 link += 1
+            if k == axes.shape[0]:
+                break
             value = values[k]
             joint = drivers[k]
             if joint >= 0:
@@ -368,12 +374,6 @@ def _wrenches(
                 )  # fmt: skip
             if value != 0.0 or axes[k] == 6:
                 _advance(axes[k], value, constants[k], t)
-        while link < after.shape[0]:
-            _load(
-                t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
-                totals[link if separate else 0, body],
-            )  # fmt: skip
-            link += 1
         if payload.shape[0] > 0:
             _load(
                 t, payload[row], payload_com, gravity, moving, origin, spin, change, start, c, force,
@@ -382,7 +382,7 @@ def _wrenches(
         if pull.shape[0] > 0:
             _resist(t, pull[row], totals[0, body])
         for k in range(out.shape[1]):
-            _project(before, totals[k], order, out[row, k])
+            _project(before, totals[k], order[: bodies[k]], out[row, k])
 
 
 @njit(cache=True, nogil=True)

@@ -10,7 +10,8 @@ All others, and smooth errors of a joint without a physical name, form the *resi
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause as a special case and has more coefficients is no rival. One standard error of the log
 odds, from leaving out fold after fold, is subtracted, so that they would hold for other rows of the same arm;
-a cause preferred by every fold is at least probable, and a certain one survives more (`survival.py`).
+a cause preferred by every fold is at least probable, and a certain one survives more (`survival.py`). Of
+several joints one at least must survive this, or nobody can tell which they are.
 
 A law must also win against smooth dependence without a law, on its own driver and on any other, through its
 own elements and through any other (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what
@@ -66,6 +67,7 @@ MAX_ODDS = 1e12
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
 NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
+NO_JOINT = "without a tenth of the rows, or with wider noise, other joints do as well in the place of each"
 SCATTERS = "its joint scatters as much as it moves by this law, so the law is not complete"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
@@ -88,7 +90,7 @@ def find_causes(
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
     parts = zip(named, explained(searched, groups), drivers.challenges(groups), strict=True)
-    return largest_first(*(judge.cause(*part) for part in parts))[:MAX_CAUSES]
+    return largest_first(*(judge.cause(*part) for part in parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,11 +189,14 @@ class _Judge:
         reason = untried or challenge.doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion))
         if untried == UNTRIED or is_masked:
             odds = min(odds, 1.0)
-        if not reason and odds >= CERTAIN:
+        is_sure = not reason and odds >= CERTAIN
+        if is_sure or (len(clear) > 1 and odds >= PROBABLE):
             kept = survive()
-            unclear = [j for j in clear if j in {*unclear, *kept.lost}]
-            if not kept.holds or len(unclear) == len(clear):
-                reason = NOT_ROBUST
+            if len(clear) > 1 and kept.lost.issuperset(clear):
+                odds, reason = 1.0, reason or NO_JOINT
+            elif is_sure:
+                unclear = [j for j in clear if j in {*unclear, *kept.lost}]
+                reason = "" if kept.holds and len(unclear) < len(clear) else NOT_ROBUST
         if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)

@@ -125,7 +125,7 @@ class Follower:
             return False
         if effect.of_many_joints:
             return moved <= elements and joints <= {*effect.joints}
-        return joints == {*effect.joints} and 2 * len(moved & elements) > max(len(moved), len(elements))
+        return joints == {*effect.joints} and 2 * len(moved & elements) >= max(len(moved), len(elements))
 
     @property
     def what(self) -> str:
@@ -166,11 +166,6 @@ def followers(
     """
     rows = _Rows(problem, x, path)
     return tuple(found for driver in drivers for found in _PROCESSES[driver](rows))
-
-
-def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
-    """A process of all constants of the arm over time, also on a path; none without unknown constants."""
-    return _constants(_Rows(problem, x, None))
 
 
 @dataclass(frozen=True, eq=False)
@@ -384,12 +379,13 @@ def _times(rows: _Rows) -> Iterator[Follower]:
         yield from _payloads(
             rows, Driver.TIME, f"{TIME}, as under a payload that changes, in {{}}", wandering(t)
         )
-        yield from _constants(rows)
+        yield from constants_over_time(rows.problem, rows.x)
 
 
-def _constants(rows: _Rows) -> Iterator[Follower]:
-    clock, _ = clock_of(rows.data)
-    free = tuple(p.name for p in rows.problem.parameters if p.is_geometry and p.name in rows.chain.index)
+def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
+    """A process of all constants of the arm over time, also on a path; none without unknown constants."""
+    rows, clock = _Rows(problem, x, None), clock_of(problem.data)[0]
+    free = tuple(p.name for p in problem.parameters if p.is_geometry and p.name in rows.chain.index)
     if free:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
         yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", free, wandering(t))

@@ -100,7 +100,8 @@ def prepare_without_outliers(
 
 
 def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:
-    return replace(choices, exclude={**choices.exclude, **dict.fromkeys(rows.tolist(), reason)})
+    more = dict.fromkeys(rows.tolist(), reason)
+    return replace(choices, exclude={**choices.exclude, **more}) if more else choices
 
 
 def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np.ndarray, " rows"]:
