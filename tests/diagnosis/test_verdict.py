@@ -79,6 +79,7 @@ def test_no_effect_is_added_where_the_geometry_explains_little(soft):
     found = diagnose(robot, replace(rows, position=rows.position + away, sigma=None))
     assert found.verdict is Verdict.UNEXPLAINED
     assert "No effects were added" in found.message
+    assert any(note.startswith("noise unknown") for note in found.notes)
     assert found.effects == ()
     assert found.calibrated.effects == ()
 

@@ -9,6 +9,7 @@ import pytest
 from displays import STYLES, TOOL, fill_in, hidden, lines, model_error, poses, random_joints, read_form
 from refusals import mentions
 from round_trip import placed
+from scipy.spatial.transform import Rotation
 from slow import slow
 
 import workbench as wb
@@ -36,9 +37,8 @@ def write(rows, path: str = "read.csv", head: str = "") -> Path:
 def test_thirty_poses_from_the_pendant_give_the_model_of_my_ur5e(run, tmp_path):
     actual = hidden("ur5e", tmp_path / "hidden.toml")
     fill_in(planned(run, "ur5e"), actual)
-    status, out, _ = run(
-        "extract", "form.csv", "--robot", "ur5e", "--save", "mine.toml", "--json", "found.json"
-    )
+    asked = ("--robot", "ur5e", "--save", "mine.toml", "--json", "found.json")
+    status, out, _ = run("extract", "form.csv", *asked)
     found = json.loads(Path("found.json").read_text())
     assert (status, found["verdict"]) == (0, "extracted")
     assert found["message"] in " ".join(out.split())
@@ -109,9 +109,8 @@ def test_a_controller_that_compensates_sag_is_sent_to_diagnose(run, tmp_path):
     sag = JointCompliance((1, 2), (2e-5, 2e-5))
     actual = hidden("ur5e", tmp_path / "hidden.toml", effects=(sag,))
     fill_in(planned(run, "ur5e", 40), actual)
-    status, _, err = run(
-        "extract", "form.csv", "--robot", "ur5e", "--rows", "rows.csv", "--save", "mine.toml"
-    )
+    asked = ("--robot", "ur5e", "--rows", "rows.csv", "--save", "mine.toml")
+    status, _, err = run("extract", "form.csv", *asked)
     assert status == 2
     assert "sag" in err
     assert not Path("mine.toml").exists()
@@ -133,9 +132,8 @@ def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
     actual = hidden("ur5e", tmp_path / "hidden.toml")
     rows = lines(actual, np.round(random_joints("ur5e", 35), 1))
     rows[11][6] = f"{float(rows[11][6]) + 30.0:.1f}"
-    status, out, _ = run(
-        "extract", write(rows), "--robot", "ur5e", "--save", "mine.toml", "--json", "found.json"
-    )
+    asked = ("--robot", "ur5e", "--save", "mine.toml", "--json", "found.json")
+    status, out, _ = run("extract", write(rows), *asked)
     assert status == 0
     assert json.loads(Path("found.json").read_text())["outliers"] == [11]
     assert mentions(out, "reading 12")
@@ -173,8 +171,6 @@ def test_poses_may_be_typed_and_metres_and_radians_are_found(tmp_path):
 
 
 def _rotations(at):
-    from scipy.spatial.transform import Rotation
-
     return Rotation.from_matrix(at[:, :3, :3])
 
 

@@ -61,7 +61,13 @@ def test_a_circle_read_as_measurements_is_where_the_arm_is(run):
 
 
 def test_a_compensated_circle_is_corrected_where_only_positions_count(run, refused, circle):
-    options = ("compensate", "c.csv", "--robot", "ur5", "--nominal", "aria", "--out", "k.csv")
-    refused((), *options, status=1)
-    options = ("compensate", "c.csv", "--robot", "aria-table4", "--nominal", "aria", "--out", "k.csv")
-    assert run(*options, "--positions-only")[0] == 0
+    refused((), "compensate", "c.csv", "--robot", "ur5", "--nominal", "aria", "--out", "k.csv", status=1)
+    head = ",".join(["time[s]", *(f"q{k}[deg]" for k in range(1, 7))])
+    table = np.column_stack([circle.time, np.rad2deg(circle.q)])
+    np.savetxt("d.csv", table, delimiter=",", header=head, comments="", fmt="%.17g")
+    for name in "cd":
+        options = ("compensate", f"{name}.csv", "--robot", "aria-table4", "--nominal", "aria")
+        assert run(*options, "--out", f"k{name}.csv", "--positions-only")[0] == 0
+    own, shown = (read_trajectory(f"k{name}.csv", joints=6) for name in "cd")
+    np.testing.assert_allclose(shown.q, own.q, atol=1e-9)
+    assert Path("kd.csv").read_text().partition("\n")[0] == head

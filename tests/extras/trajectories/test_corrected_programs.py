@@ -59,17 +59,14 @@ def calibrated(tmp_path):
 @pytest.mark.parametrize("name", WRITTEN)
 def test_only_the_numbers_of_joint_targets_change(run, tmp_path, calibrated, name):
     (tmp_path / name).write_bytes(WRITTEN[name](Q).encode("latin-1"))
-    status, out, err = run(
-        "compensate", name, "--robot", calibrated, "--nominal", "ur5e", "--out", f"new_{name}"
-    )
+    asked = ("--robot", calibrated, "--nominal", "ur5e", "--out")
+    status, out, err = run("compensate", name, *asked, f"new_{name}")
     assert status == 0, err
     before, after = ((tmp_path / n).read_bytes().decode("latin-1") for n in (name, f"new_{name}"))
     number = r"-?\d+\.\d+"
     assert re.sub(number, "#", before) == re.sub(number, "#", after)
     wb.write_measurements(wb.Dataset(Q), tmp_path / "q.csv")
-    assert (
-        run("compensate", "q.csv", "--robot", calibrated, "--nominal", "ur5e", "--out", "q_new.csv")[0] == 0
-    )
+    assert run("compensate", "q.csv", *asked, "q_new.csv")[0] == 0
     expected = wb.compensate(calibrated, tmp_path / "q.csv", nominal="ur5e").q
     shown = expected if name == "d.script" else np.rad2deg(expected)
     found = [float(v) for v in re.findall(number, after)]

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
-from workbench.data.readers.assemble import joint_columns, joint_units
+from workbench.data.readers.assemble import joint_columns
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
@@ -28,7 +28,7 @@ class Trajectory:
         rotation: Orientations of the tool.
         drivers: What else may drive effects, one number a row by the column's name, such as `payload` [kg].
         notes: Each decision that the reader took.
-        joint_units: Unit of each joint's column in the file; empty where nothing says it.
+        units: Unit of each column of the file in its order, where the file has one.
     """
 
     time: Float[np.ndarray, " rows"] | None = None
@@ -38,7 +38,7 @@ class Trajectory:
     source: str = "the array"
     notes: tuple[str, ...] = ()
     drivers: Mapping[str, Float[np.ndarray, " rows"]] = field(default_factory=dict)
-    joint_units: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_trajectory(
@@ -85,5 +85,5 @@ def read_trajectory(
         source=fields.source,
         notes=fields.notes + notes,
         drivers={n: frozen(fields.values[n]) for n in row_drivers() if n in fields.values and n != "time"},
-        joint_units=joint_units(fields),
+        units=fields.units,
     )

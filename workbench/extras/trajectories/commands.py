@@ -152,5 +152,5 @@ def compensate(
             opt.say(f"unchanged: the targets of lines {', '.join(lines)}")
         opt.say(f"corrected program: {program.save(found.q, out)}")
     else:
-        opt.say(f"corrected joints: {write_trajectory(found, out)}")
+        opt.say(f"corrected joints: {write_trajectory(found, out, rows.units)}")
     opt.write_result(json, compensation_json(found))

@@ -55,19 +55,15 @@ def correct(
     try:
         method = CorrectionMethod(method)
     except ValueError:
-        raise OptionError(
-            f"unknown method '{method}'; choose {' or '.join(CorrectionMethod)}",
-            option="method",
-            found=method,
-        ) from None
+        text = f"unknown method '{method}'; choose {' or '.join(CorrectionMethod)}"
+        raise OptionError(text, option="method", found=method) from None
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
     before = _errors(commanded, state)
     after = _corrected(commanded, state, method)
-    arm = compile_arm(robot)
     _check(commanded, after, method)
-    weight = ROTATION_WEIGHT * arm.length
+    weight = ROTATION_WEIGHT * compile_arm(robot).length
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
     state = state.at(frozen(np.where(worse[:, None], q, after.q)))
@@ -93,20 +89,17 @@ def correct(
 
 def _errors(commanded: Commanded, state: Motion) -> Reached:
     """Errors of the deflected arm in a state."""
-    arm = compile_arm(commanded.calibrated)
     wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
-    return refine(arm, wanted, state.q, task=commanded.task, iterations=0)
+    return refine(compile_arm(commanded.calibrated), wanted, state.q, task=commanded.task, iterations=0)
 
 
 def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) -> Reached:
     """Corrected joints with their remaining errors."""
-    robot, task = commanded.calibrated, commanded.task
-    limits = robot.limits
+    robot, task, limits = commanded.calibrated, commanded.task, commanded.calibrated.limits
     if method is CorrectionMethod.ITERATED:
         return refine_deflected(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
-    arm = compile_arm(robot)
     wanted = rigid_targets(robot, commanded.poses, state)
-    step = refine(arm, wanted, state.q, task=task, limits=limits, iterations=1)
+    step = refine(compile_arm(robot), wanted, state.q, task=task, limits=limits, iterations=1)
     return _errors(commanded, state.at(step.q))
 
 

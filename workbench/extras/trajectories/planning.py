@@ -87,11 +87,8 @@ def plan(
     if axis is not None and not np.linalg.norm(axis) > 0.0:
         raise OptionError("the tool's axis has zero length; give a direction", option="axis")
     if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_CURVE_ROWS:
-        raise OptionError(
-            f"duration must be above 0 s and rows at least {MIN_CURVE_ROWS}, got {duration:g} s and {rows}",
-            option="duration",
-            found=duration,
-        )
+        text = f"duration must be above 0 s and rows at least {MIN_CURVE_ROWS}, got {duration:g} s and {rows}"
+        raise OptionError(text, option="duration", found=duration)
     from scipy.interpolate import make_interp_spline  # not needed when the app starts
 
     time = np.linspace(0.0, duration, rows)
@@ -159,12 +156,10 @@ def _orientations(curve: Curve, axis: Vector3, spin: float, rows: int) -> Rotati
 
 def _clear(command: Commanded) -> bool:
     """Whether a path leaves margin for its correction."""
-    arm = compile_arm(command.nominal)
-    jacobian = task_jacobian(arm, command.q, command.task)
+    jacobian = task_jacobian(compile_arm(command.nominal), command.q, command.task)
     singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
-    return bool(
-        margins(command.q, command.nominal.limits).min() > LIMIT_MARGIN and singular.min() > MIN_SINGULAR
-    )
+    margin = margins(command.q, command.nominal.limits).min()
+    return bool(margin > LIMIT_MARGIN and singular.min() > MIN_SINGULAR)
 
 
 def _above(curve: Curve) -> Vector3:

@@ -223,10 +223,8 @@ class Program:
     def save(self, q: Float[np.ndarray, "targets n"], path: Path) -> Path:
         """Write the program with other joint targets, and everything else unchanged."""
         places = [span for row in self.spans for span in row]
-        text, at = [], 0
-        for (begin, end), value in sorted(
-            zip(places, (q / self.language.unit).ravel().tolist(), strict=True)
-        ):
+        text, at, values = [], 0, (q / self.language.unit).ravel().tolist()
+        for (begin, end), value in sorted(zip(places, values, strict=True)):
             shown = len(self.text[begin:end].partition(".")[2])
             text += [self.text[at:begin], f"{value:.{max(shown, self.language.decimals)}f}"]
             at = end

@@ -61,8 +61,7 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
     """
     from scipy.interpolate import make_interp_spline  # no page needs it to begin with
 
-    arm = compile_arm(robot)
-    limits = robot.limits
+    arm, limits = compile_arm(robot), robot.limits
     few = np.linspace(0.0, 1.0, KNOTS)
     knots, aims = curve.points(few), _aims(curve.points(shares))
     found: list[tuple[float, JointRows]] = []

@@ -1,26 +1,29 @@
 """Trajectories from file to file: corrected (`workbench compensate`) and planned (`workbench path`)."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.joint_units import sliding_numbers
+from workbench.arm.joint_units import sliding, sliding_numbers
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import OptionError
+from workbench.base.files import check_ending, write_text
 from workbench.base.threads import one_thread
 from workbench.base.types import JointRows
+from workbench.base.units import Quantity, conversion
 from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.data.plausibility import refuse_joint_quantities
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
-from workbench.data.writer import write_measurements
+from workbench.data.writer import ENDINGS, write_measurements
 from workbench.extras.trajectories.compensation import Compensation, CorrectionMethod
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
@@ -63,18 +66,30 @@ def compensate(
     return correct(commanded, motion=state, method=method)
 
 
-def write_trajectory(found: Compensation, path: Path | str) -> Path:
-    """Write the corrected joints as a table with units, with `time[s]` if the trajectory has it."""
-    robot = found.commanded.calibrated
-    rows = Dataset(q=found.q, row=np.arange(len(found.q)), time=found.motion.time)
-    return write_measurements(rows, path, prismatic=sliding_numbers(robot))
+def write_trajectory(found: Compensation, path: Path | str, units: Mapping[str, str]) -> Path:
+    """Write the time, if known, and the corrected joints as a table.
+
+    Args:
+        units: Unit of each column of the trajectory's file, in its order: kept; SI for other columns.
+    """
+    slides, time = sliding(found.commanded.calibrated), found.motion.time
+    values = ({} if time is None else {"time": time}) | {f"q{k}": q for k, q in enumerate(found.q.T, 1)}
+    usual = ["s"] * (time is not None) + ["m" if each else "rad" for each in slides]
+    kept = {name: unit for name, unit in units.items() if name in values}
+    kept |= {name: unit for name, unit in zip(values, usual, strict=True) if name not in kept}
+    sizes = [conversion(unit, Quantity.ANGLE, Quantity.LENGTH, Quantity.TIME).scale for unit in kept.values()]
+    rows = np.column_stack([values[name] / size for name, size in zip(kept, sizes, strict=True)])
+    text = [",".join(f"{name}[{unit}]" for name, unit in kept.items())]
+    text += [",".join(f"{value:.15g}" for value in row) for row in rows.tolist()]
+    return write_text(check_ending(path, "measurements are", *ENDINGS), "\n".join(text) + "\n")
 
 
 def _commanded(
     calibrated: Robot, trajectory: Trajectory, nominal: Robot | None, positions_only: bool | None
 ) -> Commanded:
     time = trajectory.time
-    refuse_joint_quantities(trajectory.joint_units, calibrated, trajectory.source)
+    units = tuple(trajectory.units.get(f"q{k + 1}", "") for k in range(calibrated.dof))
+    refuse_joint_quantities(units, calibrated, trajectory.source)
     if trajectory.q is not None and nominal is not None:
         return command_joints(calibrated, nominal, trajectory.q, positions_only=positions_only, time=time)
     assert trajectory.position is not None  # a trajectory has one or the other
