@@ -48,7 +48,7 @@ BUDGETS = {
     "exports": 357,
     "session": 7_151,
     "views": 8_521,
-    "cli": 1_812,
+    "cli": 1_816,
     "extras": 1,
     "extras/camera": 4_385,
     "extras/controllers": 1_073,
