@@ -8,7 +8,7 @@ from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
 from workbench.identification.errors.row_errors import row_errors
-from workbench.identification.frames import choose_frames
+from workbench.identification.frames import choose_frames, far_off
 from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.result import Evaluation
 
@@ -38,4 +38,4 @@ def evaluate(
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]
     errors = row_errors(robot, used)
-    return Evaluation(robot, used, errors, tuple(notes))
+    return Evaluation(robot, used, errors, tuple(notes), far_off(robot, used, errors))
