@@ -13,8 +13,8 @@ PLACES = np.random.default_rng(4).uniform(-1.0, 1.0, (8, 3))
 def points(folder, names=None):
     """A tracker's list of points."""
     lines = [("point;" if names else "") + "x[mm];y[mm];z[mm]"]
-    for k, place in enumerate(PLACES):
-        lines.append(";".join([*(names[k : k + 1] if names else ()), *(f"{1e3 * v:.9g}" for v in place)]))
+    rows = [[f"{1e3 * v:.9g}" for v in place] for place in PLACES]
+    lines += [";".join([*(names or [])[k : k + 1], *row]) for k, row in enumerate(rows)]
     (folder / "points.csv").write_text("\n".join(lines))
     return folder / "points.csv"
 

@@ -50,9 +50,8 @@ class File:
         tool = shift(rng.uniform(0.03, 0.12, 3)) @ turn("y", rng.uniform(-1, 1))
         rows = int(rng.integers(20, 80))
         q = rng.uniform(-1, 1, (rows + FRESH, n)) * np.where(self.turns, rng.uniform(1.2, 2.2), 0.4)
-        poses = VirtualArm("dh", np.pad(made, ((0, 0), (0, 1))), base, tool, slides=tuple(~self.turns)).pose(
-            q
-        )
+        made = np.pad(made, ((0, 0), (0, 1)))
+        poses = VirtualArm("dh", made, base, tool, slides=tuple(~self.turns)).pose(q)
         self.columns, self.w, self.zero = self._shown(q)
         xyz, rotation = poses[:, :3, 3] + rng.normal(0.0, 3e-5, (rows + FRESH, 3)), poses[:, :3, :3]
         if self.kind == "inverse":

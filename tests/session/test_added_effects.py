@@ -70,6 +70,5 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     if name == "joint-compliance":
         assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.1347), rel=5e-3)
     again = do(Identify()).results.identification  # the same nominal arm, and the same model
-    before = session.results.identification
-    assert judged_errors(again.nominal) == pytest.approx(judged_errors(before.nominal), rel=1e-6)
+    assert judged_errors(again.nominal) == pytest.approx(nominal, rel=1e-6)
     assert judged_errors(again.best) == pytest.approx(judged_errors(run), rel=0.05)

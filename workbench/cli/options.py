@@ -1,5 +1,6 @@
 """Options that several commands share, and the parsing of option values."""
 
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -364,12 +365,15 @@ def region_of(text: str):
 
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:
-    """Refuse an output that can't be written before the work begins."""
+    """Refuse an output that can't be written, or that is an input as well, before the work begins."""
     from workbench.base.files import check_writable
 
+    given = [os.path.realpath(text.rpartition("=")[2]) for text in sys.argv[1:]]
     for path in files:
         if path is not None:
             check_writable(path)
+            if path.is_file() and given.count(os.path.realpath(path)) > 1:
+                raise OptionError(f"{path} is read by this command as well; write to another file")
             if not path.parent.exists():
                 say(f"note: the folder {path.parent} does not exist and will be created")
     if folder is not None:

@@ -172,7 +172,7 @@ def _followed(
         return (), None
     laws = {e.names for c in causes if c.is_law for e in c.effects}
     sure = tuple(t for t in search.last.found.model if t.candidate.names in laws)
-    rest = found = remaining.followed
+    rest, found = remaining.followed, tuple(remaining.followed)
     if sure != search.last.found.model:
         found = ask("what the error follows", lambda: drivers.followed(sure), ())
     return found, ask("a correction", lambda: drivers.correction(rest) if rest else None, None)

@@ -57,13 +57,7 @@ def moveit(hands, seen):
 
 
 def easy_handeye(hands, seen):
-    lines = [
-        "parameters:",
-        "  name: ''",
-        "  robot_base_frame: panda_link0",
-        "  move_group: manipulator",
-        "samples:",
-    ]
+    lines = ["parameters:", "  name: ''", "  robot_base_frame: link0", "  move_group: arm", "samples:"]
     for k in range(len(hands)):
         for dash, name, side in (("- ", "robot", hands), ("  ", "tracking", seen)):
             lines += [f"{dash}{name}:", "    translation:"]
@@ -79,22 +73,29 @@ def sample_lists(hands, seen):
     for name, side in (("hand_world_samples", hands), ("camera_marker_samples", seen)):
         turns = [dict(zip("xyzw", q, strict=True)) for q in xyzw(side).tolist()]
         places = [dict(zip("xyz", p, strict=True)) for p in side[:, :3, 3].tolist()]
-        poses = [
-            {"rotation": {a: q[a] for a in "wxyz"}, "translation": p}
-            for q, p in zip(turns, places, strict=True)
-        ]
+        both = zip(turns, places, strict=True)
+        poses = [{"rotation": {a: q[a] for a in "wxyz"}, "translation": p} for q, p in both]
         sides[name] = {"header": {"seq": 3, "frame_id": "link_8"}, "transforms": poses}
     return json.dumps({"samples": sides}, indent=1)
 
 
 def table(hands, seen):
-    head = "x[m],y[m],z[m],qx,qy,qz,qw,target_x[mm],target_y[mm],target_z[mm],"
-    head += "target_qw,target_qx,target_qy,target_qz"
-    values = np.hstack([hands[:, :3, 3], xyzw(hands), 1e3 * seen[:, :3, 3], np.roll(xyzw(seen), 1, axis=1)])
+    head = "x[m],y[m],z[m],qx,qy,qz,qw,tvec_x[mm],tvec_y[mm],tvec_z[mm],rvec_x,rvec_y,rvec_z"
+    turns = Rotation.from_matrix(seen[:, :3, :3]).as_rotvec()
+    values = np.hstack([hands[:, :3, 3], xyzw(hands), 1e3 * seen[:, :3, 3], turns])
     return "\n".join([head, *(",".join(map(repr, row)) for row in values.tolist())])
 
 
+def file_storage(hands, seen):
+    text = "%YAML:1.0\n---\n"
+    for name, side in (("gripper2base", hands), ("target2cam", seen)):
+        for k, pose in enumerate(side):
+            text += f"T_{name}_{k}: !!opencv-matrix\n rows: 4\n cols: 4\n data: {pose.ravel().tolist()}\n"
+    return text
+
+
 FILES = {"samples.yaml": moveit, "eih.samples": easy_handeye, "list.json": sample_lists, "pairs.csv": table}
+FILES |= {"opencv.yml": file_storage}
 
 
 def off(found, x=X):

@@ -182,17 +182,19 @@ def test_a_drivers_file_of_another_arm_is_not_brought_up_to_date(tmp_path):
 
 
 def test_a_controllers_own_file_is_read_in(run, tmp_path):
-    """The factory's calibration of a UR becomes the nominal arm of the next one."""
+    """The factory's calibration of a UR, with d of a kilometre and back, becomes the next nominal arm."""
     conf = tmp_path / "calibration.conf"
     conf.write_text(
         "delta_theta = [ 1e-3, 0, 0, 0, 0, 0]\ndelta_a = [ 0, 1e-3, 0, 0, 0, 0]\n"
-        "delta_d = [ 0, 0, 0, 0, 0, 0]\ndelta_alpha = [ 0, 0, 0, 0, 0, 0]\n"
+        "delta_d = [ 0, 1e3, -1e3, 0, 0, 0]\ndelta_alpha = [ 0, 0, 0, 0, 0, 0]\n"
     )
     out = tmp_path / "mine.toml"
     code, _, error = run("new", "ur10", "--apply", conf, "--for", "ur-calibration", "--out", out)
     assert code == 0, error
-    mine = load_robot(out)
-    assert mine.chain.values[mine.chain.index["joint2.a"]] == pytest.approx(-0.611)
+    mine, ur10 = load_robot(out), load_robot("ur10")
+    assert mine.values(("joint1.theta", "joint2.a")) == pytest.approx([1e-3, -0.611])
+    assert [mine.reach, *mine.values(("joint2.d",))] == pytest.approx([ur10.reach, 0.0], abs=2e-3)
+    assert [joint.mass for joint in mine.joints] == [joint.mass for joint in ur10.joints]
     conf.write_text(conf.read_text().replace("delta_a = [ 0, 1e-3", "delta_a = [ 0.3, 0.2"))
     code, _, error = run(
         "new", "ur10", "--apply", conf, "--for", "ur-calibration", "--out", tmp_path / "no.toml"

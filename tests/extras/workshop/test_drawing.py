@@ -11,6 +11,7 @@ from refusals import mentions
 from workbench.base import se3
 from workbench.extras.workshop.drawing import dxf_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
+from workbench.plate.plate import Kind
 from workbench.plate.tolerances import Production
 
 
@@ -28,12 +29,11 @@ def words(page):
     return [(t.dxf.insert.x, t.dxf.insert.y, t.dxf.text) for t in page.modelspace().query("TEXT")]
 
 
-def table_of(page, first):
+def table_of(page, first, columns=5):
     """Rows of a table by the words of its head; it may go on beside itself."""
     texts, rows = words(page), []
     for left, top, _ in (head for head in texts if head[2] == first):
-        heads = [(x, word) for x, y, word in texts if abs(y - top) < 0.1 and x >= left]
-        heads = sorted(heads)[:5]
+        heads = sorted((x, word) for x, y, word in texts if abs(y - top) < 0.1 and x >= left)[:columns]
         for _, y, _ in sorted(
             (t for t in texts if abs(t[0] - left) < 0.1 and t[1] < top - 0.1), key=lambda t: -t[1]
         ):
@@ -65,20 +65,22 @@ def test_every_hole_is_drawn_and_listed_to_a_micrometre(fixture, page):
 
 
 def test_targets_rebuilt_from_the_drawing_are_the_plate_s(made_plate, fixture, page):
-    """Place, height, tilt and turn of every block give the point and the normal of its target's face."""
+    """Place, height, tilt and turn of a block give its target's point and normal, the index the tool's x."""
     holes = {row["hole"]: row for row in table_of(page, "hole")}
-    blocks = table_of(page, "target")
-    half = 0.5 * made_plate.size[:2]
-    assert len(blocks) == len(made_plate)
+    blocks = table_of(page, "target", 6)
     for row, target, block in zip(blocks, made_plate.targets, fixture.blocks, strict=True):
         screw = holes[row["target"]]
-        place = np.array([float(screw["x"]) / 1e3 - half[0], float(screw["y"]) / 1e3 - half[1], 0.0])
+        place = np.array([float(screw[axis]) / 1e3 for axis in "xy"]) - 0.5 * made_plate.size[:2]
         tilt, turn = (np.deg2rad(float(row[name].strip("°"))) for name in ("tilt", "turn"))
         normal = [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)]
         tool = se3.inverse(made_plate.pose) @ target.pose
         assert np.allclose(normal, -tool[:3, 2], atol=2e-6)
+        assert (row["index"] == "–") is (target.kind is not Kind.SEAT)
+        index = np.deg2rad(float(row["index"].strip("°").replace("–", "nan")))
+        x = se3.rpy_to_matrix(np.array([0.0, tilt, turn])) @ [np.cos(index), np.sin(index), 0.0]
+        assert np.allclose(np.where(np.isnan(x), tool[:3, 0], x), tool[:3, 0], atol=2e-6)
         lift = block.height - tool[2, 3]  # the ball's centre lies over its face
-        assert np.allclose([*place[:2], float(row["height"]) / 1e3 - lift], tool[:3, 3], atol=2e-6)
+        assert np.allclose([*place, float(row["height"]) / 1e3 - lift], tool[:3, 3], atol=2e-6)
         assert any(block in alike for letter, alike in fixture.shapes.items() if letter == row["block"])
 
 

@@ -43,14 +43,6 @@ def lines_of(screen, tab: str) -> list[str]:
     return [line.strip() for line in lines if line.strip() and "WebGL" not in line]
 
 
-def picture_of(screen) -> np.ndarray:
-    """Mean colours of the scene's parts, from where it is seen first."""
-    aim(screen.client, *first_view(screen.app.worker.session))
-    screen.page.wait_for_timeout(500)
-    pixels = screen.client.get_render(CELLS[0] * CELL, CELLS[1] * CELL, timeout=30.0)[..., :3].astype(float)
-    return pixels.reshape(CELLS[0], CELL, CELLS[1], CELL, 3).mean((1, 3))
-
-
 def off(now: np.ndarray, then: np.ndarray) -> tuple[float, float]:
     """Mean and greatest distance of two pictures' colours."""
     distance = np.abs(now - then)
@@ -65,7 +57,10 @@ def test_every_tab_has_words_and_the_scene_looks_as_it_was_kept(look, known):
     assert len({*map(tuple, lines.values())}) == len(Tab)
     said = {word for part in lines.values() for line in part for word in line.lower().split()}
     assert not said.intersection(NEVER_SAID)
-    now = picture_of(screen)
+    aim(screen.client, *first_view(screen.app.worker.session))
+    screen.page.wait_for_timeout(500)
+    pixels = screen.client.get_render(CELLS[0] * CELL, CELLS[1] * CELL, timeout=30.0)[..., :3].astype(float)
+    now = pixels.reshape(CELLS[0], CELL, CELLS[1], CELL, 3).mean((1, 3))  # mean colours of its parts
     if os.environ.get("WORKBENCH_LOOKS") == "keep":
         rows = (json.dumps(row) for row in now.round().astype(int).tolist())
         LOOKS.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")

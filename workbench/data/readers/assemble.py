@@ -121,7 +121,7 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     alone, told apart by `point` or another column of names. Sockets have each their own postures.
     """
     held = set(fields.values)
-    labels = [fields.values["point"]] if "point" in held else fields.unread.values()
+    labels: Any = [fields.values["point"]] if "point" in held else fields.unread.values()
     labels = [cells for cells in labels if 1 < len(set(cells)) <= MAX_MARKERS]
     if not labels or not set("xyz") <= held or held & (ORIENTED | {"m1x"}) or fields.rotation is not None:
         return fields

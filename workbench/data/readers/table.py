@@ -188,7 +188,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         )
     headings = list(grid.rows[head])
     if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
-        groups = accumulate(_padded(grid.rows[head - 1], len(headings)), lambda left, cell: cell or left)
+        groups: Iterable[str] = accumulate(_padded(grid.rows[head - 1], len(headings)), lambda a, b: b or a)
         pairs = zip(headings, groups, strict=False)
         headings = [f"{g} {h}" if h and headings.count(h) > 1 else h for h, g in pairs]
     while headings and not headings[-1]:

@@ -250,8 +250,8 @@ class DriverEvidence:
         gain, rivals = max(found, key=lambda each: each[0])
         alike = [f for f in self._over(driver) if joints & {*f.joints} or not joints or not f.joints]
         beside = max((o for f in alike if (o := self._beside.get(f))), key=lambda o: o.gain, default=None)
-        is_more = beside is not None and beside.gain > max(MIN_GAIN, MIN_GAIN_SHARE * own)
-        more = (*kin, beside.term) if is_more else kin
+        minimum = max(MIN_GAIN, MIN_GAIN_SHARE * own)
+        more = kin if beside is None or beside.gain <= minimum else (*kin, beside.term)
         rest = self._share(left, law, more) if more else 0.0
         is_simple = len({n for t in law for n in t.candidate.names}) <= max(len(joints), 1)
         as_simple = [r.shape is not None and not r.candidate.effect.insertion for r in rivals]
@@ -299,14 +299,11 @@ class DriverEvidence:
         return clock_of(data)[0][order], data.row[order]
 
     def _steps(self, model: Model, law: Model) -> Iterator[tuple[float, Follower]]:
-        """Processes over time as steps where those of some laws are, their places as many; without any, the
-        best one of all constants."""
+        """Processes over time as steps where those of some laws are, their places as many."""
         stage = self.searched.stage
         constants = tuple(constants_over_time(stage.problem, stage.fit.x))
         events = {t.candidate: t.candidate.effect for t in law}
         steps = {c: e.moment for c, e in events.items() if isinstance(e, AbstractStep)}
-        if not steps:
-            yield from (self._stepped(model, process) for process in constants)
         for candidate, moment in steps.items():
             tried = [f for f in self._over(Driver.TIME) if f.shape is None] or constants
             found = [f.as_step(*self._clock, moment) for f in tried]

@@ -274,7 +274,7 @@ def _shrunk(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     charge = 0.5 * np.log1p(value[:, None] / tried).sum(2)
     gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
     found = []
-    for i in np.flatnonzero((value.max(1) > MIN_INDEPENDENT_SHARE) & (left.freedom > 2)):
+    for i in np.flatnonzero((value.max(1) > MIN_INDEPENDENT_SHARE) & (left.freedom > 2)).tolist():
         candidate, best = candidates[i], int(np.argmax(gains[i]))
         gain, precision = float(gains[i, best]), float(tried[i, best, 0])
         if pushing := _pushing_joints(

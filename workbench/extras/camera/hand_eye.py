@@ -105,10 +105,8 @@ class HandEye(AbstractShown):
         where = _with_half("xyz", 1e3 * self.target.xyz, 1e3 * self.half[1, :3], 2)
         rpy, half = np.rad2deg([self.camera.rpy, self.half[0, 3:]])
         turned = _with_half(("roll", "pitch", "yaw"), rpy, half, 3)
-        found = (
-            Sentence(f"{turned}°", "camera"),
-            Sentence(f"{where} mm in the {FRAMES[self.mounted][1]}", "target"),
-        )
+        seen = f"{where} mm in the {FRAMES[self.mounted][1]}"
+        found = Sentence(f"{turned}°", "camera"), Sentence(seen, "target")
         wrong = (f"pair {k + 1} is off by {_error(self.errors[k])}; left out" for k in self.apart)
         return headed(self.sentence, *found, *lines("warning", wrong), notes=self.notes)
 

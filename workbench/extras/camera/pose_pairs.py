@@ -29,8 +29,7 @@ _YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*:", re.M)
 EASY_HANDEYE = re.compile(r"\b(hand_world_samples|robot)[\"']?\s*:")
 _TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*:|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")
 _HEADING = re.compile(r"(.*\w)[_ .]+(t?[xyz]|q[wxyz]|r[xyz]|r\d\d|roll|pitch|yaw)(\W.*)?")
-PARTS = dict.fromkeys(("translation", "position"), "t")
-PARTS |= dict.fromkeys(("rotation", "orientation", "quaternion"), "r")
+PARTS = {"translation": "t", "position": "t", "rotation": "r", "orientation": "r", "quaternion": "r"}
 UNITS = dict.fromkeys("xyz", "[m]") | dict.fromkeys(("rx", "ry", "rz"), "[rad]")
 """Of headings that have none, as OpenCV has them."""
 WANTED = (
@@ -71,6 +70,7 @@ def _of_table(grid: Grid, seen: bool) -> Poses:
     names = []
     for cell, match in zip(head, found, strict=True):
         own = match[2] + (match[3] or "") if match else cell
+        own = f"r{own}" if match and match[1][-4:].lower() == "rvec" else own
         own += UNITS.get(own.removeprefix("t"), "")
         names.append(own if bool(match and _is_seen(match[1])) is seen else f"{cell} (not used)")
     rows = [names if row is head else row for row in grid.rows]
@@ -106,7 +106,9 @@ def _of_samples(text: str, seen: bool) -> Poses:
             part, axis = ("r" if key[0] == "q" else part or "t"), key[-1]
         elif (named := _is_seen(key)) is not None:
             side, part, axis = named, "", ""
-        elif key not in ("transform", "pose", "matrix", "data"):
+        elif key == "data":  # of OpenCV, behind numbers of rows and columns
+            part, axis = part.strip("?"), ""
+        elif key not in ("transform", "pose", "matrix"):
             part, axis = "?", ""
     if not found:
         raise ValueError(f"no number follows a key of the {'target' if seen else 'robot'}")

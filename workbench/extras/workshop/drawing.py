@@ -109,13 +109,15 @@ def _holes(fixture: Fixture) -> Rows:
 
 
 def _blocks(fixture: Fixture) -> Rows:
-    rows: Rows = [
-        ("anchor" if fixture.plate.anchors is not None else "target", "block", "height", "tilt", "turn")
-    ]
+    first = "anchor" if fixture.plate.anchors is not None else "target"
+    rows: Rows = [(first, "block", "height", "tilt", "turn", "index")]
     letters = {block.number: letter for letter, alike in fixture.shapes.items() for block in alike}
     for block in fixture.blocks:
-        angles = (f"{np.rad2deg(angle):z.4f}°" for angle in (block.tilt, block.azimuth))
-        rows.append((f"{block.number}", letters[block.number], f"{MM * block.height:.3f}", *angles))
+        at = {bore.purpose: bore.mouth for bore in block.bores}
+        x, y, _ = at[Purpose.INDEX] - at[Purpose.SEAT] if Purpose.INDEX in at else np.full(3, np.nan)
+        angles = block.tilt, block.azimuth, np.arctan2(y, x / np.cos(block.tilt))
+        cells = (f"{np.rad2deg(angle):z.4f}°".replace("nan°", "–") for angle in angles)
+        rows.append((f"{block.number}", letters[block.number], f"{MM * block.height:.3f}", *cells))
     return rows
 
 
@@ -127,7 +129,10 @@ def _notes(fixture: Fixture) -> list[tuple[str]]:
     x, y = fixture.from_corner(np.linalg.inv(fixture.plate.pose)[:3, 3])
     z = MM * np.linalg.inv(fixture.plate.pose)[2, 3]
     kinds = {block.kind for block in fixture.blocks}
-    seats = "Seats: bore Ø6 H7 × 8, index hole Ø3 H7 × 6; in the probe pins Ø6 g6 and Ø3 g6."
+    seats = (
+        "Seats: bore Ø6 H7 × 8, index hole Ø3 H7 × 6 at 15; in the probe pins Ø6 g6 and Ø3 g6. Index: from "
+    )
+    seats += "the bore to the index hole in the face, from the slope downwards (x if flat), anticlockwise."
     size = " × ".join(f"{MM * edge:.1f}" for edge in fixture.slab.size)
     text = [
         f"{fixture.plate.name}: plate {size}, seen from above, mm",

@@ -101,7 +101,8 @@ def _as_read(
         data = _read_as(turned.apply(data), note)
         plain = turned
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
-        raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}")
+        unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
+        raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
     if not meaning.is_found:
         return robot, _with_notes(data, unexplained_text(meaning))
     rival = _rival(robot, data, plain.position) if meaning.tried else ()

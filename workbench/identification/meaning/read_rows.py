@@ -82,10 +82,11 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
         stages.append(lambda: _try_arms(search))
     if columns != robot.dof:
         return stages
-    zeros: list[Callable[[], None]] = [
-        lambda name=name: search.family(name, robot, FAMILIES[name](own), inverse=False)
-        for name in [*FAMILIES][1:]
-    ]
+
+    def with_zeros(name: str) -> Callable[[], None]:
+        return lambda: search.family(name, robot, FAMILIES[name](own), inverse=False)
+
+    zeros = [with_zeros(name) for name in [*FAMILIES][1:]]
     if likely:
         return stages + zeros[:1]
     stages.append(lambda: search.family("orders", robot, own.orders))

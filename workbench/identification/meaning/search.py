@@ -196,12 +196,12 @@ class ReadingSearch:
                 found[k] = self._measured(readings[k], q[number], at, number)
         return [found[k] for k in range(len(readings))]
 
-    def _placed(self, robot: Robot, *rows: np.ndarray | None, **options: Any) -> PlacedReadings:
+    def _placed(self, robot: Robot, *rows: Any, **options: Any) -> PlacedReadings:
         """Readings with a base and a tool for each session, of which the first are told."""
         if (count := self.sessions) == 1:
             return place(robot, *rows, held=self.held, **options)
         size = len(self.data) // count
-        each = (None if r is None else r.reshape(-1, size, *r.shape[2:]) for r in rows)
+        each: list[Any] = [None if r is None else r.reshape(-1, size, *r.shape[2:]) for r in rows]
         at = place(robot, *each, robust=False, **options)
         error, turn = (part.reshape(-1, len(self.data)) for part in (at.error, at.turn))
         return PlacedReadings(at.base[::count], at.tool[::count], at.zero[::count], error, turn)

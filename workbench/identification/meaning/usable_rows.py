@@ -57,7 +57,7 @@ def few_each(data: Dataset) -> tuple[Dataset, int]:
 
 def _located(data: Dataset) -> Bool[np.ndarray, " rows"]:
     """Rows with a point, and an orientation if enough have one."""
-    rows = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.q).all(1)
+    rows = data.included & np.isfinite(np.asarray(data.position)).all(1) & np.isfinite(data.q).all(1)
     if data.rotation is None:
         return rows
     turned = rows & np.isfinite(data.rotation).all((1, 2))

@@ -96,11 +96,12 @@ class Identify(AbstractTask[IdentifiedRows]):
         return session.with_message(Severity.LOG, _summary(found, fit))
 
 
-def _known(fit: Fit, names: tuple[str, ...]) -> Prior:
+def _known(fit: Fit, names: tuple[str, ...]) -> Prior | None:
     """What held effects near zero as they were found: a knot of a map that no row sees stays there."""
+    names = tuple(name for name in names if name in fit.problem.names)
     columns = [fit.problem.names.index(name) for name in names]
     rows = fit.problem.prior[:, columns]
-    return Prior(names, fit.problem.prior_centre[columns], rows.T @ rows)
+    return Prior(names, fit.problem.prior_centre[columns], rows.T @ rows) if names else None
 
 
 @beside("the summary", "")
