@@ -294,8 +294,10 @@ def _check_known_base(
         )
 
 
-def far_off(robot: Robot, data: Dataset, errors: RowErrors) -> tuple[str, ...]:
-    """What is wrong where an arm is far from all rows: its base and tool, or the arm."""
+def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> tuple[str, ...]:
+    """What makes errors tell little of an arm, of which so many unknowns of base and tool were fitted."""
+    if fitted and count_measured(data) <= fitted:
+        return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)
     off, far = Spread.of(errors.position).rms, CLEAR_SHARE_OF_REACH * robot.reach
     if not off > far:
         return ()
