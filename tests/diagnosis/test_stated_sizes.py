@@ -29,6 +29,7 @@ def test_an_order_is_named_where_the_rows_hold_a_period(order, degrees, named):
     result = JointHarmonic((2,), (1e-3, 0.0), order=order).stated(ARIA.chain, rows, 1e-12 * np.eye(2))
     assert ("per turn" in result) is named
     assert (f"{degrees:.0f}°" in result) is (degrees < 340.0)
+    assert float(result.partition("up to ")[2].split()[0]) <= 1.0
 
 
 @pytest.fixture(scope="module")

@@ -41,9 +41,10 @@ def notes(
 ) -> Iterator[str]:
     """Notes for the user beside the verdict, one sentence each."""
     ready, last = search.ready, search.last
-    fit, effects = last.stage.fit, [a.effect for a in saved.effects]
-    chain = search.robot.chain
+    fit, effects, chain = last.stage.fit, [a.effect for a in saved.effects], search.robot.chain
     yield from ready.notes
+    if any(search.first.fit.problem.noise.joints) and not any(ready.problem.noise.joints):
+        yield "geometry: weighed by the scatter of joints that it leaves; 'identify' weighs all rows alike"
     yield from last.offered.notes
     yield from [] if search.too_few else coverage(fit.problem.data, chain)
     yield from (
@@ -55,8 +56,7 @@ def notes(
     others = ready.held_out_data.row[~saved.suspects]
     if far := stand_out_note(others, search.after.rows[1].position[~saved.suspects]):
         yield far
-    if saved.note is not None:
-        yield saved.note
+    yield from [saved.note] if saved.note is not None else []
     if search.too_few is None and saved.undetectable and any(e.loads for e in effects):
         yield describe(saved.undetectable)
     if not effects and (two := two_places(search.first.fit)):  # an effect may be what parts them

@@ -370,7 +370,8 @@ def _with_noise(problem: Problem, noise: Noise | None, first: SearchOutcome | No
     noise, problem = problem.noise, whole.with_noise(problem.noise)
     text = _noise_text(problem, noise)
     if given is noises.StatedNoise.NONE:
-        return problem, f"noise estimated from the residuals of the geometric fit: {text}", near
+        unknown = "noise unknown, neither stated nor from repeated poses"
+        return problem, f"{unknown}: the geometry leaves {text} per axis, of unknown origin", near
     nothing_more = (0.0, 0.0 if problem.sees_rotation else noise.rotation)
     if given is noises.StatedNoise.ALL and noise[:2] == nothing_more:
         return problem, "noise as stated per row", near

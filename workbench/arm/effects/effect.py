@@ -360,15 +360,15 @@ class AbstractEffect(ABC):
         return readable(float(values[largest]), self.units(chain)[largest])
 
     def error_phrase(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
-        """Maximum deviation of its joint's error from the mean over the rows, for laws without loads; over
-        those where it is significant, and `UNCLEAR` if there are none."""
+        """Maximum error of its joint over the rows, without the part that the joint's zero may take if that
+        is less, for laws without loads; where it is significant, `UNCLEAR` if it is nowhere."""
         law = self.law(chain, motion, NO_WRENCHES)[:, 0]
-        law = law - law.mean(0)
+        largest, law = float(np.abs(law @ self.coefficients).max()), law - law.mean(0)
         error = np.abs(law @ self.coefficients)
         clear = error >= MIN_STATED_ERRORS * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
         if not clear.any():
             return UNCLEAR
-        return f"an error of up to {readable(float(error[clear].max()), self.units(chain)[0])}"
+        return f"an error of up to {readable(min(largest, float(error[clear].max())), self.units(chain)[0])}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -88,7 +88,7 @@ class Extraction(AbstractShown):
 
     @cached_property
     def expected(self) -> Expected:
-        """Error of the extracted model anywhere within the joint limits [m], [rad]."""
+        """Error of the extracted model over all postures within the joint limits [m], [rad]."""
         return self.run.transfer.anywhere
 
     @property
@@ -112,7 +112,7 @@ class Extraction(AbstractShown):
             )
         return (
             f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
-            f"extracted model is expected to be within {size} of the controller's anywhere"
+            f"extracted model is expected to be off by {size} (root mean square over all postures)"
         )
 
     @property
