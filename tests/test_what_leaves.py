@@ -245,8 +245,7 @@ def test_a_rezeroed_arm_is_better_than_before(measured, joint, run, calibrated, 
                   actual=lambda rows: measured.actual(replace(rows, q=rows.q + knock)))  # fmt: skip
     trip.write_rows(tmp_path / "moved.csv", given.take(np.s_[:40]))
     saved = tmp_path / "rezeroed.toml"
-    status, _, err = run("rezero", tmp_path / "moved.csv", "--robot", calibrated, "--save", saved)
-    assert status == 0, err
+    assert run("rezero", tmp_path / "moved.csv", "--robot", calibrated, "--save", saved)[0] == 0
     models = (now.nominal, *(read(path, "", "") for path in (calibrated, saved)))
     nominal, before, after = (np.array(now.errors(model)) for model in models)
     print(f"\n{measured.name}, joint {joint + 1}: nominal {nominal}, {before} → {after} mm, °")
@@ -266,8 +265,7 @@ def test_a_corrected_path_is_nearer_to_what_was_commanded(measured, run, calibra
     path, out = tmp_path / "path.csv", tmp_path / "corrected.csv"
     trip.write_rows(path, rows)
     asked = ("compensate", path, "--robot", calibrated, "--nominal", measured.robot, "--out", out)
-    status, _, err = run(*asked)
-    assert status == 0, err
+    assert run(*asked)[0] == 0
     tool = trip.toml_arm(calibrated.read_text()).table["tool"]
     point = trip.placed(tool["xyz"], tool["rpy"])
     wanted, corrected = measured.nominal(rows) @ point, replace(rows, q=trip.read_rows(out).q)

@@ -12,8 +12,7 @@ FEW = ("--algorithm", "opt2", "--json", "r.json")
 
 @pytest.fixture
 def rows(run, tmp_path):
-    status, _, err = run("simulate", "--robot", "ur5", "--poses", 40, "--seed", 2, "--out", "ur5.csv")
-    assert status == 0, err
+    assert run("simulate", "--robot", "ur5", "--poses", 40, "--seed", 2, "--out", "ur5.csv")[0] == 0
     return tmp_path / "ur5.csv"
 
 
@@ -27,8 +26,7 @@ def test_rows_of_another_arm_give_no_result_unless_forced(run, rows, tmp_path):
     run("identify", rows, "--robot", "aria", "--force", *FEW)
     result = json.loads((tmp_path / "r.json").read_text())
     assert any("UR5 (CB3) fits to" in text for text in result["warnings"])
-    status, _, err = run("identify", rows, "--robot", "ur5", *FEW)
-    assert status == 0, err
+    assert run("identify", rows, "--robot", "ur5", *FEW)[0] == 0
     assert not any("fits to" in text for text in json.loads((tmp_path / "r.json").read_text())["warnings"])
 
 
@@ -41,6 +39,5 @@ def test_of_an_arm_with_a_jaw_the_chain_is_named_and_holds(run, tmp_path):
         status, _, err = run(command, "rows.csv", "--robot", urdf)
         assert status == 1
         assert mentions(err, "--tip e")
-    status, _, err = run("identify", "rows.csv", "--robot", urdf, "--tip", "e", "--save", "cal.urdf")
-    assert status == 0, err
+    assert run("identify", "rows.csv", "--robot", urdf, "--tip", "e", "--save", "cal.urdf")[0] == 0
     assert run("evaluate", "rows.csv", "--robot", "cal.urdf")[0] == 0

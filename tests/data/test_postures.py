@@ -52,7 +52,7 @@ def test_independent_readings_at_equal_joints_are_no_copies():
     still = Dataset(q=q, tilt={1: np.array([[0.0, 1e-4], [0.0, 2e-4], [0.0, 1e-4]])})
     assert repeated_rows(still) == [(0, 2)]
     assert repeated_rows(replace(still, time=np.arange(3.0))) == []
-    assert repeated_rows(replace(still, session=["a", "a", "b"])) == []
+    assert repeated_rows(replace(still, session=np.array(list("aab")))) == []
     checked = check_plausible(replace(still, q=q + np.array([0.0, 1.0])), np.tile([-2.0, 2.0], (2, 1)), 1.0)
     assert checked.included.tolist() == [True, True, False]
     assert checked.reason[2] == "repeats data row 0 to the last digit"

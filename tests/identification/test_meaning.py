@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from generator import VirtualArm, shift, turn
 from refusals import mentions
+from scipy.spatial.transform import Rotation
 from slow import slow
 
 from workbench import load_plate, load_robot, measure_plate
@@ -109,8 +110,6 @@ def test_joints_are_named_right_or_not_at_all(name, with_rotation):
 @pytest.mark.parametrize("kind", [k for k in ORIENTATIONS if k.numbers == 3][::4], ids=lambda k: k.name)
 def test_orientations_are_read_in_their_convention(kind):
     robot, data = measured("puma", with_rotation=True)
-    from scipy.spatial.transform import Rotation
-
     turns = Rotation.from_matrix(data.rotation)
     numbers = turns.as_rotvec() if kind.name == "rotvec" else turns.as_euler(kind.name)
     for declared in ("rotvec", "xyz"):
@@ -188,15 +187,26 @@ def test_a_person_decides_once():
 
 
 def test_points_on_the_last_axis_can_not_tell_its_sign():
-    table, kinds = ARMS["puma"]
     robot = measured("puma", with_rotation=False)[0].bare
     rng = np.random.default_rng(0)
-    q = rng.uniform(-1.8, 1.8, (40, len(kinds)))
+    q = rng.uniform(-1.8, 1.8, (40, 6))
     seen = robot.predict(q)[:, :3, 3]
     found = read_rows(robot, Dataset(q=q * [1, -1, -1, 1, -1, 1], position=seen))
     assert found.best.text == "joint 2 = -q2; joint 3 = -q3; joint 5 = -q5"
     assert any("joint 6 = -q6" in text for text in found.blind)
-    assert len(table) == 6
+
+
+def test_a_near_twin_a_free_frame_and_two_rows_are_told():
+    q = np.random.default_rng(0).uniform(-1.8, 1.8, (40, 6))
+    arm, twin, small = map(load_robot, ("ur10e", "ur10", "ur5e"))
+    rows = Dataset(q=q, position=arm.predict(q)[:, :3, 3] + [2.0, 0.0, 0.0])
+    found = evaluate(twin, rows)
+    assert mentions(found.notes[-1], "UR10e fits to", "choose the robot 'ur10e'")
+    assert mentions(found.warnings[0], "--frames fit")
+    assert not evaluate(arm, rows, fit_frames=True).warnings
+    assert mentions(evaluate(small, rows).warnings[0], "hardly this arm's")
+    assert not read_rows(small, rows).blind
+    assert mentions(evaluate(arm, rows.take(np.arange(2)), fit_frames=True).warnings[0], "2 rows can't tell")
 
 
 @pytest.mark.parametrize(("constant", "by"), [("joint2.a", 0.07), slow("joint4.d", -0.05)])

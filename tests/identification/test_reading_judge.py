@@ -165,7 +165,7 @@ def test_sessions_of_five_rows_are_read_together(seed):
     where = np.array([np.eye(4), *elsewhere])[session]
     position = (where[:, :3, :3] @ rows.position[..., None])[..., 0] + where[:, :3, 3]
     rotation = None if rows.rotation is None else where[:, :3, :3] @ rows.rotation
-    rows = replace(rows, position=position, rotation=rotation, session=[f"{k:02}" for k in session])
+    rows = replace(rows, position=position, rotation=rotation, session=np.char.zfill(session.astype(str), 2))
     found = read_rows(file.robot, rows)
     assert found.is_found
     assert file.off(found) < 0.012

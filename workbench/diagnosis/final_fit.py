@@ -69,13 +69,13 @@ def fitted_on_all(
         geometric = replace(geometric, frames=replace(geometric.frames, base_per_session=True))
     found = _again(last, replace(geometric, robot=robot), data)
     if before.outcome.ok and not found.outcome.ok:
-        text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is saved"
+        text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is kept"
         return fit_with_constants_held(last), text
     if not last.found.model:
         found = geometry_as_identified(found)
     out = ", except suspects" if left_out.any() else ""
     return found, (
-        f"the saved arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "
+        f"the arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "
         "are those before this refit"
     )
 

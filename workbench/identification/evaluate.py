@@ -8,7 +8,7 @@ from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.directions import with_drivers
 from workbench.data.plausibility import checked
 from workbench.identification.errors.row_errors import row_errors
-from workbench.identification.frames import choose_frames
+from workbench.identification.frames import choose_frames, warnings_of
 from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.result import Evaluation
 
@@ -34,8 +34,10 @@ def evaluate(
     if not len(used):
         raise DataError(f"{data.source}: all rows are excluded; there is nothing to evaluate")
     notes += robot.extrapolation_warnings(used.q, used.row)
+    fitted = 0
     if fit_frames:
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]
+        fitted = len(choice.freedom.base) + len(choice.freedom.tool)
     errors = row_errors(robot, used)
-    return Evaluation(robot, used, errors, tuple(notes))
+    return Evaluation(robot, used, errors, tuple(notes), warnings_of(robot, used, errors, fitted))

@@ -20,11 +20,13 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
+from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.observations import AbstractObservation
 from workbench.identification.algorithms.identifier import SearchOutcome, factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
+from workbench.identification.errors.row_errors import RowErrors, Spread, count_measured, row_errors
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -277,8 +279,12 @@ def _check_known_base(
         freedom, base=base, tool=freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
     )
     aligned = align(robot, data, freer, noise=noise, known=known)
-    best = _error(aligned, data, known)
+    best, measured, unknown = _error(aligned, data, known), count_measured(data), len(base) + len(freer.tool)
     if off > MAX_BASE_ERROR_RATIO * best:
+        if measured <= unknown:
+            few = f"{plural(len(data), 'row')} can't tell the {unknown} unknowns of base and tool"
+            need = unknown * len(data) // measured + 1
+            raise DataError(f"{data.source}: {few}; measure at least {need} poses", column="base")
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
             f"{data.source}: the nominal arm is off by {1e3 * off:.0f} mm with the base as given, by "
@@ -286,6 +292,20 @@ def _check_known_base(
             "correct [base] in its file, or set free = true there",
             column="base",
         )
+
+
+def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> tuple[str, ...]:
+    """What makes errors tell little of an arm, of which so many unknowns of base and tool were fitted."""
+    if fitted and count_measured(data) <= fitted:
+        return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)
+    off, far = Spread.of(errors.position).rms, CLEAR_SHARE_OF_REACH * robot.reach
+    if not off > far:
+        return ()
+    freedom = FrameFreedom(*visible_parts(data), base_per_session=len(data.sessions) > 1)
+    best = Spread.of(row_errors(align(robot, data, freedom), data).position).rms
+    if best > far:
+        return (f"even the best base and tool leave {in_mm(best)} rms: the rows are hardly this arm's",)
+    return (f"the best base and tool leave {in_mm(best)} rms, not {in_mm(off)}; fit them: --frames fit",)
 
 
 def _error(arm: Robot, data: Dataset, known: Mapping[str, float]) -> float:

@@ -162,7 +162,8 @@ def prepare(
         free = tuple(name for name in free if name != length)
         rows = rows.noted(f"contacts don't determine scale: {length} is held at its nominal value")
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
-    check_enough(robot, rows.train_data, without_prior)
+    share = choices.held_out if isinstance(choices.held_out, float) and held_rows is None else 0.0
+    check_enough(robot, rows.train_data, without_prior, held_out=share)
     own = preparation_of(rows.train_data)
     identifiability: AbstractIdentifiability | None = None
     rows = rows if own is None else _exclude_unsuited(robot, rows, own)

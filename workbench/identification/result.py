@@ -442,12 +442,14 @@ class Evaluation(AbstractReported):
     Args:
         robot: The model, with fitted frames if these were requested.
         rows: Their errors, row by row.
+        warnings: What makes the errors tell little of the arm.
     """
 
     robot: Robot
     data: Dataset
     rows: RowErrors
     notes: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
 
     @property
     def row_numbers(self) -> np.ndarray:
@@ -487,4 +489,4 @@ def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
     typical = f"; the others' errors: {others.text('median')}" if others.text("median") else ""
-    return f"{rows} {shown} excluded{typical}; measure {them} again, or correct the file"
+    return f"{rows} {shown} excluded{typical}; measure {them} again, or correct the file (rows count from 0)"

@@ -82,7 +82,7 @@ def read_measured_targets(
     upright = np.broadcast_to(np.eye(3), (len(places), 3, 3))
     sigma, assumed = _sigma(fields, uncertainty)
     silent = () if rotation is not None else (f"{fields.source} gives positions without orientations",)
-    decided = tuple(note for note in fields.notes if "goal" not in note)
+    decided = tuple(note for note in fields.notes if not note.lower().startswith("'target'"))
     return MeasuredTargets(
         source=fields.source,
         numbers=numbers,

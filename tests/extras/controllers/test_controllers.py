@@ -189,8 +189,7 @@ def test_a_controllers_own_file_is_read_in(run, tmp_path):
         "delta_d = [ 0, 1e3, -1e3, 0, 0, 0]\ndelta_alpha = [ 0, 0, 0, 0, 0, 0]\n"
     )
     out = tmp_path / "mine.toml"
-    code, _, error = run("new", "ur10", "--apply", conf, "--for", "ur-calibration", "--out", out)
-    assert code == 0, error
+    assert run("new", "ur10", "--apply", conf, "--for", "ur-calibration", "--out", out)[0] == 0
     mine, ur10 = load_robot(out), load_robot("ur10")
     assert mine.values(("joint1.theta", "joint2.a")) == pytest.approx([1e-3, -0.611])
     assert [mine.reach, *mine.values(("joint2.d",))] == pytest.approx([ur10.reach, 0.0], abs=2e-3)

@@ -123,9 +123,9 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     flange = tool_poses(calibrated.bare, Motion(q))
     data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
     off = zeros_fitted(nominal, data)
-    rival = other_arm(nominal, data, off) if off > SAME_ARM else ""
+    rival = other_arm(nominal, data, off) if off > SAME_ARM else None
     if rival or off > SAME_ARM_SHARE * nominal.reach:
-        fits = f" ({rival} fits)" if rival else ""
+        fits = f" ({rival.robot.name} fits)" if rival else ""
         raise RobotError(
             f"'{nominal.name}' is {in_mm(off)} off the calibrated '{calibrated.name}' after the best base, "
             f"tool and joint zeros{fits}: it is another arm; give the nominal model of the one that was "

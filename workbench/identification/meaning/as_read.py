@@ -9,14 +9,14 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, UnitError
-from workbench.base.wording import plural
+from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import within_postures
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.read_rows import read_rows
+from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
-from workbench.identification.meaning.usable_rows import MIN_ROWS
+from workbench.identification.meaning.usable_rows import MIN_ROWS, usable
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
@@ -86,7 +86,7 @@ def _as_read(
         return robot, data
     best, plain = meaning.best, meaning.plain
     if is_misread(meaning):
-        sentence = misread_text(meaning)
+        sentence = misread_text(meaning, robot)
         if best.other and notes_rival:
             return robot, _with_notes(data, f"{sentence}; {remedy(meaning)}")
         if how is not ReadAs.FOUND or best.other:
@@ -105,7 +105,8 @@ def _as_read(
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
     if not meaning.is_found:
         return robot, _with_notes(data, unexplained_text(meaning))
-    return robot, _with_notes(data, *_unconfirmed(data))
+    rival = _rival(robot, data, plain.position) if meaning.tried else ()
+    return robot, _with_notes(data, *_unconfirmed(data), *rival)
 
 
 def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
@@ -165,7 +166,15 @@ def _unconfirmed(data: Dataset) -> tuple[str, ...]:
     return (f"{few} can't confirm the zeros and signs of joints",)
 
 
-def misread_text(meaning: RowMeaning) -> str:
+def _rival(robot: Robot, data: Dataset, off: float) -> tuple[str, ...]:
+    """That another built-in arm fits clearly better, where the rows may be this arm's."""
+    if (rows := usable(data)) is None or (rival := other_arm(robot, rows, off)) is None:
+        return ()
+    found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm to"
+    return (f"{found} {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
+
+
+def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
     """`joint 3 = q3 + q2: 0.03 mm instead of 220 mm as given (next best 7 458 times worse)`."""
     best, plain = meaning.best, meaning.plain
     if not meaning.is_found:
@@ -173,8 +182,9 @@ def misread_text(meaning: RowMeaning) -> str:
     given = "" if plain is None else f" instead of {plain.size} as given"
     next_best = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
     blind = [text for text in meaning.blind if "left-handed" not in text]
-    other = f"; these points can't tell it from {blind[0]}" if blind else ""
-    return f"{best.text}: {best.size}{given}{next_best}{other}"
+    other = f"; or else {blind[0]}: these points can't tell" if blind else ""
+    bare = " without the arm's effects" if robot is not None and robot.effects and not best.other else ""
+    return f"{best.text}: {best.size}{bare}{given}{next_best}{other}"
 
 
 def unexplained_text(meaning: RowMeaning) -> str:

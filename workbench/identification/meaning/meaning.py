@@ -73,7 +73,8 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     else:
         near = [r for r in near if r.text != best.text]
         alike = [r for r in near if not r.mirrored and _same_motion(best, r, q)]
-    blind = [r for r in near if r not in alike and not search.held and _same_points(best, r, q)]
+    unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
+    blind = [r for r in unseen if _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
     return RowMeaning(
         best=best,

@@ -93,12 +93,12 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     return stages + zeros if search.sessions == 1 else stages
 
 
-def other_arm(robot: Robot, data: Dataset, off: float) -> str:
-    """Name of the built-in arm that fits points, as they are given, clearly better than this misfit [m]."""
+def other_arm(robot: Robot, data: Dataset, off: float) -> RowReading | None:
+    """The built-in arm that fits points, as they are given, clearly better than this misfit [m], if any."""
     search = ReadingSearch(robot, replace(data, rotation=None, written=None))
     _try_arms(search)
-    fits = [r for r in search.found if r.fits and CLEAR * r.position < off]
-    return min(fits, key=lambda r: r.score).robot.name if fits else ""
+    fits = (r for r in search.found if r.fits and r.motion < NARROW and CLEAR * r.position < off)
+    return min(fits, key=lambda r: r.score, default=None)
 
 
 def _try_arms(search: ReadingSearch) -> None:

@@ -90,7 +90,8 @@ def run_blocks(run: Run) -> Iterable[Block]:
 def evaluation_blocks(result: Evaluation) -> list[Block]:
     """Errors of a given model, and the decisions taken."""
     table = table_of([(result.robot.name, f"{len(result.row_numbers)}", result.errors)])
-    return [table, errors_of_rows(result), *lines("note", result.notes)]
+    warnings = lines("warning", result.warnings)
+    return [*warnings, table, errors_of_rows(result), *lines("note", result.notes)]
 
 
 def errors_table(models: Iterable[tuple[str, Validation | Run]]) -> ResultTable:

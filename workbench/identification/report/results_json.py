@@ -63,7 +63,7 @@ def evaluation_json(result: Evaluation) -> Json:
                 result.row_numbers, 1e3 * result.rows.position, np.rad2deg(result.rows.rotation), strict=True
             )
         ],
-        notes=result.notes,
+        notes=[*result.warnings, *result.notes],
     )
 
 

@@ -169,16 +169,18 @@ def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]
     return cells(centre, order[:cut], left) + cells(centre, order[cut:], count - left)
 
 
-def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
-    """Refuse a fit with more parameters than measured numbers; rows of one posture count once."""
+def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None, *, held_out: float = 0.0) -> None:
+    """Refuse more parameters than measured numbers; one posture counts once, and a share was held out."""
     once = data.take(np.unique(repeats(data), return_index=True)[1])
     count = len(robot.default_free if free is None else free)
     measured = count_measured(once)
     if measured < count:
-        need = int(np.ceil(count / (measured / len(once))))
+        need = int(np.ceil(np.ceil(count / (measured / len(once))) / (1.0 - held_out)))
+        rows = f"{repeats_text(data) or plural(len(once), 'row')} give{'s' if len(data) == 1 else ''}"
+        beside = f" ({held_out:.0%} of which are held out)" if held_out else ""
         raise DataError(
-            f"{data.source}: {repeats_text(data) or f'{len(once)} rows'} give {measured} numbers for {count} "
-            f"parameters of the arm; measure at least {need} poses, hold fewer out, or free fewer parameters",
+            f"{data.source}: {rows} {measured} numbers for {count} parameters of the arm; measure at least "
+            f"{need} poses{beside}, hold fewer out, or free fewer parameters",
             found=(len(once), measured),
         )
 

@@ -176,7 +176,8 @@ def _check_counting(robot: Robot, data: Dataset) -> None:
     if found is None or not is_misread(found):
         return
     if not (found.best.only_zeros and np.count_nonzero(found.best.zero) == 1):
-        raise DataError(f"{data.source}: {misread_text(found)}; no collision does that: correct the rows")
+        text = misread_text(found, robot)
+        raise DataError(f"{data.source}: {text}; no collision does that: correct the rows")
 
 
 def _near(robot: Robot, data: Dataset) -> Robot:
