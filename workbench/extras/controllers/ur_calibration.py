@@ -15,14 +15,12 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
 from workbench.arm.frame import Frame
 from workbench.arm.joint_frames import StandardDh, dh_pose, standard_dh
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base import se3
-from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError
 from workbench.exports.dh_csv import table_of
 from workbench.exports.export_format import AbstractForm, Job, tool_note
@@ -67,10 +65,6 @@ class UrCalibration(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from tool_note(self._tool(job).pose)
-        nominal, arms = self._nominal(job), [load_robot(n) for n in built_in_robots() if n.startswith("ur")]
-        tables = [self._nominal(replace(job, nominal=arm)) for arm in arms]
-        if not any(len(t) == len(nominal) and np.allclose(t, nominal, atol=1e-3) for t in tables):
-            yield "the nominal table is no built-in UR arm's: it must be the one in the controller"
         yield "keep a copy of the controller's own file: it is the factory calibration"
         if job.source is None:
             yield "give the arm's own calibration.conf as --into: its other lines (checksums) then stay"
