@@ -49,7 +49,7 @@ MUTATIONS = tuple(Mutation(*parts) for parts in (
     ("data/readers/orientation.py", "0.02, _LONG", "2.0, _LONG", "data/bad_files what_is_wrong"),
     ("data/observations/places.py", "(-direction[", "(direction[",
      "identification/problem jacobian_column"),
-    ("identification/noise.py", "(off**2).sum() / 3.0", "(off**2).sum()", "identification/noise repeats"),
+    ("identification/noise.py", "sum((0, 2)) / 3.0", "sum((0, 2))", "identification/noise repeats"),
     ("identification/prior.py", "tion - cross @", "tion + cross @", "identification/linear knowledge"),
     ("identification/undetermined_combinations.py", "] / self.s[self.seen, None]).T", "]).T",
      "identification/linear covariance"),
