@@ -54,7 +54,7 @@ def jump(u: Float[np.ndarray, "rows d"], doubt: np.ndarray | float = 0.0) -> Fea
     size = np.linalg.norm(u, axis=1)
     within = NEAR * float(np.sqrt((size**2).mean())) + doubt - size
     near = [row for row in np.argsort(-within)[:MAX_KNOTS].tolist() if within[row] > 0.0]
-    return np.column_stack([u / np.maximum(size, 1e-300)[:, None], np.eye(len(u))[:, near]])
+    return np.column_stack([u / np.maximum(size, 1e-300)[:, None], np.arange(len(u))[:, None] == near])
 
 
 def with_one(features: Features) -> Features:
