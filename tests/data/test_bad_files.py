@@ -126,6 +126,7 @@ WRONG = [
     (HEAD + "abc,0.2,x,y,3\n" + ROWS, 2, None, ""),
     *((BY_HAND + f"0.1,0.2,1{v}\n", 5, None, "5 are named") for v in (",2", ",2,3,4")),
     *((HEAD.strip() + f",{v}\n{TWIN}", None, v, "") for v in ("x[m]", "x[mm]", "pos_x[m]")),
+    (f"Report,,,,,\n{HEAD.strip()},x[m]\n{TWIN}", None, "x[m]", "both mean x"),
     *((HEAD.replace(v, "note") + ROWS, None, None, f"without {v[0]}") for v in ("x[m]", "z[m]")),
     *((content, None, None, "") for content in ("", "\n \n", "# only words\n")),
     ("a,b,c\n1,2,3\n", 1, None, ""),

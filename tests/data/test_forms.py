@@ -105,13 +105,8 @@ def test_joints_and_points_in_two_sheets_are_joined(read):
 
 
 def test_workbook_rows_count_as_in_the_workbook(read, read_here):
-    rows = [
-        [],
-        ["title"],
-        [None, "q1[rad]", "x[m]", "y[m]", "z[m]"],
-        [None, 1, 1, 1, 1],
-        [None, 1, "one", 1, 1],
-    ]
+    head = [None, "q1[rad]", "x[m]", "y[m]", "z[m]"]
+    rows = [[], ["title"], head, [None, 1, 1, 1, 1], [None, 1, "one", 1, 1]]
     with pytest.raises(FileError) as caught:
         read(workbook({"A": rows}), "t.xlsx")
     assert (caught.value.line, caught.value.column) == (5, "x[m]")
@@ -162,17 +157,10 @@ def test_orientation_in_every_form(read, columns):
 
 NAMES = ("q", "Q", "J", "A", "joint_", "Joint ", "Gelenk", "Achse ", "theta", "panda_joint",
          "lbr_iiwa_joint_", "joint_a")  # fmt: skip
+HEADS = ["joint_0,joint_1,joint_2", "shoulder_pan_joint,shoulder_lift_joint,elbow_joint", "q3,q1,q2"]
 
 
-@pytest.mark.parametrize(
-    "heads",
-    [
-        *(",".join(f"{name}{k}" for k in (1, 2, 3)) for name in NAMES),
-        "joint_0,joint_1,joint_2",
-        "shoulder_pan_joint,shoulder_lift_joint,elbow_joint",
-        "q3,q1,q2",
-    ],
-)
+@pytest.mark.parametrize("heads", [*(",".join(f"{name}{k}" for k in (1, 2, 3)) for name in NAMES), *HEADS])
 def test_names_of_joints(read, heads):
     headings = ",".join(f"{name}[deg]" for name in heads.split(","))
     data = read(f"{headings},x[m],y[m],z[m]\n10,20,30,1,2,3\n")

@@ -58,10 +58,8 @@ def test_motion_capture_and_base_frame_are_synchronised():
     poses, _ = seen(rng)
     base = se3.pose(se3.rotvec_to_matrix(np.array([0.2, -1.0, 0.5])), np.array([3.0, -1.0, 0.4]))
     designed = np.array([[0.1, 0.1, 0], [-0.1, 0.1, 0], [-0.1, -0.1, 0], [0.1, -0.1, 0.01]])
-    in_capture = base @ poses
-    data = Dataset(
-        q=np.zeros((6, 6)), row=np.arange(6), position=in_capture[:, :3, 3], rotation=in_capture[:, :3, :3]
-    )
+    places, turns = (base @ poses)[:, :3, 3], (base @ poses)[:, :3, :3]
+    data = Dataset(q=np.zeros((6, 6)), row=np.arange(6), position=places, rotation=turns)
     found, residual = synchronise(data, se3.apply(base[None], designed), designed)
     np.testing.assert_allclose(found.position, poses[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose(found.rotation, poses[:, :3, :3], atol=1e-12)

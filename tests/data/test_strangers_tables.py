@@ -74,15 +74,12 @@ Number,Target,Joint 1[rad],Joint 2[rad],Actual X[m],Actual Y[m],Actual Z[m]
 """
 
 
-def test_of_a_report_the_table_with_joints_is_read(tmp_path):
+def test_of_a_report_the_table_with_joints_is_read_and_of_several_the_lines_named(tmp_path):
     (tmp_path / "run.csv").write_text(REPORT + "\nSUMMARY\nMean,Max\n0.1,0.2\n")
     data = read_measurements(tmp_path / "run.csv")
     assert data.q.tolist() == [[0.2929, 0.2023], [0.785, 0.1551]]
     assert data.position[1].tolist() == [0.27621, 0.25728, 0.23957]
     assert any("lines 11–13" in note for note in data.notes)
-
-
-def test_several_tables_with_joints_are_named_by_their_lines(tmp_path):
     (tmp_path / "run.csv").write_text(REPORT + REPORT)
     with refuses(FileError, "lines 11–13", "lines 24–26"):
         read_measurements(tmp_path / "run.csv")
@@ -90,9 +87,8 @@ def test_several_tables_with_joints_are_named_by_their_lines(tmp_path):
 
 def test_a_list_of_a_measuring_machine_joins_by_its_names(tmp_path):
     rows = "\n".join(f"P{k},1,0.0,{k}.5,2,3" for k in range(3))
-    (tmp_path / "cmm.csv").write_text(
-        f"Element Name,Number,Deviation,MX Coord.[mm],MY Coord.[mm],MZ Coord.[mm]\n{rows}"
-    )
+    head = "Element Name,Number,Deviation,MX Coord.[mm],MY Coord.[mm],MZ Coord.[mm]"
+    (tmp_path / "cmm.csv").write_text(f"{head}\n{rows}")
     with refuses(DataError, "--joints"):
         read_measurements(tmp_path / "cmm.csv")
     (tmp_path / "q.csv").write_text("point,q1[deg]\nP2,20\nP0,0\nP1,10\n")

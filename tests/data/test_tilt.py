@@ -59,9 +59,8 @@ def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
     actual = arm.with_values({n: v + arm.chain.values[arm.chain.index[n]] for n, v in wrong.items()})
     moved = Frame(frozen(np.array([1.0, 2.0, 3.0])), frozen(se3.rotvec_to_matrix(np.array([0.3, 0.2, 1.0]))))
     q = rng.uniform(-2.5, 2.5, (40, arm.dof))
-    rows = simulate(
-        actual.with_frames(base=moved), Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=rng
-    )
+    actual = actual.with_frames(base=moved)
+    rows = simulate(actual, Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=rng)
     data = read_measurements(write_measurements(rows, tmp_path / "tilts.csv"), joints=arm.dof)
     for link in rows.tilt:
         np.testing.assert_array_equal(data.tilt[link], rows.tilt[link])

@@ -124,6 +124,24 @@ def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     assert errors.orientation_deg.mean < 1e-4
 
 
+SHAPES = [
+    {"q": (9, 6), "poses": (9, 4, 4), "T_base": (4, 4), "T_tool": (4, 4)},
+    {"K": (3, 3), "q": (9, 6), "points": (9, 3), "R_cam": (3, 3)},
+    {"q": (9, 6), "positions": (9, 3), "limits": (6, 2), "dh": (6, 4), "masses": (6, 6)},
+    *({"q": (n, 6), "tcp_pose": (n, 6)} for n in (3, 4, 5, 6)),
+    {"q": (5, 6), "x": (5,), "y": (5,), "z": (5,)},
+    *({"q_rad": (6, n), "points_m": (3, n), "limits": (6, 2), "masses": (6, 6)} for n in (4, 9)),
+]
+
+
+@pytest.mark.parametrize("shapes", SHAPES)
+def test_rows_of_arrays_are_those_of_the_joints(shapes, tmp_path):
+    fill = {name: np.eye(4) if shape[-2:] == (4, 4) else 0.5 for name, shape in shapes.items()}
+    np.savez(tmp_path / "rows.npz", **{name: np.broadcast_to(fill[name], s) for name, s in shapes.items()})
+    data = read_measurements(tmp_path / "rows.npz")
+    assert (data.joints, data.position.shape) == (6, (len(data), 3))
+
+
 @settings(max_examples=6, deadline=None)
 @given(
     angle=st.sampled_from([1.0, 180.0 / np.pi]),

@@ -283,11 +283,8 @@ class Dataset:
                 found=other,
             )
         if other.joints != self.joints:
-            raise ShapeError(
-                f"{other.source}: rows of {other.joints} joints can't be joined to rows of {self.joints}",
-                expected=self.joints,
-                found=other.joints,
-            )
+            text = f"{other.source}: rows of {other.joints} joints can't be joined to rows of {self.joints}"
+            raise ShapeError(text, expected=self.joints, found=other.joints)
         columns: dict[str, Any] = {}
         for f in fields(self):
             pair = getattr(self, f.name), getattr(other, f.name)

@@ -7,6 +7,7 @@ their entries. Their units, and the order of a quaternion, are told by the rows 
 import io
 import json
 import zipfile
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 
 from workbench.base.errors import FileError
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
-from workbench.data.readers.headings import is_commanded, meaning
+from workbench.data.readers.headings import is_commanded, known_together, meaning_of, normalised
 from workbench.data.readers.table import Grid, grid_of
 
 MAX_BYTES = 256 * 2**20
@@ -71,37 +72,54 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
-    """Arrays with as many rows as the joints, or the first, side by side."""
+    """Arrays with as many rows as the joints, or as most have, side by side."""
     columns, left_out = dict[str, list[str]](), list[str]()
-    known = {str(name): _array(values) for name, values in arrays.items()}
-    ends = [length for a in known.values() if a.ndim > 1 for length in {a.shape[0], a.shape[-1]}]
-    common = max(ends, key=lambda length: (ends.count(length), length), default=0)
-    for name, array in known.items():
-        if array.ndim > 1 and array.shape[0] != common == array.shape[-1]:  # one measurement a column
-            array = np.moveaxis(array, -1, 0)
-        if not (names := _headings(name, array.shape[1:]) if array.ndim else []):
+    rows, upright = _upright({str(name): _array(values) for name, values in arrays.items()})
+    for name, array in upright.items():
+        if not (names := _headings(name, array.shape[1:]) if len(array) == rows else []):
             left_out.append(name)
             continue
         if twice := columns.keys() & set(names):
             text = f"{what}, of which several hold {min(twice)}: keep one of them, {name} or the other"
             raise FileError(f"{text}; {POSE_PAIRS}", path=str(path))
-        flat = array.reshape(len(array), len(names))
+        flat = array.reshape(rows, len(names))
         columns |= {n: [str(v) for v in own.tolist()] for n, own in zip(names, flat.T, strict=True)}
-    rows = len(columns.get("q1", next(iter(columns.values()), [])))
-    kept = {name: cells for name, cells in columns.items() if len(cells) == rows}
-    if not rows or not any(meaning(name) for name in kept):
+    if not rows or not any(map(meaning_of, columns)):
         text = f"{what}, but no arrays with joints and places of rows; {POSE_PAIRS}; {TABLE}"
         raise FileError(text, path=str(path))
-    left_out += [name for name in columns if name not in kept]
     notes = [f"left out: {', '.join(left_out)[:200]}"] if left_out else []
-    return grid_of(list(kept), kept.values(), source=str(path), notes=notes)
+    return grid_of(list(columns), columns.values(), source=str(path), notes=notes)
+
+
+def _upright(arrays: dict[str, np.ndarray]) -> tuple[int, dict[str, np.ndarray]]:
+    """The number of rows, and arrays with their rows on the first axis.
+
+    Where no other known array is as long as the joints', but one is as wide, all lie on their side.
+    """
+    turned = {n: np.moveaxis(a, -1, 0) for n, a in arrays.items() if a.ndim == 1 or len(a) != a.shape[-1]}
+    long = Counter(len(a) for name, a in arrays.items() if _is_known(name, a.shape[1:]))
+    wide = Counter(len(a) for name, a in turned.items() if _is_known(name, a.shape[1:]))
+    rows, lie = max(long or wide, key=lambda n: (long[n], wide[n], n), default=0), not long
+    joints = (a for name, a in arrays.items() if "q1" in map(meaning_of, _headings(name, a.shape[1:])[:1]))
+    if (array := next(joints, None)) is not None:
+        rows, width = array.shape[0], array.shape[-1]
+        if lie := rows != width and long[rows] == 1 < wide[width]:
+            rows = width
+    return rows, arrays | {name: a for name, a in turned.items() if lie and len(a) == rows}
+
+
+def _is_known(name: str, shape: tuple[int, ...]) -> bool:
+    """Whether columns mean something: by their names, or as the 12 or 16 entries of a pose."""
+    names = [normalised(heading) for heading in _headings(name, shape)[:17]]  # more are alike
+    return len(names) in (12, 16) or any(map(meaning_of, names)) or bool(known_together(names, {}))
 
 
 def _array(values: Any) -> np.ndarray:
-    """Numbers or labels as an array; a single number where they are none."""
+    """Numbers or labels as an array; an empty one where they are none, or a single one."""
     with suppress(ValueError):
-        values = np.asarray(values)
-    return values if isinstance(values, np.ndarray) and values.dtype.kind in "fiubUS" else np.zeros(())
+        if (array := np.asarray(values)).ndim and array.dtype.kind in "fiubUS":
+            return array
+    return np.zeros(0)
 
 
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
@@ -154,11 +155,10 @@ def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
         values = np.array([_number(table, index, row, cell) for row, cell in enumerate(cells)], dtype=float)
     if (beyond := np.abs(values) > MAX_NUMBER).any():
         row = int(np.argmax(beyond))
-        raise table.error(
-            f"'{cells[row][:40]}' is infinite or beyond any measurement: correct it, or leave the cell blank",
-            index,
-            row,
+        text = (
+            f"'{cells[row][:40]}' is infinite or beyond any measurement: correct it, or leave the cell blank"
         )
+        raise table.error(text, index, row)
     return values
 
 
@@ -166,16 +166,11 @@ def _number(table: Table, index: int, row: int, cell: str) -> float:
     text = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
     if MISSING.fullmatch(text):
         return np.nan
-    try:
+    with suppress(ValueError):
         if "_" not in text:
             return float(text)
-    except ValueError:
-        pass
-    raise table.error(
-        f"'{cell[:40]}' is not a number: write it without unit or thousands separators, or leave it blank",
-        index,
-        row,
-    )
+    text = f"'{cell[:40]}' is not a number: write it without unit or thousands separators, or leave it blank"
+    raise table.error(text, index, row)
 
 
 def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:

@@ -58,11 +58,8 @@ def _by_label(
     """Rows by the names that both tables have in their columns."""
     place = {name: k for k, name in enumerate(known)}
     if again := next((name for k, name in enumerate(known) if place[name] != k), ""):
-        raise DataError(
-            f"{joints.source} names {key} '{again}' twice: give one row of joints per name",
-            column=key,
-            found=again,
-        )
+        text = f"{joints.source} names {key} '{again}' twice: give one row of joints per name"
+        raise DataError(text, column=key, found=again)
     rows = np.array([i for i, name in enumerate(names) if name in place], int)
     if not len(rows):
         raise DataError(

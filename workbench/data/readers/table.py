@@ -189,8 +189,10 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     headings = list(grid.rows[head])
     if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
         groups: Iterable[str] = accumulate(_padded(grid.rows[head - 1], len(headings)), lambda a, b: b or a)
-        pairs = zip(headings, groups, strict=False)
-        headings = [f"{g} {h}" if h and headings.count(h) > 1 else h for h, g in pairs]
+        named = [f"{g} {h}" for h, g in zip(headings, groups, strict=False)]
+        told = {n for n in named if named.count(n) == 1 or meaning_of(n)}  # no title over both
+        pairs = [*zip(headings, named, strict=True)]
+        headings = [n if h and headings.count(h) > 1 and n in told else h for h, n in pairs]
     while headings and not headings[-1]:
         headings.pop()
     body, units, notes = head + 1, [""] * len(headings), list[str]()

@@ -71,11 +71,8 @@ def read_trajectory(
     time = fields.values.get("time")
     if time is not None and (late := np.diff(time) <= 0).any():
         row = int(np.argmax(late)) + 1
-        raise DataError(
-            f"{fields.source}, line {fields.lines[row]}: time does not increase: sort the rows by time",
-            row=row,
-            column="time",
-        )
+        text = f"{fields.source}, line {fields.lines[row]}: time does not increase: sort the rows by time"
+        raise DataError(text, row=row, column="time")
     time, q, position, rotation = (None if a is None else frozen(a) for a in (time, q, position, rotation))
     return Trajectory(
         time=time,

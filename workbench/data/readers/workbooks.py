@@ -63,9 +63,6 @@ def read_frame(frame: Any) -> Grid:
     except (AttributeError, KeyError, TypeError):
         columns = []
     if not columns:
-        raise OptionError(
-            f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}",
-            option="source",
-            found=frame,
-        )
+        text = f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}"
+        raise OptionError(text, option="source", found=frame)
     return grid_of([str(name) for name in names], columns, source="frame")

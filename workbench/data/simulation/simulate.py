@@ -222,11 +222,8 @@ def _in_branches(actual: Robot, poses: np.ndarray, branch: str, motion: Motion |
     names, q = evenly_mixed(solutions) if branch == MIXED else one, []
     for k, (target, name) in enumerate(zip(solutions, names, strict=True)):
         if name is not None and name not in target:
-            raise DataError(
-                f"target {k + 1} has no branch '{name}' within limits; it has {', '.join(target)}",
-                target=k,
-                found=name,
-            )
+            text = f"target {k + 1} has no branch '{name}' within limits; it has {', '.join(target)}"
+            raise DataError(text, target=k, found=name)
         q.append((max(target.values(), key=lambda b: b.margin) if name is None else target[name]).q)
     return np.stack(q)
 
