@@ -56,7 +56,7 @@ BUDGETS = {
     "extras/katana": 1_231,
     "extras/live": 1_413,
     "extras/logs": 1_046,
-    "extras/pendant": 2_050,
+    "extras/pendant": 2_048,
     "extras/poses": 1_169,
     "extras/production": 472,
     "extras/reproduce": 91,
