@@ -183,8 +183,8 @@ def new(
 def _applied(nominal, path: Path, form: str):
     """A known arm with the calibration stored in its controller or driver.
 
-    Its own constants say it where they can, to a nanometre: its frames and masses stay, and its links near one another,
-    where the table of a controller may have d of kilometres between axes that are nearly parallel.
+    Its own constants say it where they can, to a nanometre: frames and masses stay, and links near one
+    another, where the table of a controller may have d of kilometres between axes that are nearly parallel.
     """
     import numpy as np
 
