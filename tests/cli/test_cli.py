@@ -182,7 +182,7 @@ def test_bad_options(refused, measured, case):
 def test_unwritable_places(refused, measured, option, place):
     Path("taken.csv").write_text("a file, no folder")
     refused([place], "identify", measured / "good.csv", "--robot", "aria", option, place)
-    refused(["another file"], "identify", rows := measured / "good.csv", "--robot", "aria", "--json", rows)
+    refused(["its own"], "identify", rows := measured / "good.csv", "--robot", "aria", "--json", rows)
 
 
 SIMULATE = "simulate --robot aria --out"

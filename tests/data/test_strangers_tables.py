@@ -22,11 +22,10 @@ def long_table(path, *, postures=6, drop=(), names=SPOTS):
     return q
 
 
-@pytest.mark.parametrize("form", ["point", "Ball", "merged", "by reflector"])
+@pytest.mark.parametrize("form", ["point", "merged", "by reflector"])
 def test_reflectors_in_rows_are_markers_of_one_tool(tmp_path, form):
     q = long_table(tmp_path / "t.csv", drop={(2, 1)})
     head, *rows = (tmp_path / "t.csv").read_text().split("\n")
-    head = head.replace("point", "Ball" if form == "Ball" else "point")
     if form == "merged":  # joints in the first row of a posture alone
         rows = [row if ",A," in row else ",,," + row.split(",", 3)[3] for row in rows]
     rows = sorted(rows, key=lambda row: row.split(",")[3]) if form == "by reflector" else rows
@@ -109,7 +108,7 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
         (f"Page 1\n{HEAD}\n1,1,2,3\n2,9,9,9\nPage 2\n{HEAD}\n3,4,5,6\n", []),
         (",Robot (goal),Leica,,\nJ1[deg],X[mm],X[mm],Y[mm],Z[mm]\n1,0,1,2,3\n2,0,9,9,9\n3,0,4,5,6", []),
         ("J1 Ist[deg],Nom X[mm],Act X[mm],Act Y[mm],Act Z[mm]\n1,0,1,2,3\n2,0,9,9,9\n3,0,4,5,6\n", []),
-        ("J1_cmd[deg],tcp_x_mm,tcp_y_mm,tcp_z_mm\n1,1,2,3\n2,#REF!,#N/A,#DIV/0!\n3,4,5,6\n", [1]),
+        ("J1_cmd[deg],pos_x_mm,pos_y_mm,pos_z_mm\n1,1,2,3\n2,#REF!,#N/A,#DIV/0!\n3,4,5,6\n", [1]),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
 )

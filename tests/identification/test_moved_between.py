@@ -29,7 +29,6 @@ def test_both_parts_are_named(moved_at):
     assert found.best.held_out.position_mm.mean < 0.2
 
 
-@pytest.mark.slow
 def test_rows_that_fit_nowhere_after_some_are_said_alone():
     q, points = rows(4, 60)
     points[35:] = np.random.default_rng(0).permutation(points[35:])

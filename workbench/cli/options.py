@@ -365,15 +365,16 @@ def region_of(text: str):
 
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:
-    """Refuse an output that can't be written, or that is an input as well, before the work begins."""
+    """Refuse an output that can't be written, or whose file is an input or another output as well."""
     from workbench.base.files import check_writable
 
-    given = [os.path.realpath(text.rpartition("=")[2]) for text in sys.argv[1:]]
+    given, out = ([*map(os.path.realpath, each)] for each in (sys.argv[1:], filter(None, files)))
     for path in files:
         if path is not None:
             check_writable(path)
-            if path.is_file() and given.count(os.path.realpath(path)) > 1:
-                raise OptionError(f"{path} is read by this command as well; write to another file")
+            real = os.path.realpath(path)
+            if (path.is_file() and given.count(real) > 1) or out.count(real) > 1:
+                raise OptionError(f"{path} is named twice: what is written needs a file of its own")
             if not path.parent.exists():
                 say(f"note: the folder {path.parent} does not exist and will be created")
     if folder is not None:

@@ -49,7 +49,6 @@ def test_the_commands_of_the_page_on_cameras(run, here):
     assert (here / "arm.toml").is_file()
 
 
-@pytest.mark.slow
 def test_the_joints_that_moved_are_named_from_pictures(run, here):
     options = ("--robot", "aria", *WITH, "--joints", "joints.csv", "--json", "r.json")
     status, _, err = run("rezero", ".", *options)

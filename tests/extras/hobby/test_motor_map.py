@@ -211,7 +211,6 @@ def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
     np.testing.assert_allclose(zeros[0], zeros[1], atol=1e-4)
 
 
-@pytest.mark.slow
 def test_the_makes_differ_in_the_sign_of_homing_offsets(run, files, tmp_path):
     options = ("--robot", "so101", "--calibration", "follower.json", "--lerobot")
     for make in ("feetech", "dynamixel"):

@@ -41,7 +41,6 @@ def test_bad_input(refused, options, message):
     refused([message], "poses", "--robot", "aria", "--number", "8", *options, status=status)
 
 
-@pytest.mark.slow
 def test_clusters_as_a_plate(run, tmp_path):
     options = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml", "--json", "c.json")
     status, out, _ = run("plate", "cluster", *options)

@@ -39,7 +39,7 @@ _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 _NAMED = 5
 """Rows of a kind that are named one by one."""
-MAX_MARKERS, MIN_APART = 20, 3e-3
+MAX_MARKERS = 20
 MIN_SHARE, MIN_SEEN = 0.5, 1.5
 """A reflector is seen at this share of the postures or more, and so many at a posture on the mean."""
 MERGED = ("x", "y", "z", "point", "exclude", "reason")
@@ -118,41 +118,34 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     """One row a posture with markers m1, m2 … where a file lists several points of a posture in rows.
 
     A tool with three reflectors is often listed as three rows of equal joints, or with joints in the first
-    alone, told apart by `point` or another column of names. Sockets have each their own postures.
+    alone, told apart by `point`. Sockets have the same column, but each its own postures.
     """
     held = set(fields.values)
-    labels: Any = [fields.values["point"]] if "point" in held else fields.unread.values()
-    labels = [cells for cells in labels if 1 < len(set(cells)) <= MAX_MARKERS]
-    if not labels or not set("xyz") <= held or held & (ORIENTED | {"m1x"}) or fields.rotation is not None:
+    if not set(MERGED[:4]) <= held or held & (ORIENTED | {"m1x"}) or fields.rotation is not None:
         return fields
     xyz, known = np.stack([fields.values[axis] for axis in "xyz"], axis=1), ~np.isnan(q).all(1)
+    names = [str(name).strip() for name in fields.values["point"]]
     filled = q[np.maximum.accumulate(np.where(known, np.arange(fields.rows), 0))]
     posture = postures(np.nan_to_num(filled))
     place = [*zip(fields.values.get("session", posture), posture, strict=True)]
-    for cells in labels:
-        seen, visits = Counter[tuple](), defaultdict[tuple, list[int]](list)
-        names = [str(name).strip() for name in cells]
-        for row in np.flatnonzero(~excluded).tolist():  # every name once a visit
-            visits[*place[row], seen[*place[row], names[row]]].append(row)
-            seen[*place[row], names[row]] += 1
-        found = [names[row] for visit in visits.values() for row in visit]
-        markers, fewest = list(dict.fromkeys(found)), min(Counter(found).values(), default=0)
-        is_seen = fewest >= MIN_SHARE * len(visits) and len(found) >= MIN_SEEN * len(visits)
-        if not visits or "" in markers or not is_seen:
-            continue
-        places = np.full((len(visits), len(markers), 3), np.nan)
-        for posture, visit in zip(places, visits.values(), strict=True):
-            posture[[markers.index(names[row]) for row in visit]] = xyz[visit]
-        apart = np.linalg.norm(np.ptp(places, axis=1), axis=1)
-        if "point" not in held and not np.nanmedian(apart) > MIN_APART:  # repeats, counted
-            continue
-        taken = fields.take(np.array([visit[0] for visit in visits.values()]))
-        values = {key: values for key, values in taken.values.items() if key not in MERGED}
-        values |= {f"m{m + 1}{a}": places[:, m, i] for m in range(len(markers)) for i, a in enumerate("xyz")}
-        where = f"{len(found)} rows at {plural(len(visits), 'posture')}"
-        notes = (*taken.notes, f"{listed(markers)} are markers of one tool: {where}")
-        return replace(taken, values=values, notes=notes)
-    return fields
+    seen, visits = Counter[tuple](), defaultdict[tuple, list[int]](list)
+    for row in np.flatnonzero(~excluded).tolist():  # every name once a visit
+        visits[*place[row], seen[*place[row], names[row]]].append(row)
+        seen[*place[row], names[row]] += 1
+    found = [names[row] for visit in visits.values() for row in visit]
+    markers, fewest = list(dict.fromkeys(found)), min(Counter(found).values(), default=0)
+    is_seen = fewest >= MIN_SHARE * len(visits) and len(found) >= MIN_SEEN * len(visits)
+    if not visits or "" in markers or len(markers) > MAX_MARKERS or not is_seen:
+        return fields
+    places = np.full((len(visits), len(markers), 3), np.nan)
+    for points, visit in zip(places, visits.values(), strict=True):
+        points[[markers.index(names[row]) for row in visit]] = xyz[visit]
+    taken = fields.take(np.array([visit[0] for visit in visits.values()]))
+    values = {key: values for key, values in taken.values.items() if key not in MERGED}
+    values |= {f"m{m + 1}{a}": places[:, m, i] for m in range(len(markers)) for i, a in enumerate("xyz")}
+    where = f"{len(found)} rows at {plural(len(visits), 'posture')}"
+    notes = (*taken.notes, f"{listed(markers)} are markers of one tool: {where}")
+    return replace(taken, values=values, notes=notes)
 
 
 def _first(notes: list[str], others: str) -> list[str]:

@@ -12,8 +12,8 @@ from workbench.base.wording import listed, span
 from workbench.data.observation import known_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.headings import (
+    COMMAND,
     JOINT,
-    SECOND_RATE,
     is_commanded,
     known_together,
     meaning,
@@ -65,13 +65,21 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     constant = {name: float(cell) for name, cell in once if NUMBER.fullmatch(cell)}
     together = known_together(names, constant)
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
-    held = {quantities_of(c.key) for c in columns if c.key}
-    bare = replace(table, names=tuple(SECOND_RATE.sub("", text) for text in table.names))
-    for i, column in enumerate(columns):
-        key, kind = (second := _column(bare, i, None)).key, quantities_of(second.key or "")
-        if not column.key and key and kind not in held and (kind == JOINT or not is_commanded(names[i])):
-            what = "as commanded" if kind == JOINT else "as the controller has it, unless it was measured"
-            columns[i] = replace(second, remark=f"'{column.heading}' is read as {key}, {what}")
+    read = [names[c.index] for c in columns if c.key is None and not is_commanded(names[c.index])]
+    if not any(c.key and quantities_of(c.key) == JOINT for c in columns):
+        bare = replace(table, names=tuple(COMMAND.sub("", text) for text in table.names))
+        for i, name in enumerate(names):
+            key = (second := _column(bare, i, None)).key
+            number = re.compile(
+                rf"(^|\D){(key or '')[1:]}(\D|$)"
+            )  # of a joint that another column may have read
+            if (
+                is_commanded(name)
+                and key
+                and quantities_of(key) == JOINT
+                and not any(map(number.search, read))
+            ):
+                columns[i] = replace(second, remark=f"'{second.heading}' is read as {key}, as commanded")
     columns = [_with_unit(column, table, columns) for column in columns]
     of_joints = ["q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)]
     from_zero = {name for name in of_joints if any(c.key == f"{name}0" for c in columns)}

@@ -2,7 +2,7 @@
 
 A key is the name of formats.md ('q1', 'x', 'qw', 'm2y', 'tilt_x3', …); those with one value a row or a joint
 stand in the table of columns. A heading of another spelling is recognised only where it can't mean anything
-else; commanded values are never taken for measured ones.
+else; commanded values are never taken for measured ones, but for joints where no others are.
 """
 
 import re
@@ -24,15 +24,14 @@ _JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint(?:
 _JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|rax|field_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|p|measured|measurement|meas|actual|act|ist|mess|messwert|trans"
-_MEASURED += "|tracker|leica|lt|faro|mocap"
+_INSTRUMENT = "tracker|leica|lt|faro|mocap"
 _COMMAND = "goal|target|cmd|command|commanded|desired|nominal|nom|soll|setpoint|ref|reference"
 _COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
-_AROUND = re.compile(rf"^(?:(?:{_MEASURED})_)+|(?:_(?:{_MEASURED}))+$")
+_AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
 """What may stand before and behind a name of what was measured."""
-SECOND_RATE = re.compile(
-    rf"^(?:tcp|{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:tcp|{_COMMAND})(?=\s*(?:[\[(]|$))", re.I
-)
-"""What stands with columns that count where none are better: joints as commanded, poses of the controller."""
+_OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
+COMMAND = re.compile(rf"^(?:{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:{_COMMAND})(?=\s*(?:[\[(]|$))", re.I)
+"""What stands with joints as commanded, which count where none were read."""
 
 # (pattern of the normalised name, key). {0}, {1} are the pattern's groups.
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
@@ -109,11 +108,14 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
                 return column.name
             if column.per is Per.JOINT and numbered is not None and numbered[1] in names:
                 return column.name + (numbered[2].lstrip("0") or "0")
-    names = (plain, _AROUND.sub("", plain), joint_name(plain))
-    for (pattern, template), own in product(_PATTERNS, names):
+    around, instrument = _AROUND.sub("", plain), _OF_INSTRUMENT.search(plain)
+    owned = {joint_name(plain): True, around: False if instrument else None, plain: None}
+    for (pattern, template), (own, is_joint) in product(_PATTERNS, owned.items()):
         if match := pattern.fullmatch(own):
             groups = (group.lstrip("0") or "0" for group in match.groups() if group is not None)
-            return _ANGLES.get(key := template.format(*groups), key)
+            key = template.format(*groups)
+            if is_joint in (None, re.fullmatch(r"q\d+", key) is not None):
+                return _ANGLES.get(key, key)
     return None
 
 

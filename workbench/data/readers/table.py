@@ -16,7 +16,7 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import IGNORED, Joints, Naming, with_unit
-from workbench.data.readers.headings import SECOND_RATE, joint_name, meaning, meaning_of
+from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
@@ -175,7 +175,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
             0,
         )
     said = _said(grid, start, naming, joints)
-    keys = [[said.get(c, meaning_of(SECOND_RATE.sub("", c))) for c in row if c] for row in grid.rows[:start]]
+    keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
     head = max(range(start), key=lambda i: (known[i], i))
     if not known[head]:

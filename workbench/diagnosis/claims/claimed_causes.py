@@ -67,7 +67,7 @@ MAX_ODDS = 1e12
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
 NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
-NO_JOINT = "without a tenth of the rows, or with wider noise, other joints do as well in the place of each"
+NO_JOINT = "without a tenth of the rows, or with wider noise, each of its joints is unclear or replaceable"
 SCATTERS = "its joint scatters as much as it moves by this law, so the law is not complete"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""

@@ -183,8 +183,8 @@ def new(
 def _applied(nominal, path: Path, form: str):
     """A known arm with the calibration stored in its controller or driver.
 
-    Its own constants say it where they can, to a nanometre: its masses stay, and its links near one another,
-    where the table of a controller may have d of kilometres between axes that are nearly parallel.
+    Its own constants say it where they can, to a nanometre: frames and masses stay, and links near one
+    another, where the table of a controller may have d of kilometres between axes that are nearly parallel.
     """
     import numpy as np
 
@@ -205,6 +205,4 @@ def _applied(nominal, path: Path, form: str):
     rows = wb.Dataset(q, poses[:, :3, 3], rotation=poses[:, :3, :3])
     problem = Problem.build(nominal.bare, rows, free=nominal.default_free, noise=Noise(1e-6, 1e-6))
     found = nominal.with_values(problem.named(Ols().search(problem).x))
-    if np.abs(tool_poses(found.bare, wb.Motion(q)) - poses).max() > 1e-9:
-        return arm
-    return found.with_frames(base=arm.base, tool=arm.tool)
+    return arm if np.abs(tool_poses(found.bare, wb.Motion(q)) - poses).max() > 1e-9 else found
