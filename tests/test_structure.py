@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_333,
     "plate": 5_709,
     "identification": 9_677,
-    "diagnosis": 7_068,
+    "diagnosis": 7_070,
     "exports": 357,
     "session": 7_150,
     "views": 8_520,
