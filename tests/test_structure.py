@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 9_929,
     "data": 5_333,
     "plate": 5_709,
-    "identification": 9_677,
+    "identification": 9_661,
     "diagnosis": 7_070,
     "exports": 357,
     "session": 7_150,

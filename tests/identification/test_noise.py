@@ -59,16 +59,6 @@ def test_what_is_left_beyond_the_stated_noise_is_found():
     assert found.rotation < 0.5 * SIGMA[1]
 
 
-def test_repeats_do_not_make_the_noise_smaller(rows):
-    """What the model lacks is the same at a posture however often it is measured."""
-    once = replace(rows, rotation=None).take(np.arange(25))
-    often = once.take(np.repeat(np.arange(25), 10))
-    scatter = np.random.default_rng(3).normal(0.0, 1e-5, (250, 3))
-    often = replace(often, position=often.position + scatter, row=np.arange(250))
-    noise = [identify("aria", d, held_out=0.0).best.fit.problem.noise.position for d in (once, often)]
-    assert noise[1] == pytest.approx(noise[0], rel=0.1)
-
-
 def test_a_sigma_of_zero_is_rounding(tmp_path, rows):
     path = tmp_path / "rounded.csv"
     head = ",".join(

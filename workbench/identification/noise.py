@@ -21,7 +21,6 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.data.postures import repeats
 from workbench.identification.column_products import inner_products
 from workbench.identification.joint_reading_noise import (
     STUDENT_FREEDOM,
@@ -98,36 +97,21 @@ def from_repeats(data: Dataset) -> Noise | None:
 
 
 def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """Root mean square of the residual at x, per channel, as for fresh poses; None if it is rounding.
+    """Root mean square of the residual at x, per channel; None if it is rounding.
 
-    Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none. Of repeats
-    the fit takes up what they share, a number a posture, and not how they differ.
+    Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none.
     """
-    weighed = problem.with_shares()
-    share = _spare_share(weighed, x, factor)
+    share = _spare_share(problem, x, factor)
     if share is None:
         return None
-    residual, old = problem.physical(problem.residual(x)), (np.nan, problem.noise.rotation)
-    shared = residual if weighed.shares is None else _shared(problem, residual)
-    square = shared**2 / share + (residual - shared) ** 2
+    square, old = problem.physical(problem.residual(x)) ** 2, (np.nan, problem.noise.rotation)
     position, rotation, tilt = (
-        float(np.sqrt(square[mine].mean())) if mine.any() else float(size)
+        float(np.sqrt(square[mine].mean() / share)) if mine.any() else float(size)
         for mine, size in zip(channels(problem), (*old, problem.noise.tilt), strict=True)
     )
     if position < ROUNDING_NOISE.position or min(rotation, tilt) < ROUNDING_NOISE.rotation:
         return None
     return Noise(position, rotation, tilt=tilt)
-
-
-def _shared(problem: Problem, residual: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """The mean of every component over the readings of its posture."""
-    kinds = [
-        np.tile(100 * k + np.arange(b.sigma.shape[1]), len(b.rows)) for k, b in enumerate(problem.blocks)
-    ]
-    key, live = np.concatenate(kinds), problem.inverse_sigma > 0.0
-    key = repeats(problem.data)[problem.component_rows] + len(problem.data) * key
-    total, number = (np.bincount(key, part) for part in (residual * live, live))
-    return total[key] / np.maximum(number[key], 1.0)
 
 
 def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
