@@ -41,7 +41,7 @@ BUDGETS = {
     "base": 2_179,
     "report": 833,
     "arm": 9_929,
-    "data": 5_333,
+    "data": 5_328,
     "plate": 5_709,
     "identification": 9_661,
     "diagnosis": 7_070,

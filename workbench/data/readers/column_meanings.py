@@ -65,20 +65,15 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     constant = {name: float(cell) for name, cell in once if NUMBER.fullmatch(cell)}
     together = known_together(names, constant)
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
-    read = [names[c.index] for c in columns if c.key is None and not is_commanded(names[c.index])]
     if not any(c.key and quantities_of(c.key) == JOINT for c in columns):
+        unread = " ".join(
+            names[c.index] for c in columns if c.key is None and not is_commanded(names[c.index])
+        )
+        taken = set(re.findall(r"\d+", unread))  # numbers of joints that another column may have read
         bare = replace(table, names=tuple(COMMAND.sub("", text) for text in table.names))
-        for i, name in enumerate(names):
+        for i in filter(lambda i: is_commanded(names[i]), range(len(names))):
             key = (second := _column(bare, i, None)).key
-            number = re.compile(
-                rf"(^|\D){(key or '')[1:]}(\D|$)"
-            )  # of a joint that another column may have read
-            if (
-                is_commanded(name)
-                and key
-                and quantities_of(key) == JOINT
-                and not any(map(number.search, read))
-            ):
+            if key and quantities_of(key) == JOINT and key[1:] not in taken:
                 columns[i] = replace(second, remark=f"'{second.heading}' is read as {key}, as commanded")
     columns = [_with_unit(column, table, columns) for column in columns]
     of_joints = ["q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)]
