@@ -17,11 +17,11 @@ NEARER = 0.65
 """Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
 ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
-ERRORS = ROW_ERRORS | {"nominal deg": "nominal_deg", "calibrated deg": "calibrated_deg"}
+ANGLES = {"nominal deg": "nominal_deg", "calibrated deg": "calibrated_deg"}
 PLOTS = {
     "predicted": ("Predicted errors", {"position mm": "position_mm", "rotation deg": "rotation_deg"}),
     "index": ("Indices", {name: name for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
-    "error": ("Errors", ERRORS),
+    "error": ("Errors", ROW_ERRORS | ANGLES),
     "row_error": (f"By row: set the timeline to {ROW}", ROW_ERRORS),
 }
 """Where numbers are, how their tab is called, and their headings."""
@@ -44,8 +44,8 @@ def _in_front(session: Session) -> tuple[int, int, bool]:
 
 def blueprint(session: Session) -> rrb.Blueprint:
     plot, table, has_angles = _in_front(session)
-    shown = PLOTS if has_angles else PLOTS | {"error": ("Errors", ROW_ERRORS)}
-    views = [_plots(origin, name, series) for origin, (name, series) in shown.items()]
+    hidden = set[str]() if has_angles else set(ANGLES.values())
+    views = [_plots(origin, name, series, hidden) for origin, (name, series) in PLOTS.items()]
     beside = rrb.Vertical(rrb.Tabs(*views, active_tab=plot), rrb.Tabs(*_tables(), active_tab=table))
     above = rrb.Horizontal(_scene(session), beside, column_shares=[1, 1])
     log = rrb.TextLogView(
@@ -69,13 +69,15 @@ def _tables() -> tuple[rrb.View, ...]:
     )
 
 
-def _plots(origin: str, name: str, series: dict[str, str]) -> rrb.Container:
+def _plots(origin: str, name: str, series: dict[str, str], hidden: set[str]) -> rrb.Container:
     """Plots by their headings; every number has a scale of its own."""
     views = [
-        rrb.TimeSeriesView(origin=f"{origin}/{path}", name=heading, plot_legend=NO_LEGEND)
+        rrb.TimeSeriesView(
+            origin=f"{origin}/{path}", name=heading, plot_legend=NO_LEGEND, visible=path not in hidden
+        )
         for heading, path in series.items()
     ]
-    return rrb.Grid(*views, grid_columns=1 if len(views) < 3 else 2, name=name)
+    return rrb.Grid(*views, grid_columns=1 if len(set(series.values()) - hidden) < 3 else 2, name=name)
 
 
 def _scene(session: Session) -> rrb.Spatial3DView:
