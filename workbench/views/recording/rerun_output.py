@@ -22,7 +22,6 @@ from workbench.base.errors import OptionError
 
 OPEN_FILES = "/proc/self/fd" if os.path.isdir("/proc/self/fd") else "/dev/fd"
 """Where the files that this process has open stand by their numbers: on Linux; on macOS."""
-APPLICATION = "workbench"
 PORT = 9876
 """Port of a rerun viewer that was started without options."""
 MAX_WAITING = 32 * 2**20
@@ -51,10 +50,11 @@ class AbstractOutlet(ABC):
 
     def __init__(self, recording: str, *, tick: float):
         batches = rr.ChunkBatcherConfig(flush_tick=tick)
-        self.stream = rr.RecordingStream(APPLICATION, recording_id=recording, batcher_config=batches)
+        name = f"workbench {recording}"  # the viewer keeps one layout for all recordings of an application
+        self.stream = rr.RecordingStream(name, recording_id=recording, batcher_config=batches)
         self.stream.set_log_time_enabled(False)
         self.stream.set_log_tick_enabled(False)
-        native = bindings.new_blueprint(APPLICATION, make_default=False, make_thread_default=False)
+        native = bindings.new_blueprint(name, make_default=False, make_thread_default=False)
         self._layouts = rr.RecordingStream._from_native(native)
         self._layouts.set_time("blueprint", sequence=0)
         self._waiting = self._layouts.memory_recording()
