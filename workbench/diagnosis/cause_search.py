@@ -96,7 +96,10 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     def validated(found: Sequence[Searched]) -> CauseSearch:
         return _validated_search(robot, ready, first, found, too_few)
 
-    found = _rounds_with_sure_events(first, rng, tried)
+    try:
+        found = _rounds_with_sure_events(first, rng, tried)
+    except np.linalg.LinAlgError:  # models beyond rounding, of rows that are far from any arm
+        found = rounds(first, rng, tried=Tried.NONE)
     progress(0.8, "judging the result")
     search = validated(found)
     if search.has_diverged:
