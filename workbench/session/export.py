@@ -7,6 +7,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -92,8 +93,8 @@ def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
 
     def file(session: Session, *, force: bool = False) -> NotedFile:
         name = f"{stem_of(session.robot.name)}-{form.name}{form.ending}"
-        arm, options = _calibrated(session), {"nominal": session.robot, "force": force}
-        content, done = _written(name, lambda path: export(arm, form.name, path, **options))
+        write = partial(export, _calibrated(session), form.name, nominal=session.robot, force=force)
+        content, done = _written(name, write)
         return name, content, (done.verdict, *done.notes)
 
     return file
