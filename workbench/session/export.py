@@ -7,7 +7,6 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -93,8 +92,8 @@ def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
 
     def file(session: Session, *, force: bool = False) -> NotedFile:
         name = f"{stem_of(session.robot.name)}-{form.name}{form.ending}"
-        write = partial(export, _calibrated(session), form.name, nominal=session.robot, force=force)
-        content, done = _written(name, write)
+        arm, own = _calibrated(session), session.robot
+        content, done = _written(name, lambda path: export(arm, form.name, path, nominal=own, force=force))
         return name, content, (done.verdict, *done.notes)
 
     return file
