@@ -43,15 +43,13 @@ def test_by_name_in_any_order(tmp_path):
         wb.read_measurements(points(tmp_path, names), joint_table=joints(tmp_path, (*order, 5), names))
 
 
-def test_by_row(tmp_path):
+def test_by_row_or_time(tmp_path):
     data = wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(8)))
     np.testing.assert_allclose(data.q, Q)
     assert data.rotation is None  # the controller's own
     with refuses(DataError, "q.csv", found=(8, 7)):
         wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(7)))
-
-
-def test_by_times_without_a_unit(tmp_path):
+    # by times without a unit
     names = [f"{k}.5" for k in range(8)]
     for path in (points(tmp_path, names), joints(tmp_path, range(7, -1, -1), names)):
         path.write_text(path.read_text().replace("point", "time"))

@@ -259,7 +259,9 @@ class Identification(AbstractReported):
     @property
     def noise(self) -> Noise:
         """Assumed standard deviations of the rows."""
-        return self.best.fit.problem.shown_noise
+        problem = self.best.fit.problem
+        typical = problem.typical_noise
+        return typical if np.isfinite(typical.position) else typical._replace(position=problem.noise.position)
 
     @property
     def identifiability(self) -> AbstractIdentifiability | None:
