@@ -43,7 +43,7 @@ def begin_step(session: Session, whole: Session | None = None) -> Session:
     place = len(done) - dragged
     step = UndoStep.of(session, None if whole is None else replace(whole, drag=None))
     done = (*done[:place], step, *done[place:])[-UNDO_STEPS:]
-    return replace(session, history=replace(session.history, done=done, undone=()))
+    return session.updated("history", done=done, undone=())
 
 
 def with_targets(

@@ -221,7 +221,7 @@ class Jog(AbstractChange):
                 raise OptionError(f"joint {i + 1} must be {low:.4g} to {high:.4g}, got {value:.4g}")
 
     def apply(self, session: Session) -> Session:
-        return session.with_playback(focus=Focus.JOG, jogged=frozen(np.array(self.q)))
+        return session.updated("playback", focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
 
 class JogTo(AbstractChange):
@@ -245,7 +245,7 @@ class JogTo(AbstractChange):
     def apply(self, session: Session) -> Session:
         pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
         found = follow(session.robot, session.robot.base.pose @ pose, drawn_joints(session))
-        session = session.with_playback(focus=Focus.JOG, jogged=found.q)
+        session = session.updated("playback", focus=Focus.JOG, jogged=found.q)
         if found.converged:
             return session
         return session.with_message(
@@ -327,7 +327,7 @@ class CapturePose(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         captured = (*session.choices.captured, tuple(drawn_joints(session).tolist()))
-        return replace(session, choices=replace(session.choices, captured=captured))
+        return session.updated("choices", captured=captured)
 
 
 class ForgetPoses(AbstractChange):
@@ -341,4 +341,4 @@ class ForgetPoses(AbstractChange):
             raise OptionError("no poses have been kept")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, choices=replace(session.choices, captured=()))
+        return session.updated("choices", captured=())

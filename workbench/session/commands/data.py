@@ -141,7 +141,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
 
     def finish(self, session: Session, result: Loaded | MeasurementFile) -> Session:
         if isinstance(result, MeasurementFile):
-            session = replace(session, measurements=replace(session.measurements, unread=result))
+            session = session.updated("measurements", unread=result)
             if result.match is not None and result.match.rival:
                 return self._warned(session, Severity.WARNING, f"{result.name}: {result.match.text}")
             problem = result.preview.problems[0]
@@ -363,9 +363,10 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     view = session.region.view
     kept = session.with_parts(GoesWith.PLATE, GoesWith.PAGE)
     session = replace(kept, measurements=Measurements(loaded=loaded), results=Results())
-    session = session.with_playback(focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW)
+    focus = Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW
+    session = session.updated("playback", focus=focus)
     if view.field == MEASURED.name:
-        session = session.with_region(view=replace(view, field=NO_FIELD))
+        session = session.updated("region", view=replace(view, field=NO_FIELD))
     session = with_comparison(session)
     if session.results.comparison is None or loaded is None or loaded.virtual:
         return session
@@ -383,12 +384,8 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
     plate = replace(session.plate, region=region)
     first = session.history.first
     moved = plate if session.plate is first.plate else replace(first.plate, region=region)
-    session = replace(
-        session,
-        plate=plate,
-        history=replace(session.history, first=replace(first, plate=moved)),
-        measurements=replace(session.measurements, box=region),
-    )
+    session = session.updated("history", first=replace(first, plate=moved))
+    session = replace(session, plate=plate).updated("measurements", box=region)
     size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)
     text = f"the region is now the bounding box of the rows, {size} mm; change it in the Plate tab"
     return session.with_message(Severity.LOG, text)  # the Plate tab names it
