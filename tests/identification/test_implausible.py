@@ -1,5 +1,8 @@
 """Arms that no maker can have built: said of tables and of URDFs alike, in positions and in orientations."""
 
+from contextlib import nullcontext
+from functools import partial
+
 import numpy as np
 import pytest
 from generator import three_parallel
@@ -29,6 +32,13 @@ def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
     )
     found = wb.identify(wb.load_robot(str(path)), data, reading="given")
     assert bool(found.best.implausible) == bool(off)
+    for name, write in {
+        "b.toml": found.robot.save,
+        "c.csv": partial(wb.export, found.robot, "dh-csv"),
+    }.items():
+        with pytest.raises(wb.WorkbenchError, match="implausible") if off else nullcontext():
+            write(path=tmp_path / name)
+        assert write(path=tmp_path / name, force=True)
 
 
 @pytest.mark.parametrize(
