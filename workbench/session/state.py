@@ -30,8 +30,8 @@ from workbench.session.part import AbstractPart, GoesWith, Part
 from workbench.session.played_motion import Played
 from workbench.session.target_state import TargetState
 
-UNDO_STEPS = 200
-"""How many moves can be taken back."""
+UNDO_STEPS, WHOLE = 200, 5
+"""How many moves can be taken back, and how many times another robot or other measurements."""
 
 
 class Focus(StrEnum):
@@ -76,6 +76,20 @@ class UndoStep:
         """The targets of a session, without the matrices of their score, which are ten times the rest."""
         small = replace(session.score, linearisation=None, arm=None)
         return cls(session.plate, session.states, small, whole)
+
+    @staticmethod
+    def recent(steps: "tuple[UndoStep, ...]", whole: int = WHOLE) -> "tuple[UndoStep, ...]":
+        """The last steps, of which so many, with those before them in turn, keep a whole session."""
+        kept: list[UndoStep] = []
+        for step in reversed(steps[-UNDO_STEPS:]):
+            if (past := step.session) is not None:
+                if not whole:
+                    break
+                whole -= 1
+                done = UndoStep.recent(past.history.done, whole)
+                step = replace(step, session=past.updated("history", done=done))
+            kept.append(step)
+        return tuple(reversed(kept))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -297,7 +297,7 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     begun = replace(
         begun,
         page=replace(session.page, messages=begun.page.messages),
-        history=replace(begun.history, done=(UndoStep.of(session, session),)),
+        history=replace(begun.history, done=UndoStep.recent((UndoStep.of(session, session),))),
         parts={**begun.parts, **session.with_parts(GoesWith.PAGE).parts},
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"

@@ -220,7 +220,12 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         return Loaded(rows, name, facts, notes, virtual=True, checks=checks, actual=actual)
 
     def instrument_in(self, session: Session) -> Instrument:
-        return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
+        """What measures; with the session's noise if it is the plate's seats."""
+        if self.instrument:
+            return INSTRUMENTS[self.instrument]
+        noise, name = session.noise, "as set in the Plate tab"
+        sigma = {"sigma_position": noise.position, "sigma_rotation": noise.rotation}
+        return Instrument(name=name, observes=Observes.POSE, **sigma)
 
     def finish(self, session: Session, result: Loaded) -> Session:
         return with_other_data(session, result).with_message(
@@ -280,16 +285,6 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
     loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
         raise DataError(f"{loaded.match.text}; {loaded.match.remedy}, or continue anyway")
-
-
-def instrument_of(session: Session) -> Instrument:
-    """The instrument of virtual measurements: sees poses with the session's noise."""
-    return Instrument(
-        name="as set in the Plate tab",
-        observes=Observes.POSE,
-        sigma_position=session.noise.position,
-        sigma_rotation=session.noise.rotation,
-    )
 
 
 def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:

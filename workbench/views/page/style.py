@@ -130,7 +130,7 @@ COARSE = 0.4
 """Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
 SLOW = "llvmpipe|swiftshader|softpipe|software"
 """In the names of renderers without a graphics card."""
-LEAVE = ["Close", "Cancel", "Look around"]
+LEAVE = ["Close", "Cancel", "Look around", "Back"]
 """Buttons that end a sheet without doing anything."""
 SCRIPT = f"""
 const measured = new ResizeObserver(([strip]) =>
