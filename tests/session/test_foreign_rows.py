@@ -88,12 +88,12 @@ def test_another_robot_has_its_own_plate_and_undo_brings_everything_back(do):
     other = do(ChooseRobot("ur5"))
     assert (other.plate.name, other.measurements.loaded) == ("Circle", None)
     back = do(Undo())
-    for part in ("robot", "plate", "states", "measurements", "results"):
-        assert getattr(back, part) is getattr(before, part)
-    assert (again := do(Redo())).robot is other.robot
+    parts = ("robot", "plate", "states", "measurements", "results")
+    assert [part for part in parts if getattr(back, part) is not getattr(before, part)] == []
+    assert do(Redo()).robot is other.robot
     for _ in range(WHOLE + 2):
-        again = begin_step(again, again)
-    assert sum(step.session is not None for step in again.history.done) == WHOLE
+        back = begin_step(back, back)
+    assert sum(step.session is not None for step in back.history.done) == WHOLE
     assert do(ChooseRobot("aria")).plate.name == "Table 2"
     assert np.array_equal(do(Undo()).plate.poses, other.plate.poses)
 
