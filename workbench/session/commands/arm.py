@@ -120,6 +120,11 @@ class LoadModel(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
+        model = self.model()
+        return _on_plate(model, session) if isinstance(model, Plate) else start_with(model, session)
+
+    def model(self) -> Robot | Plate:
+        """What the file holds."""
         folder = Path(tempfile.mkdtemp(dir=_uploads()))
         path = folder / safe_name(self.name)
         path.write_bytes(self.content)
@@ -127,11 +132,10 @@ class LoadModel(AbstractTask[Session]):
             if self._is_archive:
                 path = _unpacked(path)
             if b"[[target]]" in self.content:
-                return _on_plate(read_plate(path), session)
-            robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
+                return read_plate(path)
+            return _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
         except WorkbenchError as error:
             raise OptionError(str(error).replace(f"{folder}/", "")) from error
-        return start_with(robot, session)
 
     def finish(self, session: Session, result: Session) -> Session:
         opened = _in_the_page(session, result)

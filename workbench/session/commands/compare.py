@@ -29,10 +29,6 @@ from workbench.session.state import Focus, Session
 log = logging.getLogger(__name__)
 
 
-def with_fit(session: Session, algorithm: str) -> Session:
-    return with_comparison(session.updated("results", fit=algorithm))
-
-
 def with_comparison(session: Session) -> Session:
     """The session with its measurements compared with every available model.
 
@@ -134,7 +130,7 @@ class ShowFit(AbstractChange):
             raise OptionError(f"no fit by {self.algorithm.upper()} (available: {known})")
 
     def apply(self, session: Session) -> Session:
-        return with_fit(session, self.algorithm)
+        return with_comparison(session.updated("results", fit=self.algorithm))
 
 
 class ShowRow(AbstractChange):

@@ -223,9 +223,9 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         """What measures; with the session's noise if it is the plate's seats."""
         if self.instrument:
             return INSTRUMENTS[self.instrument]
-        noise, name = session.noise, "as set in the Plate tab"
-        sigma = {"sigma_position": noise.position, "sigma_rotation": noise.rotation}
-        return Instrument(name=name, observes=Observes.POSE, **sigma)
+        place, turn = session.noise.position, session.noise.rotation
+        name = "as set in the Plate tab"
+        return Instrument(name=name, observes=Observes.POSE, sigma_position=place, sigma_rotation=turn)
 
     def finish(self, session: Session, result: Loaded) -> Session:
         return with_other_data(session, result).with_message(

@@ -16,7 +16,7 @@ from workbench.identification.prior import Prior
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
-from workbench.session.commands.compare import with_fit
+from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
@@ -84,7 +84,8 @@ class Identify(AbstractTask[IdentifiedRows]):
         is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
         geometry = session.results.geometry if is_same else None
         session = session.updated("playback", focus=Focus.ROW).updated("measurements", unread=None)
-        session = with_fit(session.updated("results", identification=found, row=0, geometry=geometry), fit)
+        found_now = {"identification": found, "fit": fit, "geometry": geometry, "row": 0}
+        session = with_comparison(session.updated("results", **found_now))
         overlay = replace(session.choices.overlay, stage=None)
         if last is None and (rows := session.results.comparison) is not None:  # as later models then are
             overlay = replace(overlay, exaggeration=times_for(rows.errors[:, 0], session.robot.reach))
