@@ -223,7 +223,7 @@ class _FrameTrial:
         """Largest correction of the arm in units of what is implausible."""
         kinds = [p.unit == "rad" for p in self.problem.parameters]
         moved = np.abs(self.search.x - self.problem.start) / np.where(kinds, STRANGE_ANGLE, STRANGE_LENGTH)
-        return float(moved[[p.is_geometry for p in self.problem.parameters]].max(initial=0.0))
+        return float(moved[self.problem.geometry].max(initial=0.0))
 
     def beats(self, other: "_FrameTrial") -> bool:
         """Whether this freer model is significantly better than the other.

@@ -59,7 +59,7 @@ class InfluenceBased(AbstractIdentifier):
     title = "INFLUENCE"
     summary = "Mean of each pose's own correction, weighted by how far a parameter moves the tool there."
 
-    def search(self, problem: Problem) -> SearchOutcome:
+    def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
         stacks = _stacks(problem.component_rows)
         units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])
 

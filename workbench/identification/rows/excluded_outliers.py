@@ -83,8 +83,8 @@ def prepare_without_outliers(
         problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
         if problem.count <= len(problem.names):
             break
-        expected, (_, x) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        found = ready.train_rows[find_outliers(expected, robust_fit(expected, x), everything)]
+        expected, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
+        found = ready.train_rows[find_outliers(expected, robust_fit(expected, first.x), everything)]
         if not len(found):
             break
         outlying = np.append(outlying, found)
