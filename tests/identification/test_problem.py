@@ -174,8 +174,7 @@ def test_prior_joins_the_residuals():
     x[[problem.names.index(n) for n in names]] = centre + np.array([2.0, 3.0])
     extra = prior.residual(x)[problem.size :]
     assert extra @ extra == pytest.approx(2.0)
-    cost, _ = prior.cost_and_gradient(x)
-    assert cost == pytest.approx(0.5 * prior.residual(x) @ prior.residual(x))
+    assert prior.cost_and_gradient(x)[0] == pytest.approx(0.5 * prior.residual(x) @ prior.residual(x))
     with refuses(OptionError, option="prior", found="joint2.d"):
         problem.with_prior(("joint2.d",), np.zeros(1), np.eye(1))
 
