@@ -79,11 +79,12 @@ def from_repeats(data: Dataset) -> Noise | None:
     Rows without a pose, or copied to the last digit from another, carry no information on noise and are
     ignored.
     """
-    if data.position is None or data.rotation is None:
+    joints = np.round(data.q / SAME_JOINTS)
+    if data.position is None or data.rotation is None or len(np.unique(joints[:, 0])) == len(data):
         return None
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
     posed = np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
-    key = np.column_stack([session, np.round(data.q / SAME_JOINTS), data.position])
+    key = np.column_stack([session, joints, data.position])
     once = np.flatnonzero(posed)[np.unique(key[posed], axis=0, return_index=True)[1]]
     _, first, place = np.unique(key[once, :-3], axis=0, return_index=True, return_inverse=True)
     turn = data.rotation[once] @ np.swapaxes(data.rotation[once[first[place]]], 1, 2)

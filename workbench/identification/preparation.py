@@ -19,6 +19,7 @@ from workbench.data.measuring_order import beside
 from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome
+from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
@@ -106,7 +107,8 @@ class Prepared(AbstractSplit):
     def first_fit(self) -> tuple[Problem, SearchOutcome]:
         """That problem, on some of the rows where there are many, and its solution with the widest prior."""
         some = thinned(self.shared)
-        return some, Opt2(limit=60).search(some.with_deviation(MAX_DEVIATION), begin=self.near)
+        algorithm = Opt2(limit=60) if self.near is None else Ols()
+        return some, algorithm.search(some.with_deviation(MAX_DEVIATION), begin=self.near)
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
