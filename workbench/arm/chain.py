@@ -312,7 +312,7 @@ def _lanes(axes, where, fixed, moved, constants, place, out, twist):
     """
     size = twist.shape[2]
     t, now = np.empty((12, LANES)), np.empty((3, LANES))
-    lines, columns = np.empty((size, 6, LANES)), np.empty((6, size, LANES))
+    lines, columns = np.empty((size, 6, LANES)), np.zeros((6, size, LANES))  # 0 outside the part
     for start in range(0, out.shape[0], LANES):
         for i in range(12):
             for n in range(LANES):

@@ -174,14 +174,13 @@ def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
 def _fit(problem, algorithm, loss, begin) -> Fit:
     began = perf_counter()
     search = algorithm.search(problem, begin=begin)
-    weights = np.ones(len(problem.data))
     for _ in range(MAX_REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
-        fit = Fit(algorithm=algorithm, problem=problem.with_row_weights(None), search=search)
-        new = row_weights(fit.row_residuals, loss)
-        if np.abs(new - weights).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
+        fit = Fit(algorithm=algorithm, problem=problem, search=search)
+        old, new = problem.row_weights, row_weights(fit.row_residuals, loss)
+        change = new - (1.0 if old is None else old)
+        if np.abs(change).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
             break
-        weights = new
-        problem = problem.with_row_weights(weights)
+        problem = problem.with_row_weights(new)
         search = algorithm.search(problem, begin=search.x)
     fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
     return replace(fit, warnings=_warnings(fit))

@@ -14,8 +14,6 @@ others look uncertain; `consistent` makes both agree on normal residuals:
 Rows without a sigma have sigma_row = 0, and s is then the root mean square of the residuals.
 """
 
-from enum import Enum
-
 import numpy as np
 from jaxtyping import Float
 
@@ -45,19 +43,10 @@ ROUNDING_NOISE = Noise(1e-8, 1e-8)
 """Residuals below this [m or rad] are rounding; the stated values are kept."""
 
 
-class StatedNoise(Enum):
-    """How many rows state their own standard deviation."""
-
-    NONE = 0
-    SOME = 1
-    ALL = 2
-
-
-def given_by_rows(problem: Problem) -> StatedNoise:
-    """Whether every component that was measured has its own standard deviation."""
-    live = (problem.inverse_sigma > 0.0) & ~problem.tilted_components
-    stated = problem.own_sigma > 0.0
-    return StatedNoise.ALL if stated[live].all() else StatedNoise.SOME if stated.any() else StatedNoise.NONE
+def share_stated(problem: Problem) -> float:
+    """Share of measured components with their own standard deviation, without tilts beside others."""
+    straight, turned, _ = problem.channels
+    return float((problem.own_sigma > 0.0)[straight | turned].mean())
 
 
 def stated(problem: Problem) -> Noise | None:
@@ -66,7 +55,7 @@ def stated(problem: Problem) -> Noise | None:
     NaN for rotations that were not measured; None if a component has none, or no positions were measured.
     """
     straight, turned, _ = problem.channels
-    if given_by_rows(problem) is not StatedNoise.ALL or not straight.any():
+    if share_stated(problem) < 1.0 or not straight.any():
         return None
     straight, angles = problem.own_sigma[straight], problem.own_sigma[turned]
     rotation = np.sqrt((angles**2).mean()) if len(angles) else np.nan

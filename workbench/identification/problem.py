@@ -309,12 +309,6 @@ class Problem:
         position, rotation, tilt = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in squares)
         return Noise(position, rotation, tilt=tilt)
 
-    @property
-    def shown_noise(self) -> Noise:
-        """The same with the position's assumed one where none was measured."""
-        typical = self.typical_noise
-        return typical if np.isfinite(typical.position) else typical._replace(position=self.noise.position)
-
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
         """Standard deviation of each residual component stated by its row [m or rad]; 0 if it states none."""

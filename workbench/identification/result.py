@@ -256,8 +256,9 @@ class Identification(AbstractReported):
 
     @property
     def noise(self) -> Noise:
-        """Assumed standard deviations of the rows."""
-        return self.best.fit.problem.shown_noise
+        """Assumed standard deviations of the rows; that of positions even where none was measured."""
+        noise, assumed = self.best.fit.problem.typical_noise, self.best.fit.problem.noise.position
+        return noise if np.isfinite(noise.position) else noise._replace(position=assumed)
 
     @property
     def identifiability(self) -> AbstractIdentifiability | None:

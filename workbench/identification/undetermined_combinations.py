@@ -21,7 +21,7 @@ from scipy.linalg import lapack
 RANK_TOLERANCE = 1e-10
 """Relative singular value below which a combination of parameters is unobservable."""
 BLOCK_SIZE = 8
-"""Block size of the factorisation: 32 takes up to twice as long, and numpy, one column at a time, four times."""
+"""Columns that the factorisation takes at a time: 32 take up to twice as long, as numpy does four times."""
 MIN_PIVOT = 1e-11
 """Minimum pivot of the normal equations, columns scaled to 1, for sufficient accuracy."""
 WEAKLY_OBSERVABLE = 0.2

@@ -181,8 +181,4 @@ def _weighed(fit: Fit) -> Robot:
 def _root(problem: Problem, fit: Fit) -> np.ndarray:
     """Root of a fit's covariance in another problem's unknowns; zero for unknowns that the fit lacks."""
     index = {name: i for i, name in enumerate(fit.problem.names)}
-    root = np.zeros((len(problem.names), fit.factor.root.shape[1]))
-    for i, name in enumerate(problem.names):
-        if name in index:
-            root[i] = fit.factor.root[index[name]]
-    return root
+    return np.pad(fit.factor.root, ((0, 1), (0, 0)))[[index.get(name, -1) for name in problem.names]]

@@ -44,8 +44,6 @@ def row_weights(standardised: Float[np.ndarray, " rows"], loss: Loss) -> Float[n
 
     The scale is the median residual, so that up to half of the rows may be wrong.
     """
-    if loss in (Loss.SQUARES, Loss.SET_APART):
-        return np.ones_like(standardised)
     size = standardised / max(_median(standardised), 1e-12)
     if loss is Loss.HUBER:
         return np.sqrt(np.minimum(1.0, CONSISTENCY / np.maximum(size, 1e-12)))
