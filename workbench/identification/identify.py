@@ -98,8 +98,8 @@ def identify(
         some, first = ready.first_fit
         expected = with_expected_deviation(some, deviation, x=first.x).deviation
         problem = ready.shared if expected is None else ready.shared.with_deviation(expected)
-        if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.visible.all():
-            begin = first.x  # several are compared, and what is unobservable stays where it starts
+        if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.seen.all():
+            begin = first.x  # several are compared, and what is hardly observable stays where it starts
     runs = _runs(ready, problem, chosen, loss, begin)
     if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
         not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
