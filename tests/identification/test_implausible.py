@@ -41,6 +41,15 @@ def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
         assert write(path=tmp_path / name, force=True)
 
 
+def test_rows_that_the_nominal_arm_computed_calibrate_nothing(tmp_path):
+    (tmp_path / "arm.toml").write_text(three_parallel().toml(free='"auto"'))
+    q = np.random.default_rng(2).uniform(-1.2, 1.2, (40, three_parallel().dof))
+    rows = Dataset(q=q, row=np.arange(40), position=np.round(three_parallel().pose(q)[:, :3, 3], 5))
+    found = wb.identify(tmp_path / "arm.toml", rows)
+    with pytest.raises(wb.WorkbenchError, match="they were computed with it"):
+        found.robot.save(tmp_path / "b.toml")
+
+
 @pytest.mark.parametrize(
     ("position", "rotation", "little"),
     [(0.3, 0.1, False), (0.3, 8.5, True), (0.3, 0.9, False), (9.0, 0.1, True)],

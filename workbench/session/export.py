@@ -92,8 +92,8 @@ def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
 
     def file(session: Session, *, force: bool = False) -> NotedFile:
         name = f"{stem_of(session.robot.name)}-{form.name}{form.ending}"
-        arm, options = _calibrated(session), {"nominal": session.robot, "force": force}
-        content, done = _written(name, lambda path: export(arm, form.name, path, **options))
+        arm, nominal = _calibrated(session), session.robot
+        content, done = _written(name, lambda p: export(arm, form.name, p, nominal=nominal, force=force))
         return name, content, (done.verdict, *done.notes)
 
     return file
