@@ -48,7 +48,7 @@ class Branch:
 
     @property
     def is_roomy(self) -> bool:
-        return bool(self.room >= -LIMIT_SLACK)
+        return self.room >= -LIMIT_SLACK
 
     def nearest_turn(self, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """The q of this branch nearest to another q, within the limits if the branch is."""
