@@ -30,7 +30,7 @@ def at(problem, q):
 def information(problems, effects):
     """Log determinant of what rows say of effects beside the geometry, by explicit columns."""
     table = np.vstack(
-        [np.column_stack([p.jacobian(p.start)[: p.size], slopes(p, effects)]) for p in problems]
+        [np.column_stack([p.evaluate(p.start).jacobian[: p.size], slopes(p, effects)]) for p in problems]
     )
     table = table / np.linalg.norm(table, axis=0)
     size = sum(len(e.names) for e in effects)

@@ -84,7 +84,7 @@ def test_residuals_by_all_unknowns(links, inertia, levelled, sessions):
     angles = [n for n in problem.names if n.startswith("gravity")]
     assert len(angles) == (2 * (1 + sessions) if links or inertia else 0)
     x = problem.start + np.random.default_rng(3).normal(0.0, 1e-6, len(problem.start))
-    check_jacobian(lambda x: -problem.residual(x), problem.jacobian(x), x, tolerance=2e-5, step=1e-5)
+    check_jacobian(lambda x: -problem.residual(x), problem.evaluate(x).jacobian, x, tolerance=2e-5, step=1e-5)
 
 
 def test_how_the_arm_stands_is_read_from_its_base(tmp_path):

@@ -118,10 +118,9 @@ class _Answer(NamedTuple):
 def readings(problem: Problem) -> Readings | None:
     """Noise of joint readings in a problem's weights, with its share of the residuals; None if they are
     exact."""
-    live, turned = problem.inverse_sigma > 0.0, problem.component_channels
     if not any(problem.noise.joints):
         return None
-    mine = live & ~turned if (live & ~turned).any() else live
+    mine = problem.channels[0] if problem.channels[0].any() else problem.inverse_sigma > 0.0
     alone = (problem.inverse_sigma[mine] ** -2.0).sum()
     share = float(1.0 - alone / (problem.sigma[mine] ** 2).sum())
     return Readings(problem.noise.joints, share, _last_digit(problem))

@@ -165,8 +165,8 @@ class Run(AbstractReported):
     @cached_property
     def deviation(self) -> float:
         """Root of the summed squares of the constants' deviations from nominal [rad, m]."""
-        arm = [p.is_geometry for p in self.fit.parameters]
-        return float(np.linalg.norm((self.fit.x - self.fit.problem.start)[arm]))
+        problem = self.fit.problem
+        return float(np.linalg.norm((self.fit.x - problem.start)[problem.geometry]))
 
     @cached_property
     @beside("implausible corrections", ())
@@ -258,10 +258,9 @@ class Identification(AbstractReported):
 
     @property
     def noise(self) -> Noise:
-        """Assumed standard deviations of the rows."""
-        problem = self.best.fit.problem
-        typical = problem.typical_noise
-        return typical if np.isfinite(typical.position) else typical._replace(position=problem.noise.position)
+        """Assumed standard deviations of the rows; that of positions even where none was measured."""
+        noise, assumed = self.best.fit.problem.typical_noise, self.best.fit.problem.noise.position
+        return noise if np.isfinite(noise.position) else noise._replace(position=assumed)
 
     @property
     def identifiability(self) -> AbstractIdentifiability | None:
@@ -299,10 +298,10 @@ class Identification(AbstractReported):
         Held-out rows take no part in this choice.
         """
         runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
-        plain = min(runs, key=lambda run: run.fit.history[-1])
-        minimum = plain.fit.history[-1]
+        plain = min(runs, key=lambda run: run.fit.cost)
+        minimum = plain.fit.cost
         chance = CHANCE * min(1.0, 2.0 * minimum / max(plain.fit.spare, 1.0))
-        equal = [run for run in runs if run.fit.history[-1] <= minimum * (1.0 + SAME_COST) + chance]
+        equal = [run for run in runs if run.fit.cost <= minimum * (1.0 + SAME_COST) + chance]
         nearest = min(run.deviation for run in equal)
         return min(
             equal,

@@ -123,7 +123,7 @@ def refit(
         built, search = search_flanks(algorithm, built, here)
     if built is held:  # unobservable combinations are reported without that prior
         built = free
-    return FittedModel(model, Fit.of(algorithm, built, search))
+    return FittedModel(model, Fit(algorithm=algorithm, problem=built, search=search))
 
 
 def needs_inertia(robot: Robot) -> bool:

@@ -59,7 +59,7 @@ class InfluenceBased(AbstractIdentifier):
     title = "INFLUENCE"
     summary = "Mean of each pose's own correction, weighted by how far a parameter moves the tool there."
 
-    def search(self, problem: Problem) -> SearchOutcome:
+    def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
         order = np.argsort(rows := problem.component_rows, kind="stable")
         _, starts, counts = np.unique(rows[order], return_index=True, return_counts=True)
         firsts = ((starts[counts == c], c) for c in np.unique(counts))  # poses with as many components

@@ -80,7 +80,7 @@ class Identify(AbstractTask[IdentifiedRows]):
     def finish(self, session: Session, result: IdentifiedRows) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "identify")
-        fit, last = found.best.fit.algorithm, session.results.identification
+        fit, last = found.best.fit.algorithm.name, session.results.identification
         is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
         geometry = session.results.geometry if is_same else None
         session = session.updated("playback", focus=Focus.ROW).updated("measurements", unread=None)
