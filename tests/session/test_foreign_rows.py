@@ -8,12 +8,13 @@ import pytest
 from checks import with_errors
 from refusals import mentions
 
-from workbench import load_robot, measure_poses, write_measurements
+from workbench import WorkbenchError, load_robot, measure_poses, write_measurements
 from workbench.identification.checks.arm_match import arm_match
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.undo import Redo, Undo
+from workbench.session.export import calibrated_toml
 from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity
 
@@ -73,7 +74,9 @@ def test_what_was_fitted_all_the_same_is_called_implausible(do, ur5_file):
     session = do(LoadData("ur5.csv", ur5_file), Identify(("opt2",), anyway=True))
     found = session.results.identification
     assert mentions(found.warnings[0], "UR5 (CB3)")
-    assert found.doubts(found.best)
+    with pytest.raises(WorkbenchError, match="implausible"):
+        calibrated_toml(session)
+    assert calibrated_toml(session, force=True)[1]  # as 'Save anyway' does
     assert next_step(session).tone is Tone.CAREFUL
     assert next_step(session).sentence.startswith("Implausible")
 

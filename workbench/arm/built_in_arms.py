@@ -100,13 +100,13 @@ def save_robot(robot: Robot, path: Path | str, *, force: bool = False) -> Path:
 
 def refusal(robot: Robot, ending: str) -> str:
     """Why a file of a calibrated arm should not be used, by its ending; empty if it may."""
-    return "" if robot.calibration is None else robot.calibration.refused.get(ending[1:].upper(), "")
+    refused = {} if robot.calibration is None else robot.calibration.refused
+    return "; ".join(refused[name] for name in ("", ending[1:].upper()) if name in refused)
 
 
 def check_robot_file(path: Path | str) -> Path:
     """The path, checked for a robot file's extension."""
     path = Path(path)
-    ending = path.suffix.lower()
-    if ending not in (".toml", ".urdf"):
+    if path.suffix.lower() not in (".toml", ".urdf"):
         raise OptionError(f"{path}: a robot is saved as .toml or .urdf, got '{path.suffix}'")
     return path

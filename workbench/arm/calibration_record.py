@@ -153,7 +153,7 @@ class Calibration:
         observed: Observability of the tool.
         error: Mean error on held-out rows, or fitted ones if none were held out [m], [rad]; None if unknown.
         reading: What its rows were taken to mean where that isn't what they say; its joints count so.
-        refused: Why the arm should not be used, by the file that holds it (TOML, URDF); empty if it may.
+        refused: Why not to use the arm, by the file that holds it (TOML, URDF); under "" any, left unwritten.
         geometry: The best arm without its effects, masses and gravity as given: those of the arm itself were
             fitted for its effects of load, and are known through these only. None if it has no effects.
     """
@@ -187,8 +187,8 @@ class Calibration:
             table["error"] = list(self.error)
         if self.reading:
             table["reading"] = self.reading
-        if self.refused:
-            table["refused"] = dict(self.refused)
+        if refused := {name: why for name, why in self.refused.items() if name}:
+            table["refused"] = refused
         return table | {"observed": self.observed.table()}
 
 

@@ -69,11 +69,7 @@ def identify(
             deviation=_deviation(deviation),
             prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
         )
-    unknown = run.identifiability.refused if run.identifiability is not None else ""
-    if unknown and out.save is not None:
-        saved = _Saved(None, f"{out.save} is not written: {unknown}", [])
-    else:
-        saved = _save(run, out.save, force=fit.force)
+    saved = _save(run, out.save, force=fit.force)
     opt.write_result(out.json, identification_json(run))
     opt.describe("tables", lambda: opt.show(identification_blocks(run, wanted=requested)))
     _say_files(out.report, partial(write_identification, run, wanted=requested), saved, run.best)
@@ -122,7 +118,7 @@ def diagnose(
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
     whole = run.identification()
-    saved = _save(whole, out.save, run.harm, force=fit.force)
+    saved = _save(whole, out.save, force=fit.force)
     opt.write_result(out.json, diagnosis_json(run))
     opt.describe("tables", lambda: opt.show(run.blocks()))
     _say_files(out.report, partial(write_diagnosis, run), saved, whole.best)
@@ -139,20 +135,20 @@ class _Saved(NamedTuple):
     notes: list[str]
 
 
-def _save(run, path: Path | None, harm: str | None = None, *, force: bool) -> _Saved:
+def _save(run, path: Path | None, *, force: bool) -> _Saved:
     """Write the calibrated arm before anything is said of it, unless there are reasons not to."""
-    from workbench.identification.result import LOOK_AGAIN
+    from workbench.arm.built_in_arms import refusal
 
     held = path.suffix[1:].upper() if path is not None else "TOML"
-    refused, doubts = run.refused(run.best), run.doubts(run.best)
-    reasons = [f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}"] if doubts else []
-    reasons += filter(None, [harm, refused.get(held)])
-    notes = [text for form, text in refused.items() if form != held]
+    unknown = run.identifiability.refused if run.identifiability is not None else ""
+    if unknown:
+        return _Saved(None, f"{path} is not written: {unknown}" if path is not None else "", [])
+    reason = refusal(run.robot, f".{held}")
+    notes = [text for form, text in run.refused(run.best).items() if form not in ("", held)]
     if path is None:
-        return _Saved(None, "; ".join(reasons), notes)
-    done = opt.save_robot(run.robot, path, force=True) if force or not reasons else None
-    kept = opt.not_written(path, forced=force)
-    return _Saved(done, "; ".join(reasons) + kept if reasons else "", notes)
+        return _Saved(None, reason, notes)
+    done = opt.save_robot(run.robot, path, force=True) if force or not reason else None
+    return _Saved(done, reason and reason + opt.not_written(path, forced=force), notes)
 
 
 def _say_files(report: Path | None, write: Callable[[Path], Path], saved: _Saved, best) -> None:

@@ -31,7 +31,6 @@ from workbench.report.result_display import AbstractReported
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-
 WORTHWHILE_RATIO = 0.9
 """Ratio of a standard error after to before below which a further pose is worthwhile."""
 
@@ -223,7 +222,7 @@ class Diagnosis(AbstractReported):
         """The same, under the name that every result has for its arm."""
         return self.calibrated
 
-    @property
+    @cached_property
     @beside("whether the effects do harm", None)
     def harm(self) -> str | None:
         """A warning if held-out rows are predicted worse with the effects than without."""
@@ -300,6 +299,7 @@ class Diagnosis(AbstractReported):
             notes=self.notes,
             nominal_rows=self.nominal_rows,
             runs={self.final_fit.algorithm: run},
+            harm=self.harm,
         )
 
     def parameters(self) -> "DataFrame":

@@ -45,7 +45,6 @@ from workbench.identification.rows.row_selection import (
     without_fitted_rows,
 )
 from workbench.identification.rows.split import AbstractSplit
-from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
@@ -247,7 +246,10 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     train, held = hold_out(used, other if held_rows is None else held_rows, choices.seed)
     held_out_data, again = used.take(held), list[str]()
     if isinstance(other, Dataset):
-        held_out_data, again = without_fitted_rows(_rows_of_other_file(robot, other, choices.region), used)
+        robot.check_joints(other.q, other.source)
+        other = with_drivers(robot, checked(robot, other))
+        other = other.take(choose_rows(robot, other, {}, choices.region)[0])
+        held_out_data, again = without_fitted_rows(other, used)
         held_out_data = beside(held_out_data, used)
     warnings = robot.extrapolation_warnings(used.q, used.row)
     return _Split(
@@ -288,13 +290,6 @@ def _excluded(data: Dataset) -> dict[int, str]:
     if data.reason is None:
         return {}
     return {i: str(data.reason[i]) for i in np.flatnonzero(~data.included).tolist()}
-
-
-def _rows_of_other_file(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
-    """Held-out rows of another file, selected like the fitted ones."""
-    robot.check_joints(data.q, data.source)
-    data = with_drivers(robot, checked(robot, data))
-    return data.take(choose_rows(robot, data, {}, region)[0])
 
 
 def _check_known_places(data: Dataset, choices: FitChoices) -> None:

@@ -45,10 +45,11 @@ if TYPE_CHECKING:
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 """Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors …"""
+COMPUTED = 1e-5
+"""Errors of a nominal arm below this share of its reach are of rows that were computed with it."""
 IMPLAUSIBLE_SHARE, CERTAIN = 0.1, 3.0
 """… as are flanges that move by this share of the reach, or by that angle, on average within the limits; both
 if they exceed so many standard errors."""
-LOOK_AGAIN = "too large for manufacturing errors: check robot, units and joint order"
 SAME_COST = 1e-6
 """Relative difference below which two costs count as equal."""
 ROUNDING = 1e-6
@@ -233,6 +234,7 @@ class Identification(AbstractReported):
         runs: One per algorithm, by name.
         ready: The rows and the problem that were prepared; None for the arm of a diagnosis.
         outlying: Excluded rows that no arm explains, indices into data; they are among `excluded`, too.
+        harm: That held-out rows are predicted worse with the arm's effects than without; None if not.
     """
 
     nominal_robot: Robot
@@ -247,6 +249,7 @@ class Identification(AbstractReported):
     runs: dict[str, Run]
     ready: Prepared | None = None
     outlying: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    harm: str | None = None
 
     @property
     def frames(self) -> FrameFreedom:
@@ -315,13 +318,17 @@ class Identification(AbstractReported):
 
     @beside("whether the files may be used", {})
     def refused(self, run: Run) -> dict[str, str]:
-        """Why a file of a run's arm should not be used, by format; without those that may."""
+        """Why a file of a run's arm should not be used, by format, or "" for any; without those that may."""
         held, shown = run.judging is run.held_out_data, run.judging
         again = run.judged is not None and not held  # all rows, after the final fit
         rows = row_errors(self.aligned, shown) if again else self.nominal_rows[held]
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
-        return run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
+        worse = run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
+        unknown = "" if self.identifiability is None else self.identifiability.refused
+        known = (implausible_text(self.doubts(run)), self.computed, self.harm)
+        doubts = unknown or "; ".join(filter(None, known))
+        return {"": doubts, **worse} if doubts else worse
 
     @property
     def error(self) -> BeforeAfter:
@@ -373,6 +380,15 @@ class Identification(AbstractReported):
         return foreign + run.implausible
 
     @property
+    def computed(self) -> str:
+        """That rows were computed with the nominal arm and not measured; empty if they may be measured."""
+        off = self.nominal.train.position_mm.rms
+        if not off < 1e3 * COMPUTED * self.nominal_robot.reach:
+            return ""
+        size = f"{off:.1g} mm, as no real arm does"
+        return f"the nominal arm meets these rows to {size}: they were computed with it"
+
+    @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Unobservable combinations of parameters, as text."""
         return tuple(c.text for c in self.best.fit.unidentifiable)
@@ -387,6 +403,7 @@ class Identification(AbstractReported):
     @beside("warnings", ())
     def _warnings(self) -> Iterator[str | None]:
         own, best = self.identifiability, self.best
+        yield self.computed
         before, after = self.nominal.train, best.train
         if self.outliers:
             yield _set_apart(self.outliers, after)
@@ -394,8 +411,7 @@ class Identification(AbstractReported):
             yield suspect_note(list(self.suspects), judged(best))
         if self.match is not None and self.match.is_foreign:
             yield self.match.text
-        if best.implausible:
-            yield f"implausible: {', '.join(best.implausible[:3])}; {LOOK_AGAIN}"
+        yield implausible_text(best.implausible)
         for run in self.runs.values():
             yield from run.fit.warnings
         yield from best.fit.cautions
@@ -481,6 +497,12 @@ def error_rows(models: Iterable[tuple[str, Validation | Run]]) -> list[tuple[str
 def judged(errors: Validation | Run) -> Errors:
     """Errors on the held-out rows; on the fitted ones if there are none."""
     return errors.held_out or errors.train
+
+
+def implausible_text(doubts: tuple[str, ...]) -> str:
+    """A sentence on doubts about an arm; empty without any."""
+    look_again = "too large for manufacturing errors: check robot, units and joint order"
+    return f"implausible: {', '.join(doubts[:3])}; {look_again}" if doubts else ""
 
 
 @beside("the note on outliers", "")

@@ -74,12 +74,12 @@ def robot_toml(session: Session) -> File:
     return f"{stem_of(session.robot.name)}.toml", robot_text(session.robot).encode()
 
 
-def calibrated_as(ending: str) -> Callable[[Session], File]:
+def calibrated_as(ending: str) -> Callable[..., File]:
     """Writes the shown fit's robot as `.toml`, or as `.urdf`: the geometry that is best without effects."""
 
-    def file(session: Session) -> File:
+    def file(session: Session, *, force: bool = False) -> File:
         name = f"{stem_of(session.robot.name)}-calibrated{ending}"
-        return name, _written(name, lambda path: save_robot(_calibrated(session), path))[0]
+        return name, _written(name, lambda path: save_robot(_calibrated(session), path, force=force))[0]
 
     return file
 
@@ -87,13 +87,13 @@ def calibrated_as(ending: str) -> Callable[[Session], File]:
 calibrated_toml, calibrated_urdf = calibrated_as(".toml"), calibrated_as(".urdf")
 
 
-def exported_as(form: AbstractForm) -> Callable[[Session], NotedFile]:
+def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
     """Writes the shown fit's arm in a form of `export --for`, with notes on what its file can't hold."""
 
-    def file(session: Session) -> NotedFile:
+    def file(session: Session, *, force: bool = False) -> NotedFile:
         name = f"{stem_of(session.robot.name)}-{form.name}{form.ending}"
         arm, nominal = _calibrated(session), session.robot
-        content, done = _written(name, lambda path: export(arm, form.name, path, nominal=nominal))
+        content, done = _written(name, lambda p: export(arm, form.name, p, nominal=nominal, force=force))
         return name, content, (done.verdict, *done.notes)
 
     return file

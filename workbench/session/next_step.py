@@ -13,7 +13,7 @@ import numpy as np
 from workbench.base.wording import capital, plural
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
-from workbench.identification.result import LOOK_AGAIN, judged
+from workbench.identification.result import implausible_text, judged
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
@@ -216,7 +216,7 @@ def _identified(session: Session) -> NextStep | None:
     assert found is not None
     errors, times, known = before_and_after(session), share_of_noise(session, found), found.identifiability
     if doubts := found.doubts(found.runs[session.results.fit]):
-        return NextStep(f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}", Tone.CAREFUL, COMPARE, LOAD)
+        return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
     if known is not None and known.refused:
         return NextStep(
             f"No parameter was identified: {known.advice or known.refused}.", Tone.CAREFUL, MORE, COMPARE

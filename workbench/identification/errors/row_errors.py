@@ -150,8 +150,11 @@ class Errors:
             Spread.of(np.rad2deg(values)) if np.isfinite(values).any() else None
             for values in (rows.rotation, rows.tilt)
         )
-        own = None if rows.own is None else _own_spread(rows.own)
-        return cls(Spread.of(1e3 * rows.position), turned, tilted, own, rows.own.name if rows.own else "")
+        if (seen := rows.own) is None:
+            return cls(Spread.of(1e3 * rows.position), turned, tilted)
+        square = np.nansum(seen.number * seen.size**2) / max(np.nansum(seen.number), 1.0)  # of all readings
+        own = Spread.of(seen.size)._replace(rms=float(np.sqrt(square)))
+        return cls(Spread.of(1e3 * rows.position), turned, tilted, own, seen.name)
 
     @property
     def main(self) -> Spread:
@@ -238,12 +241,6 @@ UNKNOWN = Errors(Spread.of(np.zeros(0)), None)
 """Placeholder for errors that could not be computed."""
 
 
-def _own_spread(own: OwnErrors) -> Spread:
-    """Summary over rows, with the root mean square over all readings."""
-    square = np.nansum(own.number * own.size**2) / max(np.nansum(own.number), 1.0)
-    return Spread.of(own.size)._replace(rms=float(np.sqrt(square)))
-
-
 def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None) -> RowErrors:
     """Errors of a model, nothing fitted.
 
@@ -260,7 +257,9 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         unknown = np.array([places[name] for name in observation.unknowns], float)
         at = observation.linearise(poses, unknown)
         if (found := observation.own_errors(at)) is not None:
-            own = _spread_over(found, rows, len(data))
+            table = np.full((4, len(data)), np.nan)
+            table[:, rows] = found[1:]
+            own = OwnErrors(found.name, *map(frozen, table))
             continue
         residual = at.residual
         seen = np.broadcast_to(observation.seen, residual.shape)
@@ -276,13 +275,6 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
     position, rotation, tilt = map(frozen, errors)
     return RowErrors(position, rotation, tilt, own)
-
-
-def _spread_over(own: OwnErrors, rows: np.ndarray, count: int) -> OwnErrors:
-    """Errors of some rows as an array over all rows, NaN elsewhere."""
-    table = np.full((4, count), np.nan)
-    table[:, rows] = own[1:]
-    return OwnErrors(own.name, *map(frozen, table))
 
 
 def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:

@@ -15,7 +15,6 @@ import viser
 
 from workbench.base.errors import WorkbenchError
 from workbench.base.wording import capital
-from workbench.identification.result import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
 from workbench.session.commands.messages import Tell
@@ -191,27 +190,24 @@ class AbstractPanel(AbstractControls):
         return made
 
     def save(
-        self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile], *, is_arm: bool = False
+        self, event: viser.GuiEvent, make: Callable[..., File | NotedFile], *, is_arm: bool = False
     ) -> None:
         """Download a file; errors are shown on the page instead of being lost in viser's thread pool.
 
         Args:
-            is_arm: Whether the file is a calibrated arm, so that an implausible one is asked about.
+            is_arm: Whether the file is a calibrated arm, so that one that should not be used is asked about.
         """
-        found, run = self._worker.session.results.identification, self._worker.session.results.run
-        if found is None or run is None:
-            reasons: tuple[str, ...] = ()
+        results, reason = self._worker.session.results, ""
+        is_arm = is_arm or make in (calibrated_toml, calibrated_urdf)
+        if is_arm and results.identification is not None and results.run is not None:
+            refused = results.identification.refused(results.run)
+            held = ("", "TOML" if make is calibrated_toml else "URDF")
+            reason = "; ".join(refused[name] for name in held if name in refused)
+        if reason:
+            anyway = partial(self._download, event, partial(make, force=True))
+            ask(event, "Save an arm that should not be used?", capital(reason), "Save anyway", anyway)
         else:
-            doubts = found.doubts(run)
-            implausible = (f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}",) if doubts else ()
-            held = "TOML" if make is calibrated_toml else "URDF"
-            reasons = (*implausible, *filter(None, [found.refused(run).get(held)]))
-        download = partial(self._download, event, make)
-        if reasons and (is_arm or make in (calibrated_toml, calibrated_urdf)):
-            question = ". ".join(map(capital, reasons))
-            ask(event, "Save an arm that should not be used?", question, "Save anyway", download)
-        else:
-            download()
+            self._download(event, make)
 
     def _download(self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile]) -> None:
         try:
