@@ -1,6 +1,6 @@
 """Places that a table holds twice, as measured and as the controller has them: which count must be said.
 
-Where headings tell neither, both sets of columns follow one motion: one is the other moved, turned and scaled.
+Where headings tell neither, both sets follow one motion: one is the other moved, turned and scaled.
 """
 
 import re
@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.remedy import remedy
 from workbench.base.units import parse_heading
@@ -41,7 +42,7 @@ def refuse_two_places(table: Table, places: Mapping[str, int], unread: Mapping[i
             how = " or ".join(f"columns='x[mm]={table.headings[k]}, …'" for k in (other[0], places["x"]))
             how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
             both = f"{', '.join(taken)} and {names} are places of one motion"
-            raise table.error(f"{both}: say which were measured, {how}")
+            raise DataError(f"{table.source}: {both}: say which were measured, {how}")
 
 
 def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:

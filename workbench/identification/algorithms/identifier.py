@@ -85,9 +85,7 @@ def descend(
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
         factor = factor_of(problem, at)
-        variance = factor.residual_square / max(problem.count - factor.rank, 1)
-        negligible = max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * problem.count)  # against noise
-        if factor.predicted_decrease() <= negligible:
+        if has_converged(factor, factor.predicted_decrease(), problem.count):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history), factor)
         found = step(x, at, factor, history[-1])
         if found is None:
@@ -111,6 +109,15 @@ def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:
         if found is not None and found.inverse is not None:
             return found
     return factorise(at.jacobian, at.residual, problem.units)
+
+
+def has_converged(factor: Factor, decrease: float, size: int) -> bool:
+    """Whether the predicted decrease of |r|² is negligible against the noise.
+
+    A step of s standard errors predicts a decrease of s² times the residual variance.
+    """
+    variance = factor.residual_square / max(size - factor.rank, 1)
+    return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
 
 
 def ended(promised: float, history: list[float], size: int) -> Outcome:
