@@ -79,12 +79,9 @@ def test_there_and_back(tmp_path, given):
     assert_same(dataset, again, rotation=2e-14)
 
 
-def small(**more):
-    return Dataset(q=np.array([[0.1, 0.2]]), row=np.array([0]), position=np.array([[1.0, 2.0, 3.0]]), **more)
-
-
 def test_the_header_is_that_of_the_formats(tmp_path):
-    path = write_measurements(small(rotation=np.eye(3)[None]), tmp_path / "rows.csv")
+    small = Dataset(q=[[0.1, 0.2]], position=[[1.0, 2.0, 3.0]], rotation=np.eye(3)[None])
+    path = write_measurements(small, tmp_path / "rows.csv")
     assert path.read_text().splitlines()[0] == "q1[rad],q2[rad],x[m],y[m],z[m],qw,qx,qy,qz"
 
 

@@ -1,6 +1,7 @@
 """Arms that no maker can have built: said of tables and of URDFs alike, in positions and in orientations."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -48,6 +49,8 @@ def test_rows_that_the_nominal_arm_computed_calibrate_nothing(tmp_path):
     found = wb.identify(tmp_path / "arm.toml", rows)
     with pytest.raises(wb.WorkbenchError, match="they were computed with it"):
         found.robot.save(tmp_path / "b.toml")
+    with pytest.raises(wb.WorkbenchError, match="tell only a base for each"):
+        wb.identify(tmp_path / "arm.toml", replace(rows, session=np.arange(40).astype(str)))
 
 
 @pytest.mark.parametrize(

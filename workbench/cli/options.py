@@ -443,7 +443,7 @@ def check_converged(fit) -> None:
 
 
 def say(text: str) -> None:
-    print(readable(text))
+    print(readable(text), flush=True)
 
 
 def say_notes(notes: Iterable[str]) -> None:

@@ -36,10 +36,6 @@ def _labels(value: Any, given: Any) -> np.ndarray:
     return array.astype(str)
 
 
-def _notes(value: Any, given: Any) -> Any:
-    return (value,) if isinstance(value, str) else value
-
-
 def _marks(value: Any, given: Any) -> np.ndarray:
     """True or False in every row, from truth values or from 0 and 1."""
     array = np.asarray(value)
@@ -123,7 +119,10 @@ class Dataset:
     exclude: Marks | None = None
     reason: Labels | None = None
     source: str = "data"
-    notes: Annotated[tuple[str, ...], Reads("a list of sentences", _notes)] = field(default=())
+    notes: Annotated[
+        tuple[str, ...],
+        Reads("a list of sentences", lambda value, _: (value,) if isinstance(value, str) else value),
+    ] = field(default=())
     read_as: str = ""
     is_of_later: bool = False
     joint_units: tuple[str, ...] = ()

@@ -158,8 +158,8 @@ def with_joint_readings(
     noisy = [int(j) for j in joints if found.variances[2 + j] > 0.0]
     if any(_is_smooth(tables, found.variances, j) for j in noisy):
         return white
-    variances = found.variances
-    variances = np.where(variances > MIN_READING_VARIANCE * scale, variances, 0.0)
+    variances = found.variances.copy()
+    variances[2:] *= variances[2:] > MIN_READING_VARIANCE * scale[2:]
     if not stated:  # residuals keep their size, whatever their tails
         sizes = [_whitened(t, variances)[2] ** 2 for t in tables]
         variances = variances * (sum(s.sum() for s in sizes) / sum(t.live.sum() for t in tables))

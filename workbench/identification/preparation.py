@@ -37,6 +37,7 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds
 from workbench.identification.rows.row_selection import (
     check_enough,
+    check_sessions,
     choose_rows,
     hold_out,
     placed,
@@ -161,6 +162,8 @@ def prepare(
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
     share = choices.held_out if isinstance(choices.held_out, float) and held_rows is None else 0.0
     check_enough(robot, rows.train_data, without_prior, held_out=share)
+    if Sessions(choices.frames) is not Sessions.SHARED:
+        check_sessions(rows.train_data)
     own = preparation_of(rows.train_data)
     identifiability: AbstractIdentifiability | None = None
     rows = rows if own is None else _exclude_unsuited(robot, rows, own)

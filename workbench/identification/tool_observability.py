@@ -124,13 +124,10 @@ def _directions(fit: "Fit") -> tuple[int, int]:
             information[k] += np.einsum("rmi,rmj->ij", table, table)
     position, rotation = slice(3), slice(3, 6)
     sees = min(_rank(i[position, position], i[position, position]) for i in information)
-    return sees, min(_rank(_rotation(i), i[rotation, rotation]) for i in information)
-
-
-def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
-    """Uncertainty of orientations where positions are unknown."""
-    cross = information[3:, :3]
-    return information[3:, 3:] - cross @ np.linalg.pinv(information[:3, :3], rcond=MIN_INFORMATION) @ cross.T
+    known = np.linalg.pinv(information[:, position, position], rcond=MIN_INFORMATION)
+    cross, own = information[:, rotation, position], information[:, rotation, rotation]
+    left = own - cross @ known @ np.swapaxes(cross, 1, 2)  # where positions are unknown
+    return sees, min(map(_rank, left, own))
 
 
 def _rank(information: Matrix3, of: Matrix3) -> int:

@@ -8,7 +8,7 @@ import io
 import json
 import zipfile
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -42,11 +42,16 @@ def read_npz(data: bytes, path: Path) -> Grid:
         arrays = unpacked_arrays(data, MAX_BYTES)
     except (ValueError, OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
         raise FileError(f"its arrays can't be read ({error}); {TABLE}", path=str(path)) from None
-    return _table(arrays, path, "these are arrays of NumPy")
+    return table_of(arrays, path, "these are arrays of NumPy")
 
 
 def read_json(data: bytes, path: Path) -> Grid:
     """JSON of arrays, of one object a row, or of one object a line, as a table."""
+    return table_of(arrays_of_json(data), path, "this is JSON")
+
+
+def arrays_of_json(data: bytes) -> dict[str, Any]:
+    """Rows of each name."""
     found = None
     with suppress(ValueError, RecursionError):  # text that isn't UTF-8 is a ValueError, too
         text = data.decode("utf-8-sig")
@@ -57,34 +62,39 @@ def read_json(data: bytes, path: Path) -> Grid:
     lists = [v for v in (found.values() if isinstance(found, dict) else [found]) if isinstance(v, list) and v]
     lists = [rows for rows in lists if all(isinstance(row, dict) for row in rows)]
     if len(lists) == 1:
-        rows = [dict(_leaves("", row)) for row in lists[0]]
+        rows = [_leaves("", row) for row in lists[0]]
         found = {name: [row.get(name) for row in rows] for name in rows[0]}
-    return _table(found if isinstance(found, dict) else {}, path, "this is JSON")
+    return found if isinstance(found, dict) else {}
 
 
-def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+def _leaves(name: str, value: Any) -> dict[str, Any]:
     """Values of an object by their paths: `pose_position_x`."""
     if not isinstance(value, dict):
-        yield name, value
-        return
-    for key, inner in value.items():
-        yield from _leaves(f"{name}_{key}".lstrip("_"), inner)
+        return {name: value}
+    inside = (_leaves(f"{name}_{key}".lstrip("_"), inner) for key, inner in value.items())
+    return {path: leaf for leaves in inside for path, leaf in leaves.items()}
 
 
-def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
-    """Arrays with as many rows as the joints, or as most have, side by side."""
+def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
+    """Arrays as long as the joints, or as most are, side by side; without `what`, under their whole names."""
     columns, left_out = dict[str, list[str]](), list[str]()
-    rows, upright = _upright({str(name): _array(values) for name, values in arrays.items()})
+    upright = {str(name): _array(values) for name, values in arrays.items()}
+    rows, upright = _upright(upright) if what else (max(map(len, upright.values())), upright)
     for name, array in upright.items():
-        if not (names := _headings(name, array.shape[1:]) if len(array) == rows else []):
+        shape = array.shape[1:-1] if array.shape[2:] == (1,) else array.shape[1:]
+        is_lens = not what and shape == (3, 3) and np.abs(np.linalg.det(array) - 1.0).max() > 0.1
+        own = "" if shape and not what else name
+        if is_lens or not (names := _headings(own, shape) if len(array) == rows else []):
             left_out.append(name)
             continue
+        if not what and shape:
+            names = [f"{name}_{entry.lstrip('_')}" for entry in names]
         if twice := columns.keys() & set(names):
             text = f"{what}, of which several hold {min(twice)}: keep one of them, {name} or the other"
             raise FileError(f"{text}; {POSE_PAIRS}", path=str(path))
         flat = array.reshape(rows, len(names))
         columns |= {n: [str(v) for v in own.tolist()] for n, own in zip(names, flat.T, strict=True)}
-    if not rows or not any(map(meaning_of, columns)):
+    if what and (not rows or not any(map(meaning_of, columns))):
         text = f"{what}, but no arrays with joints and places of rows; {POSE_PAIRS}; {TABLE}"
         raise FileError(text, path=str(path))
     notes = [f"left out: {', '.join(left_out)[:200]}"] if left_out else []
@@ -92,10 +102,8 @@ def _table(arrays: Mapping[str, Any], path: Path, what: str) -> Grid:
 
 
 def _upright(arrays: dict[str, np.ndarray]) -> tuple[int, dict[str, np.ndarray]]:
-    """The number of rows, and arrays with their rows on the first axis.
-
-    Where no other known array is as long as the joints', but one is as wide, all lie on their side.
-    """
+    """The number of rows, and arrays with rows first: all lie on their side where no other known one is as
+    long as the joints', but one is as wide."""
     turned = {n: np.moveaxis(a, -1, 0) for n, a in arrays.items() if a.ndim == 1 or len(a) != a.shape[-1]}
     long = Counter(len(a) for name, a in arrays.items() if _is_known(name, a.shape[1:]))
     wide = Counter(len(a) for name, a in turned.items() if _is_known(name, a.shape[1:]))

@@ -68,7 +68,11 @@ def assemble(
     """
     if beside is None and {"u", "v", "id"} <= set(fields.values):
         raise FileError("is a table of pixels: give --camera and --target as well", path=fields.source)
-    q, excluded = joint_columns(fields, joints), _excluded_by_file(fields)
+    q = joint_columns(fields, joints)
+    cells = [str(word).strip().lower() for word in fields.values.get("exclude", [""] * fields.rows)]
+    if (row := next((k for k, word in enumerate(cells) if word not in _TRUE | _FALSE), None)) is not None:
+        raise fields.error(f"'{cells[row]}' is neither true nor false", row, "exclude")
+    excluded = np.array([word in _TRUE for word in cells], bool)
     if beside is None and (wide := with_markers(fields, q, excluded)) is not fields:
         return assemble(wide, joints=joints, base=base)
     if len(wrong := np.argwhere(np.isnan(q) & ~excluded[:, None])):
@@ -79,7 +83,10 @@ def assemble(
     position = fields.stacked(("x", "y", "z"))
     rotation, notes = read_orientation(fields, usable=~excluded)
     position, rotation, moved = _measured(fields, position, rotation, base)
-    markers, tilt, (sigma, rounded) = markers_of(fields), _tilt(fields), _sigma(fields)
+    markers, (sigma, rounded) = markers_of(fields), _sigma(fields)
+    links = fields.numbers(r"tilt_[xy](\d+)")
+    tilts = {link: fields.stacked((f"tilt_x{link}", f"tilt_y{link}")) for link in links}
+    tilt = {link: values for link, values in tilts.items() if values is not None}
     observed = {"position": position, "orientation": rotation, **(beside or {})}
     if markers is not None:
         observed |= {f"marker {k + 1}": markers[:, k] for k in range(markers.shape[1])}
@@ -225,12 +232,6 @@ def markers_of(fields: Fields) -> Float[np.ndarray, "rows markers 3"] | None:
     return np.stack([p for p in places if p is not None], axis=1) if places else None
 
 
-def _tilt(fields: Fields) -> dict[int, Float[np.ndarray, "rows 2"]]:
-    links = fields.numbers(r"tilt_[xy](\d+)")
-    readings = {link: fields.stacked((f"tilt_x{link}", f"tilt_y{link}")) for link in links}
-    return {link: values for link, values in readings.items() if values is not None}
-
-
 def _check_range(fields: Fields) -> None:
     """Refuse distances and deviations below 0, and directions that are none."""
     for key, values in fields.values.items():
@@ -278,14 +279,6 @@ def _plain(fields: Fields, joints: int) -> dict[str, Any]:
     if "distance" in plain:
         plain.setdefault("anchor", np.full(fields.rows, "anchor"))
     return {**plain, "more": more}
-
-
-def _excluded_by_file(fields: Fields) -> Mask:
-    """Mask that the file itself keeps out."""
-    cells = [str(word).strip().lower() for word in fields.values.get("exclude", [""] * fields.rows)]
-    if (row := next((k for k, word in enumerate(cells) if word not in _TRUE | _FALSE), None)) is not None:
-        raise fields.error(f"'{cells[row]}' is neither true nor false", row, "exclude")
-    return np.array([word in _TRUE for word in cells], bool)
 
 
 def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) -> np.ndarray:

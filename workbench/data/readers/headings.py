@@ -182,6 +182,11 @@ def is_commanded(name: str) -> bool:
     return bool(_COMMANDED.search(normalised(name)))
 
 
+def is_of_measurement(name: str) -> bool:
+    """Whether a heading says that it was measured, or by which instrument."""
+    return bool(_AROUND.search(normalised(parse_heading(name).name)))
+
+
 _QUANTITIES = (
     (r"q\d+", JOINT),
     (r"(sigma_)?[xyz]|m\d+[xyz]", (Quantity.LENGTH,)),

@@ -87,10 +87,6 @@ class Camera:
         """Poses of what carries the target, in what carries the camera, by the tool's."""
         return poses if self.mounted is Mount.WORLD else se3.inverse(poses)
 
-    def project(self, points: Float[np.ndarray, "*lead 3"]) -> Projected:
-        """Pixels of points in the camera's frame [m]."""
-        return project(points, self.intrinsics)
-
 
 def as_opencv(intrinsics: Float[np.ndarray, "9"]) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:
     """Camera matrix and distortion of a camera's constants."""

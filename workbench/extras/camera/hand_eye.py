@@ -26,6 +26,8 @@ from workbench.base.errors import DataError
 from workbench.base.files import check_ending, write_text
 from workbench.base.hand_eye import base_and_tool, nearest_rotation
 from workbench.base.wording import in_mm, plural
+from workbench.data.dataset import Dataset
+from workbench.data.postures import pose_units, repeats_text
 from workbench.extras.camera.camera import ON, Mount
 from workbench.extras.camera.pose_pairs import WANTED, Poses, read_pairs
 from workbench.report.blocks import Block, Sentence, headed, lines
@@ -40,6 +42,8 @@ MAX_METRES = 20.0
 CHANCE, MAX_SHARE = 0.01, 0.25
 """Probability of setting a good pair apart in a file without bad ones; share of the pairs that may be."""
 MAX_ROUNDS = 50
+EQUAL, MIN_SIZE = 2.0, 0.05
+"""Numbers that speak for positions as uncertain as angles times the hand's way; minimum of that way [m]."""
 EXACT = 1e-7
 """Smallest standard deviation of positions [m] and rotations [rad]."""
 MAX_HALF, MAX_LEFT = np.array([5e-3, 0.02]), np.array([0.02, 0.05])
@@ -145,13 +149,14 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         FileError: the file holds no pairs.
         DataError: there are too few pairs, they are no poses, or they contradict `mounted`.
     """
-    source, inverting = "pairs", False
+    source, inverting, told = "pairs", False, tuple[str, ...]()
     if isinstance(pairs, Path):
         source = str(pairs)
-        *pairs, inverting = read_pairs(pairs)
+        *pairs, inverting, told = read_pairs(pairs)
     (robot, target), notes = _checked(pairs, source)
+    notes = [*told, *notes]
     fits = {Mount.TOOL: _fit(robot, target), Mount.WORLD: _fit(se3.inverse(robot), target)}
-    size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), 0.05)
+    size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
     score = {mount: float(fit.left @ (1.0 / size, 1.0)) for mount, fit in fits.items()}
     best = min(score, key=score.__getitem__)
     given = mounted or best
@@ -170,11 +175,19 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
     elif best is not given:
         notes.append("the robot's poses are those of the base in the hand, as easy_handeye writes them")
     doubt = _doubt(fits[best], robot[:, :3, :3])
+    spare = 6 * (len(robot) - len(fits[best].apart)) - 12
+    if (
+        mounted is None
+        and max(score.values()) ** 2 < special.fdtri(spare, spare, 1.0 - CHANCE) * score[best] ** 2
+    ):
+        both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
+        doubt = doubt or f"{both}: measure at more poses, or give --mounted"
     return replace(fits[best], mounted=given, doubt=doubt, notes=tuple(notes))
 
 
 def _checked(pairs: Sequence[Poses], source: str) -> tuple[list[Poses], list[str]]:
-    """As many poses on both sides, in metres, their rotations exact; and what was decided."""
+    """As many poses on both sides, in metres, their rotations exact, each robot pose once; and what was
+    decided."""
     notes, sides = list[str](), list[Poses]()
     for what, given in zip(("the robot's", "the target's"), pairs, strict=True):
         poses = numbers(given, f"{what} poses").copy()
@@ -185,10 +198,15 @@ def _checked(pairs: Sequence[Poses], source: str) -> tuple[list[Poses], list[str
             poses[:, :3, 3] *= 1e-3
             notes.append(f"lengths of {what} poses are read as mm")
         sides.append(se3.pose(nearest_rotation(poses[:, :3, :3]), poses[:, :3, 3]))
-    if len(sides[0]) != len(sides[1]) or len(sides[0]) < 3:
-        counts = f"{len(sides[0])} robot poses and {len(sides[1])} target poses"
+    shots = Dataset(q=sides[0][:, :3].reshape(-1, 12))
+    unit = pose_units(shots)
+    if len(sides[0]) != len(sides[1]) or unit.max(initial=0) < 2:
+        counts = repeats_text(shots) or f"{len(sides[0])} robot poses and {len(sides[1])} target poses"
         raise DataError(f"{source}: {counts}; give as many of both, at least 3, better 10")
-    return sides, notes
+    if text := repeats_text(shots):
+        notes.append(f"{text}: they share its error, so that each pose is one pair")
+    means = [np.array([side[unit == k].mean(0) for k in range(unit.max() + 1)]) for side in sides]
+    return [se3.pose(nearest_rotation(mean[:, :3, :3]), mean[:, :3, 3]) for mean in means], notes
 
 
 def _with_half(names: Sequence[str], values: np.ndarray, half: np.ndarray, digits: int) -> str:
@@ -244,7 +262,7 @@ def _fit(a: Poses, b: Poses) -> HandEye:
         mounted=Mount.TOOL,
         camera=Frame.from_pose(x),
         target=Frame.from_pose(z),
-        half=(special.stdtrit(spare, 0.975) * spread).reshape(2, 6),
+        half=(special.stdtrit(spare / 2, 0.975) * spread).reshape(2, 6),
         errors=np.linalg.norm(_linearised(a, b, x, z)[0].reshape(-1, 2, 3), axis=2),
         apart=tuple(apart),
     )
@@ -252,11 +270,13 @@ def _fit(a: Poses, b: Poses) -> HandEye:
 
 def _refined(a: Poses, b: Poses, x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
     """X and Z by Gauss–Newton; standard deviations [m, rad]; what is left and its derivative, whitened."""
-    before = np.zeros(2)
+    size = np.array([max(float(np.ptp(a[:, :3, 3], axis=0).max()), MIN_SIZE), 1.0])
+    before, spare = np.zeros(2), 3 * len(a) - 6
     for _ in range(MAX_ROUNDS):
         left, jacobian = _linearised(a, b, x, z)
-        squares = (left.reshape(-1, 2, 3) ** 2).sum((0, 2))
-        sigma = np.maximum(np.sqrt(squares / (3 * len(a) - 6)), EXACT)
+        squares = (left.reshape(-1, 2, 3) ** 2).sum((0, 2)) / size**2
+        variance = (squares + EQUAL * squares.sum() / (2 * spare)) / (spare + EQUAL)
+        sigma = np.maximum(size * np.sqrt(variance), EXACT)
         weight = np.repeat(1.0 / sigma, 3)
         left, jacobian = (left * weight).ravel(), (jacobian * weight[:, None]).reshape(-1, 12)
         step = np.linalg.lstsq(jacobian, left, rcond=1e-9)[0]

@@ -235,7 +235,9 @@ class Likelihood:
         mixed, weigh = c @ pictures.cross, 1.0 / sizes[0] ** 2
         measured = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
         g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1]))) - self.pull
-        precision = self._precision(sizes[WIDTH:])
+        shares = np.reshape(self.groups, (len(self.groups), len(self.x)))  # what groups add to P's diagonal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            precision = np.where(shares > 0.0, (shares * sizes[WIDTH:, None]) ** -2.0, 0.0)
         whole = precision.sum(0)
         p = self.information + np.diag(whole)
         h, g = measured + p, g - whole * self.off
@@ -261,12 +263,6 @@ class Likelihood:
         gained = np.diag(np.linalg.inv(p)) - np.diag(inverse) - (self.off + step) ** 2
         gradient = [2.0 * of_sigma - shared.sum(), shared[:3].sum(), shared[3:].sum()]
         return cost, np.array([*gradient, *(2.0 * precision @ gained)]), step, inverse
-
-    def _precision(self, widths: Float[np.ndarray, " groups"]) -> Float[np.ndarray, "groups p"]:
-        """What every group adds to the diagonal of P."""
-        shares = np.reshape(self.groups, (len(widths), len(self.x)))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(shares > 0.0, (shares * widths[:, None]) ** -2.0, 0.0)
 
 
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, np.ndarray]:

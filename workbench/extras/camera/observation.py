@@ -210,7 +210,15 @@ class PixelObservation(AbstractObservation):
             mine = np.s_[:, eye.number, part]
             there = np.isfinite(self.measured[mine]).all(2) & (eye.rows & plate.rows)[:, None]
             row, spot = np.nonzero(there)
-            board, (stated, xi) = self._placed_at(plate.owner, unknown), _shaped(target, unknown, place)
+            board, scale = self._placed_at(plate.owner, unknown), 1.0
+            stated = target.points.copy()
+            for point, number in target.own_places.items():
+                stated[number] = unknown[place[f"{point}.x"] :][:3]
+            if (size := place.get(f"{target.owner}.scale")) is not None:
+                scale += unknown[size]
+            xi = scale * stated
+            if (bend := place.get(f"{target.owner}.bend_xx")) is not None:
+                xi[:, 2] += target.bends @ unknown[bend : bend + 3]
             held = se3.apply(board.pose, xi)
             first, placement = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
             lens = place.get(f"{camera.owner}.fx")
@@ -235,11 +243,9 @@ class PixelObservation(AbstractObservation):
             turned = _turned(by_held, (held - board.pose[:3, 3])[spot])
             out[..., k + 3 : k + 6] = -_times(turned, board.turning)
             by_xi = _times(by_held, board.pose[:3, :3])
-            scale = 1.0
-            if (size := place.get(f"{target.owner}.scale")) is not None:
-                scale += unknown[size]
+            if size is not None:
                 out[..., size] = (by_xi * stated[spot, None]).sum(2)
-            if (bend := place.get(f"{target.owner}.bend_xx")) is not None:
+            if bend is not None:
                 out[..., bend : bend + 3] = by_xi[..., 2:] * target.bends[spot, None]
             for point, number in target.own_places.items():
                 here, k = spot == number, place[f"{point}.x"]
@@ -260,20 +266,6 @@ class PixelObservation(AbstractObservation):
         corners = pictures.count / 2.0
         pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
         return OwnErrors("pixel[px]", pixel, corners, *pictures.tool_errors(sizes))
-
-
-def _shaped(
-    target: PictureTarget, unknown: np.ndarray, place: Mapping[str, int]
-) -> tuple[Float[np.ndarray, "points 3"], Float[np.ndarray, "points 3"]]:
-    """A board's points as its file has them, or as they are found; and with size and bends."""
-    stated = xi = target.points.copy()
-    for point, number in target.own_places.items():
-        stated[number] = unknown[place[f"{point}.x"] :][:3]
-    if (k := place.get(f"{target.owner}.scale")) is not None:
-        xi = xi * (1.0 + unknown[k])
-    if (k := place.get(f"{target.owner}.bend_xx")) is not None:
-        xi = xi + np.array([0.0, 0.0, 1.0]) * (target.bends @ unknown[k : k + 3])[:, None]
-    return stated, xi
 
 
 def coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:

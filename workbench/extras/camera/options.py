@@ -1,5 +1,6 @@
 """Options of cameras: measurements from pixels."""
 
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, final
@@ -30,12 +31,8 @@ class PixelSource(AbstractSource):
             if self.camera is not None:
                 raise OptionError("--camera needs --target FILE: the board or tags in view")
             return None
-        rig = read_rig(self.camera, self.target)
-        if path.is_file() and path.suffix.lower() == ".zip":
-            with unpacked(path.name, path.read_bytes()) as folder:
-                data = read_folder(folder, rig=rig, joints=joints, dof=arm.dof)
-        elif path.is_dir():
-            data = read_folder(path, rig=rig, joints=joints, dof=arm.dof)
-        else:
+        rig, is_packed = read_rig(self.camera, self.target), path.is_file() and path.suffix.lower() == ".zip"
+        if not (is_packed or path.is_dir()):
             return read_pixels(path, rig, joints=joints, dof=arm.dof)
-        return replace(data, source=str(path))
+        with unpacked(path.name, path.read_bytes()) if is_packed else nullcontext(path) as folder:
+            return replace(read_folder(folder, rig=rig, joints=joints, dof=arm.dof), source=str(path))

@@ -89,14 +89,10 @@ class PictureFields:
             question=Question("Is this the board?", self._assumed, "Read with this board"),
         )
 
-    def _assumed(self, content: bytes) -> str:
+    def _assumed(self, name: str, content: bytes) -> str:
         """What is taken for the board of pictures without `target.toml`, as a question."""
         question = f"No target.toml is beside the pictures. Is it {self.board.text}?"
         return "" if says_target(content) else question
-
-
-def ask_for_pictures(panel: AbstractPanel, gui: viser.GuiApi) -> None:
-    PictureFields(panel, gui).build_upload(panel, gui)
 
 
 def _alone(session: Session) -> CameraAlone | None:
@@ -107,7 +103,8 @@ class CamerasPanel(AbstractPanel):
     """Step by step: a board to print, the pictures, what was found of them."""
 
     tab, order = Tab.MEASURE, 30
-    door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=ask_for_pictures)
+    build_door = staticmethod(lambda panel, gui: PictureFields(panel, gui).build_upload(panel, gui))
+    door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=build_door)
     depends = ("results", "measurements.loaded", _alone)
     _read: Dataset | None = None
 
@@ -165,29 +162,20 @@ def _identified(result: Identification | None, *, is_alone: bool = False) -> str
     if is_alone:
         verdict = "Camera and target found; tool poses contain no information on the joints"
     colour = BAD if found.refused and not is_alone else GOOD
+    rows = [
+        (s.name, f"{number(1e3 * s.expected, 2)} mm", f"{s.pixel:.2f} px", "no" if s.refused else "yes")
+        for s in found.steps
+    ]
     reasons = [f"{text(step.name)}: {text(step.refused)}" for step in found.steps if step.refused]
     notes = [*found.doubts, *([found.advice] if found.advice else [])]
     places = "".join(f"<div>{text(sentence)}</div>" for sentence in found.found(result.best.fit))
     return block(
         badge(verdict, colour)
         + heading("Step by step, at the tool")
-        + _steps(found)
+        + as_html([ResultTable("", ("let go", "expected", "corners", "taken"), rows)])
         + bullets(reasons, style="margin:4px 0")
         + "".join(f'<div style="color:{CAREFUL}">{text(sentence)}</div>' for sentence in notes)
         + folded("Zeros, camera and target", places),
         testid="gate",
         style="margin:4px 0 8px",
     )
-
-
-def _steps(identifiability: Identifiability) -> str:
-    rows = [
-        (
-            step.name,
-            f"{number(1e3 * step.expected, 2)} mm",
-            f"{step.pixel:.2f} px",
-            "no" if step.refused else "yes",
-        )
-        for step in identifiability.steps
-    ]
-    return as_html([ResultTable("", ("let go", "expected", "corners", "taken"), rows)])

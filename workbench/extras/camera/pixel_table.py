@@ -115,7 +115,13 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     empty = data.included & (count == 0)
     taken = set(plain_names(rows.pictures or rows.image))
     lost = [name for name, out in zip(names, empty, strict=True) if out and name not in taken]
-    notes += [*strange, *_without_picture(lost, int(data.included.sum()), joints)]
+    notes += strange
+    if lost:
+        of = f"{len(lost)} of {plural(rows_in_use := int(data.included.sum()), 'row')}"
+        lack = f"{of} of {PurePath(joints.source).name} without a picture: {listed(lost, longest=5)}"
+        if 2 * len(lost) > rows_in_use:
+            raise DataError(f"{lack}; add the pictures, or delete these rows")
+        notes += [f"{lack}; left out"]
     own = [part.owner for part in rig.posed if part.per_session]
     if own and data.session is None:
         notes += [f"{listed(own)} has per_session = true, but no row names its session: one pose for all"]
@@ -149,19 +155,6 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
             found=tuple(lacking),
         )
     return names, []
-
-
-def _without_picture(lost: list[str], rows_in_use: int, joints: Fields) -> list[str]:
-    """A sentence on rows of joints without a picture; most rows without one are refused."""
-    if not lost:
-        return []
-    table = PurePath(joints.source).name
-    lack = (
-        f"{len(lost)} of {plural(rows_in_use, 'row')} of {table} without a picture: {listed(lost, longest=5)}"
-    )
-    if 2 * len(lost) > rows_in_use:
-        raise DataError(f"{lack}; add the pictures, or delete these rows")
-    return [f"{lack}; left out"]
 
 
 def plain_names(names: Iterable) -> list[str]:

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool, nearest_rotation
-from workbench.extras.camera.camera import Camera
+from workbench.extras.camera.camera import Camera, project
 
 ROUGH = 20.0
 """Errors [px] beyond which a picture does not suit poses of camera and board."""
@@ -56,7 +56,7 @@ def placed(
     def suiting(there: Pose, held: Pose) -> Bool[np.ndarray, " rows"]:
         """Which pictures suit these poses."""
         at = se3.inverse(there) @ carried @ held
-        predicted = camera.project(se3.apply(at[:, None], points)).pixel
+        predicted = project(se3.apply(at[:, None], points), camera.intrinsics).pixel
         return np.nanmean(np.linalg.norm(predicted - seen, axis=2), axis=1) <= ROUGH
 
     every = np.arange(len(sight))

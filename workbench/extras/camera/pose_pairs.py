@@ -1,119 +1,147 @@
 """Pairs of a robot's pose and a target's pose in the camera, as hand–eye tools keep them.
 
 Samples of easy_handeye and MoveIt (YAML or JSON), OpenCV's arrays in an .npz, or a table with both poses in
-a row. Names tell which is which: a camera sees one, a robot moves the other. Lists of four are x, y, z, w.
+a row. Each side becomes a table that is read like one of measurements. Names tell which is which: a camera
+sees one, a robot moves the other. The turn from one pose to another is as large on both sides wherever the
+camera is, which tells what the numbers of orientations mean.
 """
 
 import re
 import zipfile
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.errors import FileError
-from workbench.data.readers.arrays import unpacked_arrays
+from workbench.base.units import parse_heading
+from workbench.base.wording import listed
+from workbench.data.dataset import Dataset
+from workbench.data.readers.arrays import arrays_of_json, table_of, unpacked_arrays
+from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.orientation import read_orientation
-from workbench.data.readers.table import Grid, with_headings
-from workbench.data.readers.text import decode, read_text
+from workbench.data.readers.headings import split_ending
+from workbench.data.readers.orientation import read_orientation, written_orientation
+from workbench.data.readers.read import read_grid
+from workbench.data.readers.table import Grid, with_names
+from workbench.data.readers.text import decode
+from workbench.identification.meaning.conventions import turning_alike
 
 MAX_BYTES = 64 * 2**20
 """Files that unpack to more are no pairs of poses."""
-SEEN = re.compile(r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|^[rt]vecs?$|^B$", re.I)
-MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^A$", re.I)
-_YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*:", re.M)
+SEEN = re.compile(r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|^[rt]vecs?$", re.I)
+MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$", re.I)
+LETTERS = {"A": "robot", "B": "target"}
+INVERSE = re.compile(r"(?:base|world|cam\w*|sensor)2[a-z]", re.I)
+"""OpenCV's names of poses the other way round: of the base in the gripper, of the camera in the target."""
 EASY_HANDEYE = re.compile(r"\b(hand_world_samples|robot)[\"']?\s*:")
+_YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*:", re.M)
 _TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*:|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")
-_HEADING = re.compile(r"(.*\w)[_ .]+(t?[xyz]|q[wxyz]|r[xyz]|r\d\d|roll|pitch|yaw)(\W.*)?")
-PARTS = {"translation": "t", "position": "t", "rotation": "r", "orientation": "r", "quaternion": "r"}
-UNITS = dict.fromkeys("xyz", "[m]") | dict.fromkeys(("rx", "ry", "rz"), "[rad]")
-"""Of headings that have none, as OpenCV has them."""
+_NUMBER, _GAP = re.compile(r"(^|_)\d+$"), re.compile(r"[_ ./]+")
+_TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
+_PLACE = re.compile(r"translation|position", re.I)
 WANTED = (
     "give a robot pose and the target's pose in the camera in each row: x[m], y[m], z[m], qx, qy, qz, qw, "
     "target_x[m], …, target_qw; or samples of easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
 )
 
+SIDES = ("robot", "target")
+
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def read_pairs(path: Path) -> tuple[Poses, Poses, bool]:
-    """Robot's and target's poses, and whether their writer inverts the robot's for a camera in the cell."""
-    data = read_bytes(path)
+def read_pairs(path: Path) -> tuple[Poses, Poses, bool, tuple[str, ...]]:
+    """Robot's and target's poses, whether their writer inverts the robot's for a camera in the cell, and
+    what was decided."""
+    data, text, arrays = read_bytes(path), "", dict[str, Any]()
     try:
-        if data.startswith(b"PK"):
-            arrays = unpacked_arrays(data, MAX_BYTES)
-            return _of_arrays(arrays, False), _of_arrays(arrays, True), False
-        if _YAML.search(text := decode(data, path)[0]):
-            inverting = bool(EASY_HANDEYE.search(text))
-            return _of_samples(text, False), _of_samples(text, True), inverting
-    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+        if data.startswith(b"PK") and b"xl/" not in data:
+            unpacked = unpacked_arrays(data, MAX_BYTES).items()
+            arrays = {LETTERS.get(name, name): a for name, a in unpacked if isinstance(a, np.ndarray)}
+        elif not data.startswith(b"PK") and _YAML.search(text := decode(data, path)[0]):
+            arrays = arrays_of_json(data)
+            arrays = arrays if any(isinstance(v, list) for v in arrays.values()) else _samples(text)
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise FileError(f"it holds no pairs of poses ({error}); {WANTED}", path=str(path)) from None
-    grid = read_text(data, path)
-    return _of_table(grid, False), _of_table(grid, True), False
+    grid = table_of(arrays, path) if arrays else read_grid(path)
+    sides = [_poses(grid, seen) for seen in (False, True)]
+    poses, notes = list[Poses](), list[str]()
+    found = turning_alike(sides[0][0], sides[1][0])
+    for name, (own, is_inverse), (turns, told) in zip(SIDES, sides, found, strict=True):
+        pose = se3.pose(turns, np.asarray(own.position))
+        poses.append(se3.inverse(pose) if is_inverse else pose)
+        notes += [*own.notes, *([f"the {name}'s poses: {told}, as the pairs tell"] if told else [])]
+    return poses[0], poses[1], bool(EASY_HANDEYE.search(text)), tuple(notes)
+
+
+def _samples(text: str) -> dict[str, np.ndarray]:
+    """Numbers of JSON or YAML by the keys before them, those of the pose and of its part among them."""
+    found, side, part, name = defaultdict[str, list[list[float]]](list), "", "", ""
+    for key, number in _TOKEN.findall(text):
+        if key:
+            key = _NUMBER.sub("", key)
+            side, part = (key, "") if _is_seen(key) is not None else (side, part)
+            part = key if _TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
+            name = "_".join(filter(None, dict.fromkeys((side, part, key))))
+            found[name].append([])
+        elif name:
+            found[name][-1].append(float(number))
+    whole = {name: [row for row in rows if row] for name, rows in found.items()}
+    arrays = {name: np.array(rows) for name, rows in whole.items() if len(set(map(len, rows))) == 1}
+    shapes = {1: (-1,), 9: (-1, 3, 3)}
+    return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in arrays.items()}
 
 
 def _is_seen(name: str) -> bool | None:
     """Whether a name is of what a camera sees, or of what a robot moves; None for neither."""
-    return True if SEEN.search(name) else False if MOVED.search(name) else None
+    parts = _GAP.split(parse_heading(name).name)
+    return True if any(map(SEEN.search, parts)) else False if any(map(MOVED.search, parts)) else None
 
 
-def _of_table(grid: Grid, seen: bool) -> Poses:
-    """One side of a table; headings of the robot's may have nothing before them."""
-    matches = ((row, list(map(_HEADING.fullmatch, row))) for row in grid.rows[:50])
-    head, found = next((m for m in matches if any(f and _is_seen(f[1]) for f in m[1])), ([], []))
-    if not head:
-        raise grid.error(WANTED, 0)
-    names = []
-    for cell, match in zip(head, found, strict=True):
-        own = match[2] + (match[3] or "") if match else cell
-        own = f"r{own}" if match and match[1][-4:].lower() == "rvec" else own
-        own += UNITS.get(own.removeprefix("t"), "")
-        names.append(own if bool(match and _is_seen(match[1])) is seen else f"{cell} (not used)")
-    rows = [names if row is head else row for row in grid.rows]
-    fields = fields_of(with_headings(Grid(source=grid.source, rows=rows, lines=grid.lines)))
+def _of_side(names: Sequence[str], seen: int) -> list[bool]:
+    """Which names are of this side. Of those that say nothing, single words are the robot's, as are all where
+    another name is of the target."""
+    known = [_is_seen(name) for name in names]
+    other = [True not in known and len(_GAP.split(name)) > 1 for name in names]
+    return [(b if a is None else a) == seen for a, b in zip(known, other, strict=True)]
+
+
+def _poses(grid: Grid, seen: int) -> tuple[Dataset, bool]:
+    """One side of a table, and whether names say that its poses are inverse."""
+    head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
+    mine = _of_side(head, seen)
+    names = [_heading(c, head) if own else IGNORED for c, own in zip(head, mine, strict=True)]
+    fields = fields_of(with_names(grid, tuple(names)), units_from_rows=True)
     rotation, _ = read_orientation(fields, usable=np.ones(fields.rows, bool))
     if rotation is None or (position := fields.stacked(("x", "y", "z"))) is None:
-        raise grid.error(WANTED, 0)
-    return se3.pose(rotation, position)
+        raise grid.error(f"no pose of the {SIDES[seen]} under {listed([c for c in head if c])}; {WANTED}")
+    found = [c for c, own in zip(head, mine, strict=True) if own and INVERSE.search(c)]
+    notes = [f"'{found[0]}' is read as its name says, the other way round"] if found else []
+    likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}
+    read = (likely[unit] for unit in dict.fromkeys(fields.units.values()) if unit in likely)
+    notes += (f"{what} of the {SIDES[seen]}'s poses are read as {unit}" for what, unit in read)
+    more: dict[str, Any] = {"written": written_orientation(fields), "source": grid.source, "notes": notes}
+    return Dataset(np.zeros((fields.rows, 1)), position, rotation, **more), bool(found)
 
 
-def _of_arrays(arrays: dict[str, np.ndarray], seen: bool) -> Poses:
-    """One side of an .npz: poses, or rotations (or rotation vectors, `r…`) and places."""
-    found = {}
-    for name, array in arrays.items():
-        if _is_seen(name) is seen:
-            flat = array[..., 0] if array.shape[1:] == (3, 1) else array
-            is_vector = flat.shape[1:] == (3,) and name[:1] in "rR"
-            found[(3, 3) if is_vector else flat.shape[1:]] = se3.rotvec_to_matrix(flat) if is_vector else flat
-    return found[4, 4] if (4, 4) in found else se3.pose(found[3, 3], found[3,])
-
-
-def _of_samples(text: str, seen: bool) -> Poses:
-    """One side of YAML or JSON: matrices, or places and quaternions, by the keys before their numbers."""
-    found = defaultdict[str, list[float]](list)
-    side, part, axis = None, "", ""
-    for key, number in _TOKEN.findall(text):
-        if number:
-            if side is seen:
-                found[part + axis].append(float(number))
-        elif key in PARTS:
-            part, axis = PARTS[key], ""
-        elif key.removeprefix("q") in ("x", "y", "z", "w"):
-            part, axis = ("r" if key[0] == "q" else part or "t"), key[-1]
-        elif (named := _is_seen(key)) is not None:
-            side, part, axis = named, "", ""
-        elif key == "data":  # of OpenCV, behind numbers of rows and columns
-            part, axis = part.strip("?"), ""
-        elif key not in ("transform", "pose", "matrix"):
-            part, axis = "?", ""
-    if not found:
-        raise ValueError(f"no number follows a key of the {'target' if seen else 'robot'}")
-    if found[""]:
-        return np.reshape(found[""], (-1, 4, 4))
-    place = np.stack([found[f"t{a}"] for a in "xyz"], 1) if found["tx"] else np.reshape(found["t"], (-1, 3))
-    turn = np.stack([found[f"r{a}"] for a in "xyzw"], 1) if found["rx"] else np.reshape(found["r"], (-1, 4))
-    return se3.pose(se3.quaternion_to_matrix(turn[:, [3, 0, 1, 2]]), place)
+def _heading(cell: str, head: Sequence[str]) -> str:
+    """What a heading says beside which pose it is of: `qx` of 'robot_rotation_x', `x[mm]` of 'tag_x_mm'."""
+    name, unit = parse_heading(cell)
+    *before, last = _GAP.split(name)
+    if unit is None and before and (split := split_ending(f"{before[-1]}_{last}")):
+        (last, unit), before = split, before[:-1]
+    stem = name.rpartition("_")[0]
+    if last in ("1", "2", "3") and f"{stem}_4" not in head:
+        last = "xyz"[int(last) - 1]
+    if last in ("w", "x", "y", "z") and any(map(_TURN.fullmatch, before)):
+        last = ("q" if f"{stem}_w" in head else "r") + last
+    elif last.isdigit():
+        last = f"{'t' if len(last) > 1 and f'{stem}_16' not in head else 'pose'}_{last}"
+    elif re.fullmatch("q[1-4]", last):
+        last = f"q{'wxyz'[int(last[1]) - 1]}"
+    return last if unit is None else f"{last}[{unit}]"

@@ -160,10 +160,12 @@ def _other_meanings(data: Dataset) -> Iterator[tuple[str, Dataset]]:
     """What the rows may mean instead, in words and as rows."""
     rig = rig_of(data)
     board, camera = ON[rig.cameras[0].mounted], ON[rig.mounted]
+    exchanged = tuple(replace(camera, mounted=rig.mounted) for camera in rig.cameras)
+    targets = tuple(replace(target, mounted=rig.cameras[0].mounted) for target in rig.targets)
     yield (
         f"the mounts are exchanged: the board is {board} and the camera {camera}; exchange 'mounted' in "
         "target.toml and camera.toml, or change 'Board is' on the page, and read the pictures again",
-        with_rig(data, rig.with_mounts_exchanged()),
+        with_rig(data, replace(rig, cameras=exchanged, targets=targets)),
     )
     for ahead, word in ((1, "before"), (-1, "after")):
         yield (

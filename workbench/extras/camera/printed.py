@@ -115,7 +115,13 @@ class PrintedSheet:
             f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
             f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
         )
-        drawn, (name, width, height) = opencv_board(board), _paper(*size)
+        drawn = opencv_board(board)
+        papers = ((name, *p) for name, paper in PAPERS.items() for p in (paper, paper[::-1]))
+        least = size[0] + 2 * BORDER, size[1] + BORDER + FOOT
+        if (paper := next((p for p in papers if p[1] >= least[0] and p[2] >= least[1]), None)) is None:
+            board_size = f"{size[0]:.0f} x {size[1]:.0f} mm is larger than A1 paper"
+            raise OptionError(f"{board_size}; choose smaller or fewer squares")
+        name, width, height = paper
         each = int(np.ceil(side / DOT))
         dots = Image.fromarray(drawn.generateImage((across * each, down * each)))
         scale = dots.width / size[0]
@@ -141,17 +147,6 @@ class PrintedSheet:
         page = self.page.convert("L").resize(size, Image.Resampling.BOX, box=box)
         page.save(buffer, format="PNG", dpi=(dots, dots))
         return buffer.getvalue()
-
-
-def _paper(across: float, down: float) -> tuple[str, float, float]:
-    """Name, width and height of the smallest paper that holds a board of this size [mm], upright or lying."""
-    for name, paper in PAPERS.items():
-        for width, height in (paper, paper[::-1]):
-            if across + 2 * BORDER <= width and down + BORDER + FOOT <= height:
-                return name, width, height
-    raise OptionError(
-        f"{across:.0f} x {down:.0f} mm is larger than A1 paper; choose smaller or fewer squares"
-    )
 
 
 def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale: float) -> None:

@@ -19,10 +19,10 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset, Labels
-from workbench.extras.camera.camera import Camera, as_opencv
+from workbench.extras.camera.camera import Camera, as_opencv, project
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, off_text, owner_in
-from workbench.extras.camera.target import PictureTarget
+from workbench.extras.camera.target import PictureTarget, is_plane
 
 FAR_OFF = 50.0
 """Corners farther off than this [px] count alike when a pose is chosen."""
@@ -34,6 +34,8 @@ USELESS = 5.0
 """Median error of a picture [px] beyond which it shows another target, or beyond which none fits."""
 OUTVOTED = 6
 """Corners of a picture from which on one that is wrong is left out: fewer suit a wrong pose without it."""
+WIDE = 0.05
+"""Width of points relative to their length from which on they place a target: a board's only row doesn't."""
 RAYLEIGH = 1.1774
 """Median length of a normal error in the plane, in standard deviations of a coordinate."""
 NOTHING_USED = "shows no usable corner"
@@ -90,7 +92,8 @@ def placed_alone(
 def _off(
     pose: Float[np.ndarray, "4 4"], pixels: np.ndarray, camera: Camera, target: PictureTarget
 ) -> Float[np.ndarray, " points"]:
-    return np.linalg.norm(camera.project(se3.apply(pose, target.points)).pixel - pixels, axis=1)
+    seen = project(se3.apply(pose, target.points), camera.intrinsics).pixel
+    return np.linalg.norm(seen - pixels, axis=1)
 
 
 def _poses(
@@ -98,12 +101,12 @@ def _poses(
 ) -> Iterator[Float[np.ndarray, "4 4"]]:
     """Poses of the target in a picture by each of its planes and by all points, refined on what suits."""
     cv2, lens, points = opencv(), as_opencv(camera.intrinsics), target.points
-    if not _spans_plane(points[there]):
+    if not is_plane(points[there], WIDE, 1.0):
         return
     found: list[tuple[np.ndarray, np.ndarray]] = []
     for group in target.planar:
         mine = group[np.isfinite(pixels[group, 0])]
-        if _spans_plane(points[mine]):
+        if is_plane(points[mine], WIDE, 1.0):
             _, turns, places, _ = cv2.solvePnPGeneric(
                 points[mine], pixels[mine], *lens, flags=cv2.SOLVEPNP_IPPE
             )
@@ -123,14 +126,6 @@ def _poses(
                 near = there[off <= max(NEAR * float(np.median(off)), MIN_WRONG)]
         else:
             yield pose
-
-
-def _spans_plane(points: np.ndarray) -> bool:
-    """Whether points are four or more, and not on one line, such as a board's only row in view."""
-    if len(points) < 4:
-        return False
-    s = np.linalg.svd(points - points.mean(0), compute_uv=False)
-    return bool(s[1] > 0.05 * s[0])
 
 
 def _judged(

@@ -131,12 +131,6 @@ class Rig:
         cameras = (replace(c, free=free) if c.free is Freedom.FIXED else c for c in self.cameras)
         return replace(self, cameras=tuple(cameras))
 
-    def with_mounts_exchanged(self) -> "Rig":
-        """The same with the cameras where the target is said to be, and the other way round."""
-        there, here = self.mounted, self.cameras[0].mounted
-        cameras = tuple(replace(camera, mounted=there) for camera in self.cameras)
-        return replace(self, cameras=cameras, targets=tuple(replace(t, mounted=here) for t in self.targets))
-
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -162,7 +162,7 @@ class PictureTarget:
         of four corners or more."""
         groups = [np.flatnonzero(self.ids == k) for k in sorted(set(self.ids.tolist()))]
         groups = [np.arange(len(self)), *(g for g in groups if 4 <= len(g) < len(self))]
-        return tuple(g for g in groups if len(g) >= 4 and _is_plane(self.points[g]))
+        return tuple(g for g in groups if is_plane(self.points[g]))
 
 
 def prints_of(dictionary: str) -> str:
@@ -198,10 +198,10 @@ def charuco_target(
     )
 
 
-def _is_plane(points: Float[np.ndarray, "n 3"]) -> bool:
-    """Whether points lie in a plane but not on a line."""
-    s = np.linalg.svd(points - points.mean(0), compute_uv=False)
-    return bool(s[1] > 1e-3 * s[0] and s[2] < 1e-6 * s[0])
+def is_plane(points: Float[np.ndarray, "n 3"], wide: float = 1e-3, flat: float = 1e-6) -> bool:
+    """Whether four points or more lie in a plane but not on a line, by extents relative to the largest."""
+    s = np.linalg.svd(points - points.mean(0), compute_uv=False) if len(points) > 3 else np.zeros(3)
+    return bool(s[1] > wide * s[0] and s[2] <= flat * s[0])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION
 from workbench.base.types import Outcome
@@ -60,7 +60,10 @@ class InfluenceBased(AbstractIdentifier):
     summary = "Mean of each pose's own correction, weighted by how far a parameter moves the tool there."
 
     def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
-        stacks = _stacks(problem.component_rows)
+        order = np.argsort(rows := problem.component_rows, kind="stable")
+        _, starts, counts = np.unique(rows[order], return_index=True, return_counts=True)
+        firsts = ((starts[counts == c], c) for c in np.unique(counts))  # poses with as many components
+        stacks = [order[first[:, None] + np.arange(c)] for first, c in firsts]
         units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])
 
         def averaged(x, at, factor, cost):
@@ -97,13 +100,6 @@ class InfluenceBased(AbstractIdentifier):
         gram = weighted @ jacobian.transpose(0, 2, 1)
         pull = np.linalg.pinv(gram, rcond=RCOND, hermitian=True) @ residual[..., None]
         return (weighted.transpose(0, 2, 1) @ pull)[..., 0]
-
-
-def _stacks(component_rows: Int[np.ndarray, " m"]) -> list[Int[np.ndarray, "poses k"]]:
-    """Residual components pose by pose; poses with the same number of components share a stack."""
-    order = np.argsort(component_rows, kind="stable")
-    _, starts, counts = np.unique(component_rows[order], return_index=True, return_counts=True)
-    return [order[starts[counts == c][:, None] + np.arange(c)] for c in np.unique(counts)]
 
 
 def pose_weights(moves: Float[np.ndarray, "rows m p"]) -> Float[np.ndarray, "rows p"]:

@@ -105,8 +105,11 @@ def _as_read(
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
     if not meaning.is_found:
         return robot, _with_notes(data, unexplained_text(meaning))
-    rival = _rival(robot, data, plain.position) if meaning.tried else ()
-    return robot, _with_notes(data, *_unconfirmed(data), *rival)
+    notes, off, some = _unconfirmed(data), plain.position, usable(data) if meaning.tried else None
+    if some is not None and (rival := other_arm(robot, some, off)) is not None:
+        found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
+        notes += (f"{found} to {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
+    return robot, _with_notes(data, *notes)
 
 
 def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
@@ -164,14 +167,6 @@ def _unconfirmed(data: Dataset) -> tuple[str, ...]:
         return ()
     few = f"{plural(len(q), 'row')} with joints within ± {np.degrees(spread / 2.0):.0f}°"
     return (f"{few} can't confirm the zeros and signs of joints",)
-
-
-def _rival(robot: Robot, data: Dataset, off: float) -> tuple[str, ...]:
-    """That another built-in arm fits clearly better, where the rows may be this arm's."""
-    if (rows := usable(data)) is None or (rival := other_arm(robot, rows, off)) is None:
-        return ()
-    found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm to"
-    return (f"{found} {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
 
 
 def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:

@@ -7,12 +7,19 @@ from itertools import permutations
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base import se3
+from workbench.base.hand_eye import base_and_tool
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS, Orientation
+from workbench.identification.meaning.bounds import grams
 
 INVERSE, MIXED, UNIT, USUAL, RARE = 1.0, 1.2, 0.5, 0.3, 0.8
 """Complexity of an inverse, of columns in another order, of a unit, of a usual and of a rare convention."""
 DEGREE, TURN = np.pi / 180.0, 2.0 * np.pi
+COMPARED, TRIED = 40, 16
+"""Rows by which turns are compared, and conventions in which they agree of which places are."""
+CLEAR, SMALL, ROUNDING = 2.5, np.deg2rad(5.0), 1e-6
+"""How many times better and how well [rad] both agree in a convention that isn't the declared one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,3 +107,31 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
             if kind.name.islower() and len(set(kind.name)) == 3:
                 for order in list(permutations(range(3)))[1:]:
                     yield Convention(kind, factor, order=order, cost=cost + MIXED)
+
+
+def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Float[np.ndarray, "rows 3 3"], str]]:
+    """Orientations of pairs A X B = Z in which both sides turn alike and places fit, and what isn't declared.
+
+    The turn from one row to another is as large on both sides, whatever X is.
+    """
+    ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in (a, b)]
+    if len(a) != len(b) or not all(ways):
+        return [(np.asarray(data.rotation), "") for data in (a, b)]
+    some = np.linspace(0, len(a) - 1, COMPARED).astype(int)
+    one, other = (grams(np.array([turns[some] for _, turns in own])) for own in ways)
+    off = np.sqrt(((one[:, None] - other) ** 2).mean(2)) / 1.5
+    cost = np.add.outer(*([c.cost for c, _ in own] for own in ways))
+    good = np.argwhere(off < min(SMALL, CLEAR * off.min() + ROUNDING))
+    tried = sorted(map(tuple, good.tolist()), key=cost.__getitem__)[:TRIED]
+    both = zip(ways, map(np.asarray, (a.position, b.position)), strict=True)
+    poses = [[se3.pose(turns, places) for _, turns in own] for own, places in both]
+    misfit = [_misfit(poses[0][i], poses[1][j]) for i, j in tried]
+    least = CLEAR * min(misfit, default=0.0) + ROUNDING
+    best = next((pair for pair, left in zip(tried, misfit, strict=True) if left < least), (0, 0))
+    return [(own[k][1], own[k][0].text if k else "") for own, k in zip(ways, best, strict=True)]
+
+
+def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:
+    """Root mean square distance [m] that is left in closed form, of the poses or of their inverses."""
+    fits = ((moved, *base_and_tool(moved, b)) for moved in (a, se3.inverse(a)))
+    return min(float(np.sqrt(((x @ m @ z - b)[:, :3, 3] ** 2).sum(1).mean())) for m, x, z in fits)

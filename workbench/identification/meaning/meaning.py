@@ -69,7 +69,9 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     around = 1.0 / best.unit if search.held else 0.0
     q = np.random.default_rng(0).uniform(low - around, high + around, (24, len(low)))
     if search.held:
-        alike = [r for r in near if _same_poses(best, r, q)]
+        off = {r: np.abs(best.flange(q) - r.flange(q)) for r in near if r.unit == best.unit}
+        reach = SAME * best.robot.reach
+        alike = [r for r, e in off.items() if e[..., 3].max() < reach and e[..., :3].max() < 4.0 * SAME]
     else:
         near = [r for r in near if r.text != best.text]
         alike = [r for r in near if not r.mirrored and _same_motion(best, r, q)]
@@ -90,14 +92,6 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
 
 def _texts(readings: list[RowReading]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(r.text for r in readings))[:SHOWN]
-
-
-def _same_poses(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
-    """Whether two readings put the flange in the same place at random postures."""
-    if one.unit != other.unit:
-        return False
-    error = np.abs(one.flange(q) - other.flange(q))
-    return bool(error[..., 3].max() < SAME * one.robot.reach and error[..., :3].max() < 4.0 * SAME)
 
 
 def _same_motion(one: RowReading, other: RowReading, q: np.ndarray) -> bool:

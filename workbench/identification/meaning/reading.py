@@ -115,8 +115,12 @@ class RowReading:
             found += _joint_texts(self.w, self.zero)
         if self.inverse:
             found.append("poses are of the base in the tool")
-        if self.mirrored:
-            found.append(_axes_text(self.axes))
+        if self.mirrored and np.array_equal(self.axes, LEFT_HANDED):
+            found.append("x, y, z are left-handed: two exchanged, or one inverted")
+        elif self.mirrored:
+            changed = ["xyz"[k] for k in range(3) if self.axes[k, k] != 1.0]
+            text = "is inverted" if len(changed) == 1 else "are exchanged"
+            found.append(f"{' and '.join(changed)} {text}")
         if self.scale != 1.0:
             found.append(f"the positions are {LENGTHS[self.scale]}")
         return tuple(found)
@@ -212,13 +216,6 @@ def flange_poses(robot: Robot, q: np.ndarray, *, inverse: bool = False) -> np.nd
     poses = chains.poses(robot.chain, np.ascontiguousarray(q.reshape(-1, q.shape[-1])))
     poses = se3.inverse(poses) if inverse else poses
     return poses.reshape(*q.shape[:-1], 4, 4)
-
-
-def _axes_text(axes: np.ndarray) -> str:
-    if np.array_equal(axes, LEFT_HANDED):
-        return "x, y, z are left-handed: two exchanged, or one inverted"
-    changed = ["xyz"[k] for k in range(3) if axes[k, k] != 1.0]
-    return f"{' and '.join(changed)} {'is inverted' if len(changed) == 1 else 'are exchanged'}"
 
 
 def _joint_texts(w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"]) -> list[str]:
