@@ -97,8 +97,8 @@ def test_the_error_without_an_effect_is_that_of_a_fit_without_it(diagnosed):
         robot = diagnosed.nominal_robot.with_effects(other)
         known = {"frames": fit.problem.frames, "noise": fit.problem.typical_noise}
         problem = Problem.build(robot, fit.problem.data, effects=other.names, **known)
-        start = problem.at(fit.problem.named(fit.x))
-        arm = problem.robot_at(least_squares(problem.residual, start, problem.jacobian).x)
+        start, slope = problem.at(fit.problem.named(fit.x)), lambda x, at=problem.evaluate: at(x).jacobian
+        arm = problem.robot_at(least_squares(problem.residual, start, slope).x)
         seen = tool_poses(arm, Motion.of(held))[:, :3, 3]
         without = 1e3 * np.linalg.norm(seen - held.position, axis=1).mean()
         assert found.after.position_mm.mean == after
