@@ -105,7 +105,7 @@ def test_no_saved_wrist_is_turned(name, shared_data):
                 e.name for e in robot.elements if e.name.startswith(f"joint{robot.dof}.") and e.unit == "rad"
             ]
             moved = each.calibrated.values(tuple(last)) - robot.values(tuple(last))
-            assert np.abs(moved).max() < np.deg2rad(1.0), (each.fit.title, np.rad2deg(moved))
+            assert np.abs(moved).max() < np.deg2rad(1.0), (each.fit.algorithm.title, np.rad2deg(moved))
 
 
 @pytest.mark.parametrize("robot", ["ur5", "ur5_jacobi/robot.toml"])

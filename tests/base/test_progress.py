@@ -1,8 +1,11 @@
+"""Progress and cancel of long work, and its pieces in other threads, in their order."""
+
 import threading
 
 import pytest
 
 from workbench.base.progress import Cancelled, cancelled, check_cancelled, part_of, progress, running
+from workbench.base.threads import in_order
 
 
 def test_parts_of_the_work_are_scaled_and_may_have_a_text_of_their_own():
@@ -34,3 +37,21 @@ def test_work_is_stopped_within_and_nowhere_else():
         other.join()
         assert found == [False]
     assert not cancelled()
+
+
+def test_pieces_come_in_their_order_and_the_next_are_made_meanwhile():
+    both = threading.Barrier(2, timeout=60)  # nobody passes unless two are under way at once
+
+    def square(piece: int) -> int:
+        both.wait()
+        return piece**2
+
+    assert list(in_order(square, range(4))) == [0, 1, 4, 9]
+    assert list(in_order(lambda _: threading.current_thread(), [0])) == [threading.current_thread()]
+
+
+def test_a_piece_that_fails_fails_where_it_is_used():
+    results = in_order(lambda piece: 1 // piece, [1, 0, 1])
+    assert next(results) == 1
+    with pytest.raises(ZeroDivisionError):
+        next(results)

@@ -90,7 +90,7 @@ def with_cubes(session: Session, number: int) -> Session:
     rotations = plate.poses[:8, :3, :3]
     cubes = map_cubes(session.robot, plate.region, rotations, names=names)
     view = CubeView(field="predicted")
-    return replace(session, plate=plate).with_region(cubes=cubes, sampled=plate.region, view=view)
+    return replace(session, plate=plate).updated("region", cubes=cubes, sampled=plate.region, view=view)
 
 
 def report(text: str, times: list[tuple[float, float]]) -> None:

@@ -9,6 +9,7 @@ from workbench.data.readers import preview, read_measurements
 
 HEAD = "q1[rad],q2[rad],x[m],y[m],z[m]\n"
 ROWS = "0.1,0.2,1.0,2.0,3.0\n0.3,0.4,1.1,2.1,3.1\n"
+TWICE = HEAD.strip() + ",Xm,Ym,Zm\n" + "".join(f"0,0,{k},{k * k},1,{k + 2},{k * k},3\n" for k in range(6))
 
 
 def refusal(path, error=FileError, **options):
@@ -166,6 +167,8 @@ def test_what_is_wrong_is_named_with_its_place(file, content, line, column, part
         ("q1[rad],q2[rad]\n0.1,0.2\n", ""),
         ("q1[rad],q2[rad],goal_x[m],goal_y[m],goal_z[m]\n" + ROWS, "nothing was observed"),
         ("q1[rad],q2[rad],TCP X[m],TCP Y[m],TCP Z[m]\n" + ROWS, "nothing was observed"),
+        ("q1[rad],q2[rad],x1,y1,z1\n" + ROWS, "(--columns)"),
+        (TWICE, "say which were measured"),
         ("J1 command[rad],J1 feedback[rad],x[m],y[m],z[m]\n" + ROWS, "no joint columns"),
     ],
 )

@@ -20,8 +20,13 @@ def points(folder, names=None):
 
 
 def joints(folder, rows, names=None):
-    lines = [("point," if names else "") + ",".join(f"q{k}[rad]" for k in range(1, 7))]
-    lines += [",".join([*(names[k : k + 1] if names else ()), *map(repr, Q[k].tolist())]) for k in rows]
+    lines = [
+        ("point," if names else "")
+        + ",".join([*(f"q{k}[rad]" for k in range(1, 7)), "roll[rad],pitch[rad],yaw[rad]"])
+    ]
+    lines += [
+        ",".join([*(names[k : k + 1] if names else ()), *map(repr, Q[k].tolist()), "0,0,0"]) for k in rows
+    ]
     (folder / "q.csv").write_text("\n".join(lines))
     return folder / "q.csv"
 
@@ -41,6 +46,7 @@ def test_by_name_in_any_order(tmp_path):
 def test_by_row_or_time(tmp_path):
     data = wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(8)))
     np.testing.assert_allclose(data.q, Q)
+    assert data.rotation is None  # the controller's own
     with refuses(DataError, "q.csv", found=(8, 7)):
         wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(7)))
     # by times without a unit

@@ -109,6 +109,10 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
         (",Robot (goal),Leica,,\nJ1[deg],X[mm],X[mm],Y[mm],Z[mm]\n1,0,1,2,3\n2,0,9,9,9\n3,0,4,5,6", []),
         ("J1 Ist[deg],Nom X[mm],Act X[mm],Act Y[mm],Act Z[mm]\n1,0,1,2,3\n2,0,9,9,9\n3,0,4,5,6\n", []),
         ("J1_cmd[deg],pos_x_mm,pos_y_mm,pos_z_mm\n1,1,2,3\n2,#REF!,#N/A,#DIV/0!\n3,4,5,6\n", [1]),
+        (
+            "J1[deg],J2[deg],J3[deg],elbow,X[mm],Y[mm],Z[mm]\n1,0,0,up,1,2,3\n2,0,0,up,1,2,3\n3,0,0,up,4,5,6",
+            [],
+        ),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
 )

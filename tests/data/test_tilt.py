@@ -66,7 +66,7 @@ def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
         np.testing.assert_array_equal(data.tilt[link], rows.tilt[link])
     noise = Noise(rotation=np.deg2rad(0.001))
     problem = Problem.build(arm, data, noise=noise, free=offsets(arm))
-    fit = Fit.of(Opt2(), problem, Opt2().search(problem))
+    fit = Fit(algorithm=Opt2(), problem=problem, search=Opt2().search(problem))
     off = fit.x - actual.values(tuple(offsets(arm)))
     assert np.abs(off / fit.std).max() < 4.0
     assert fit.std.max() < 1e-5
@@ -88,7 +88,7 @@ def test_the_derivative_through_a_bent_arm(loose):
     _, deflected, rows = loose
     problem = Problem.build(deflected, rows, effects=tuple(deflected.coefficients))
     x, unit = problem.start, 1e-6 * problem.units
-    jacobian = problem.jacobian(x)
+    jacobian = problem.evaluate(x).jacobian
     for column, step in enumerate(np.diag(unit)):
         difference = (problem.residual(x - step) - problem.residual(x + step)) / (2.0 * unit[column])
         scale = max(np.abs(jacobian[:, column]).max(), 1.0)
@@ -101,7 +101,7 @@ def test_candidates_of_a_diagnosis_are_seen_from_the_links(loose):
     problem = Problem.build(robot, rows)
     wide = Problem.build(robot.with_effects(*(replace(e, coefficients=()) for e in deflected.effects)), rows,
                          effects=tuple(deflected.coefficients))  # fmt: skip
-    whole = wide.jacobian(wide.start)[:, [wide.names.index(n) for n in deflected.coefficients]]
+    whole = wide.evaluate(wide.start).jacobian[:, [wide.names.index(n) for n in deflected.coefficients]]
     parts = [part.table for _, part in candidate_columns(problem, problem.start, deflected.effects)]
     order = [n for e in deflected.effects for n in e.names]
     found = np.concatenate(parts)[:, [order.index(n) for n in deflected.coefficients]]

@@ -142,7 +142,7 @@ def test_a_search_over_all_places_is_a_fit_at_each():
     )
     squares = {}
     at = problem.named(stage.fit.x)
-    jacobian = problem.jacobian(stage.fit.x)
+    jacobian = problem.evaluate(stage.fit.x).jacobian
     residual = problem.residual(stage.fit.x)
     for row in range(3, len(made.data) - 3):
         effect = EFFECTS["zero-step"]((joint,), row=row)

@@ -23,6 +23,10 @@ def rows(aria):
     return replace(rows, sigma=None)
 
 
+def moved(fit, by):
+    return replace(fit, search=replace(fit.search, x=fit.x + by))
+
+
 @pytest.fixture(scope="module")
 def clean(aria, rows):
     return diagnose(aria, rows)
@@ -64,7 +68,7 @@ def test_constants_are_let_go_where_holding_them_leaves_more(aria, rows, clean, 
 
     def far_off(*given, holds, **options):
         found = refit(*given, holds=holds, **options)
-        return replace(found, fit=replace(found.fit, x=found.fit.x + 1e-3)) if holds else found
+        return replace(found, fit=moved(found.fit, 1e-3)) if holds else found
 
     monkeypatch.setattr(final_fit, "refit", far_off)
     saved = diagnose(aria, rows).final_fit
@@ -77,7 +81,7 @@ def test_constants_are_held_where_only_the_held_out_rows_are_worse(aria, rows, c
 
     def hardly_off(*given, holds, **options):
         found = refit(*given, holds=holds, **options)
-        fits[holds] = replace(found.fit, x=found.fit.x + 1e-7 * holds)
+        fits[holds] = moved(found.fit, 1e-7 * holds)
         return replace(found, fit=fits[holds])
 
     monkeypatch.setattr(final_fit, "refit", hardly_off)

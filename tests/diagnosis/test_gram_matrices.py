@@ -65,7 +65,7 @@ def test_inner_products_are_those_of_explicit_columns(arm):
     at = dict(zip(problem.names, x.tolist(), strict=True))
     rows = slice(problem.size)
     columns = slopes(problem, EFFECTS, at)
-    table = table_of(grams, problem.jacobian(x)[rows], columns, problem.residual(x)[rows])
+    table = table_of(grams, problem.evaluate(x).jacobian[rows], columns, problem.residual(x)[rows])
     assert set(grams.names) == set(NAMES)
     labels = FOLD[problem.component_rows]
     for f in range(4):
@@ -83,7 +83,7 @@ def test_geometric_directions_span_what_the_rows_show():
     case = make("none", 1)
     problem = geometric(case, rows=ROWS, free_frames=True)
     grams = compress(problem, problem.start, (JointCompliance((1,)),), FOLD)
-    jacobian = problem.jacobian(problem.start)
+    jacobian = problem.evaluate(problem.start).jacobian
     rank = np.linalg.matrix_rank(jacobian / np.linalg.norm(jacobian, axis=0), tol=1e-7)
     assert grams.geometry == rank < len(problem.names)
     unseen = jacobian @ grams.basis
@@ -102,7 +102,7 @@ def test_accepted_effects_are_given_back_to_the_residual():
     grams = compress(problem, x, [candidate.effect, EncoderScale((0,))], FOLD)
     (name,) = candidate.names
     i = problem.names.index(name)
-    own = problem.jacobian(x)[: problem.size][:, i]
+    own = problem.evaluate(x).jacobian[: problem.size][:, i]
     left = problem.residual(x)[: problem.size] + x[i] * own
     assert grams.total[-1, -1] == pytest.approx(left @ left, rel=2 * APPROXIMATE)
     along = grams.total[grams.index[name], -1] * grams.scale[grams.names.index(name)]
@@ -118,6 +118,6 @@ def test_effects_of_several_elements_alone_have_their_own_inner_products():
     soft = JointCompliance((1, 2))
     grams = compress(problem, x, [soft], FOLD)
     columns = slopes(problem, [soft], dict(zip(problem.names, x.tolist(), strict=True))) / grams.scale
-    rows = slice(problem.size)
-    table = np.column_stack([problem.jacobian(x)[rows] @ grams.basis, columns, problem.residual(x)[rows]])
+    residual, jacobian = (part[: problem.size] for part in problem.evaluate(x))
+    table = np.column_stack([jacobian @ grams.basis, columns, residual])
     assert close(grams.total, table.T @ table) < 2 * EXACT

@@ -25,7 +25,7 @@ def test_columns_of_masses_are_central_differences():
     case = make("compliance", 3, poses=12)
     names = [n for e in LOADED for n in e.names]
     problem = Problem.build(case.robot.with_effects(*LOADED), case.data, effects=names, inertia=True)
-    x, jacobian = problem.start, problem.jacobian(problem.start)
+    x, jacobian = problem.start, problem.evaluate(problem.start).jacobian
     mine = [i for i, p in enumerate(problem.parameters) if p.is_inertia]
     assert len(mine) == 4 * case.robot.dof + 2
     for i in mine:

@@ -18,19 +18,14 @@ COUNT = 5
 def at(problem, q):
     """The geometric problem on other joint positions; what is measured there does not matter."""
     rows = len(q)
-    data = Dataset(
-        q=q,
-        row=np.arange(rows),
-        position=np.zeros((rows, 3)),
-        rotation=np.broadcast_to(np.eye(3), (rows, 3, 3)),
-    )
+    data = Dataset(q=q, position=np.zeros((rows, 3)), rotation=np.broadcast_to(np.eye(3), (rows, 3, 3)))
     return Problem.build(problem.robot, data, noise=problem.noise)
 
 
 def information(problems, effects):
     """Log determinant of what rows say of effects beside the geometry, by explicit columns."""
     table = np.vstack(
-        [np.column_stack([p.jacobian(p.start)[: p.size], slopes(p, effects)]) for p in problems]
+        [np.column_stack([p.evaluate(p.start).jacobian[: p.size], slopes(p, effects)]) for p in problems]
     )
     table = table / np.linalg.norm(table, axis=0)
     size = sum(len(e.names) for e in effects)

@@ -167,7 +167,7 @@ def test_user_bounds_bind_what_is_best(arm):
     data = poses(arm, np.random.default_rng(11), 40)
     bounds = {"joint2.theta": (-1e-4, 1e-4)}
     run = identify(load_robot("aria"), data, bounds=bounds)
-    assert run.best.fit.algorithm == "opt1"
+    assert run.best.fit.algorithm.name == "opt1"
     assert abs(run.best.fit.x[run.best.fit.problem.names.index("joint2.theta")]) <= 1e-4
     assert any("joint2.theta" in w for w in run.warnings), run.warnings
 

@@ -1,6 +1,7 @@
 """Arms that no maker can have built: said of tables and of URDFs alike, in positions and in orientations."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -37,6 +38,17 @@ def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
         with pytest.raises(wb.WorkbenchError, match="implausible") if off else nullcontext():
             write(path=tmp_path / name)
         assert write(path=tmp_path / name, force=True)
+
+
+def test_rows_that_the_nominal_arm_computed_calibrate_nothing(tmp_path):
+    (tmp_path / "arm.toml").write_text(three_parallel().toml(free='"auto"'))
+    q = np.random.default_rng(2).uniform(-1.2, 1.2, (40, three_parallel().dof))
+    rows = Dataset(q=q, row=np.arange(40), position=np.round(three_parallel().pose(q)[:, :3, 3], 5))
+    found = wb.identify(tmp_path / "arm.toml", rows)
+    with pytest.raises(wb.WorkbenchError, match="they were computed with it"):
+        found.robot.save(tmp_path / "b.toml")
+    with pytest.raises(wb.WorkbenchError, match="tell only a base for each"):
+        wb.identify(tmp_path / "arm.toml", replace(rows, session=np.arange(40).astype(str)))
 
 
 @pytest.mark.parametrize(

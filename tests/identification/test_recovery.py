@@ -30,9 +30,8 @@ ALGORITHMS = {"ols": (Ols(), 1e-9), "opt1": (Opt1(), 1e-6), "opt2": (Opt2(), 1e-
 
 def robot_of(arm, tmp_path):
     """The package's robot for the generator's arm, through a file."""
-    path = tmp_path / "arm.toml"
-    path.write_text(arm.toml())
-    return read_toml(path)
+    (tmp_path / "arm.toml").write_text(arm.toml())
+    return read_toml(tmp_path / "arm.toml")
 
 
 def rows_of(arm, q, rng=None, sigma_p=0.0, sigma_r=0.0, deflection=None):

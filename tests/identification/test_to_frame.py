@@ -43,10 +43,9 @@ def test_errors_row_by_row():
 def test_parameters_and_residuals_of_a_fit():
     pytest.importorskip("pandas")
     assert FIT.parameters().equals(FIT.best.fit.to_frame())
-    frame = FIT.residuals()
-    assert frame["held_out"].sum() == len(FIT.held_out_data)
+    signed = FIT.residuals().sort_index()
+    assert signed["held_out"].sum() == len(FIT.held_out_data)
     poses = wb.tool_poses(FIT.robot, ROWS.q)
-    signed = frame.sort_index()
     np.testing.assert_allclose(signed[["x[m]", "y[m]", "z[m]"]], ROWS.position - poses[:, :3, 3], atol=1e-12)
     angles = np.linalg.norm(signed[["rx[rad]", "ry[rad]", "rz[rad]"]], axis=1)
     np.testing.assert_allclose(angles, FIT.to_frame()["calibrated rotation[rad]"].sort_index(), atol=1e-6)

@@ -34,10 +34,8 @@ def robot_of(arm, folder, *effects, free=Freedom.FIXED):
 
 
 def rows_of(arm, q, rng, sigma=SIGMA, payload=None, **bend):
-    loads = 0.0 if payload is None else payload
-    deflection = arm.sag(q, payload=0.0, **bend) if payload is None else np.concatenate(
-        [arm.sag(q[i : i + 1], payload=loads[i], **bend) for i in range(len(q))]
-    )  # fmt: skip
+    loads = np.zeros(len(q)) if payload is None else payload
+    deflection = np.concatenate([arm.sag(q[[i]], payload=load, **bend) for i, load in enumerate(loads)])
     position, rotation = arm.measure(q, rng, *sigma, deflection)
     return Dataset(q=q, row=np.arange(len(q)), position=position, rotation=rotation, payload=payload)
 

@@ -147,7 +147,7 @@ def with_next_poses(session: Session) -> Session:
     return done(replace(session, plate=replace(session.plate, size=None)), TakeNextPoses())
 
 
-PLAIN, CAREFUL, GOOD, BAD = Tone.PLAIN, Tone.CAREFUL, Tone.GOOD, Tone.BAD
+PLAIN, CAREFUL, GOOD, BAD, JOG = Tone.PLAIN, Tone.CAREFUL, Tone.GOOD, Tone.BAD, Focus.JOG
 NOTHING = {"effects": (), "causes": (), "residual_map": None}
 UNEXPLAINED = NOTHING | {"verdict": Verdict.UNEXPLAINED}
 NOISE = NOTHING | {"verdict": Verdict.NO_EFFECT}
@@ -187,8 +187,8 @@ STATES = [
     ("first", lambda s: fallen_short(crowded(s)), "No better plate", CAREFUL, MAKE, LOAD),
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
-    ("first", lambda s: s.with_part(Following()).with_playback(focus=Focus.JOG), "real", PLAIN, LOAD, None),
-    ("first", lambda s: s.with_playback(focus=Focus.TRACK), "as commanded", PLAIN, COMPARE, None),
+    ("first", lambda s: s.with_part(Following()).updated("playback", focus=JOG), "real", PLAIN, LOAD, None),
+    ("first", lambda s: s.updated("playback", focus=Focus.TRACK), "as commanded", PLAIN, COMPARE, None),
     ("loaded", unchanged, "rows", PLAIN, FIT, LOAD),
     ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, CAUSE, TAKE),
     ("identified", lambda s: without_request(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),
@@ -245,7 +245,7 @@ def test_what_its_buttons_do_makes_sense_there(walked):
 def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
     titles = [stage.title for stage in stages(walked["added"])]
     errors = [stage.error for stage in stages(walked["added"])]
-    assert titles == ["nominal", "geometry", "with causes"]
+    assert titles == ["nominal", "geometry", "with effects"]
     assert errors[0] > errors[1] > errors[2]
     assert next_step(walked["added"]).sentence.startswith(pair_of(walked["added"]))
     assert stages(walked["loaded"]) == ()

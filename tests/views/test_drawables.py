@@ -47,8 +47,8 @@ def test_a_plate_that_was_given_is_drawn_beside_measured_rows(session):
     """As `wb.show(robot, data, plate)` shows them; a plate that nobody gave stays out of the way."""
     rows = Measurements(loaded=SimpleNamespace(virtual=False))
     for is_given in (True, False):
-        given = replace(session, is_plate_given=is_given, measurements=rows).with_playback(focus=Focus.ROW)
-        shown = {item.path: item.shown for item in plate(given)}
+        given = replace(session, is_plate_given=is_given, measurements=rows)
+        shown = {item.path: item.shown for item in plate(given.updated("playback", focus=Focus.ROW))}
         assert shown["plate/solid"] is shown["plate/targets/1"] is is_given
     assert all(item.shown for item in plate(session))
 

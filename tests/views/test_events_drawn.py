@@ -51,7 +51,7 @@ def rows(arm, happened, order=None) -> Comparison:
 def test_points_before_the_last_event_are_smaller(arm):
     two = (FrameStep((), STEP, row=3), ToolStep((), STEP[:3], row=7))
     compared = rows(arm, two)
-    drawn = [_points(compared, ModelStage.CAUSES, frozenset(), False, before) for before in (True, False)]
+    drawn = [_points(compared, ModelStage.EFFECTS, frozenset(), False, before) for before in (True, False)]
     assert [points.numbers.tolist() for points in drawn] == [list(range(7)), [7, 8, 9]]
     assert drawn[0].radius < 0.7 * drawn[1].radius
     text = events(two, compared)

@@ -54,7 +54,7 @@ def drawn(rows, *, overlay=None, focus=Focus.ROW, left_out=frozenset(), row=0):
 
 
 @pytest.mark.parametrize(
-    ("stages", "shown"), [(1, ModelStage.NOMINAL), (2, ModelStage.GEOMETRY), (3, ModelStage.CAUSES)]
+    ("stages", "shown"), [(1, ModelStage.NOMINAL), (2, ModelStage.GEOMETRY), (3, ModelStage.EFFECTS)]
 )
 def test_points_have_the_colour_of_their_error_at_the_last_known_stage(stages, shown):
     rows = comparison(stages)

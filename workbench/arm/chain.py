@@ -273,6 +273,7 @@ def _walk(
         chain.varying if part == WHOLE and not len(shift) else _varying(chain.drivers[part], shift[:, part])
     )
     positions = chain.positions(q)
+    fixed = np.array([values, np.sin(values), np.cos(values)])
     for start in range(0, len(q), BLOCK):
         rows = slice(start, min(start + BLOCK, len(q)))
         size = rows.stop - start
@@ -286,7 +287,7 @@ def _walk(
             np.sin(moved[0], out=moved[1])
             np.cos(moved[0], out=moved[2])
         out = pose_out[rows], twist_out[rows]
-        _lanes(chain.axes[part], where, values, moved, chain.constants[part], place, *out)
+        _lanes(chain.axes[part], where, fixed, moved, chain.constants[part], place, *out)
 
 
 def _varying(drivers: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -300,26 +301,18 @@ def _varying(drivers: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, ...]:
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 @no_type_check
-def _lanes(axes, where, values, moved, constants, place, out, twist):
+def _lanes(axes, where, fixed, moved, constants, place, out, twist):
     """Eight rows at a time: every inner loop runs over them and becomes SIMD.
 
     Args:
         where: Row of `moved` for elements that differ from row to row; -1 for the others.
-        values: Of all elements.
-        moved: Values that differ, their sines and cosines, filled up to whole steps of eight rows.
+        fixed: Values of all elements, their sines and cosines.
+        moved: Of those that differ, filled up to whole steps of eight rows.
         place: Column of each element's twist; -1 for none.
     """
     size = twist.shape[2]
-    fixed = np.zeros((3, len(values)))
-    for k in range(len(values)):
-        if where[k] < 0 and values[k] != 0.0:
-            fixed[0, k], fixed[1, k], fixed[2, k] = values[k], np.sin(values[k]), np.cos(values[k])
     t, now = np.empty((12, LANES)), np.empty((3, LANES))
-    through, along, columns = (
-        np.empty((size, 3, LANES)),
-        np.empty((size, 3, LANES)),
-        np.zeros((size, 6, LANES)),
-    )
+    lines, columns = np.empty((size, 6, LANES)), np.zeros((6, size, LANES))  # 0 outside the part
     for start in range(0, out.shape[0], LANES):
         for i in range(12):
             for n in range(LANES):
@@ -329,8 +322,8 @@ def _lanes(axes, where, values, moved, constants, place, out, twist):
             if column >= 0:
                 for i in range(3):
                     for n in range(LANES):
-                        through[column, i, n] = t[4 * i + 3, n]
-                        along[column, i, n] = t[4 * i + axis % 3, n]
+                        lines[column, i, n] = t[4 * i + 3, n]
+                        lines[column, i + 3, n] = t[4 * i + axis % 3, n]
             if axis == 6:
                 c = constants[k]
                 for i in range(0, 12, 4):
@@ -362,22 +355,22 @@ def _lanes(axes, where, values, moved, constants, place, out, twist):
             if column < 0:
                 continue
             for n in range(LANES):
-                x, y, z = along[column, 0, n], along[column, 1, n], along[column, 2, n]
+                x, y, z = lines[column, 3, n], lines[column, 4, n], lines[column, 5, n]
                 if axes[k] < 3:
-                    u = t[3, n] - through[column, 0, n]
-                    v = t[7, n] - through[column, 1, n]
-                    w = t[11, n] - through[column, 2, n]
-                    columns[column, 0, n], columns[column, 3, n] = y * w - z * v, x
-                    columns[column, 1, n], columns[column, 4, n] = z * u - x * w, y
-                    columns[column, 2, n], columns[column, 5, n] = x * v - y * u, z
+                    u = t[3, n] - lines[column, 0, n]
+                    v = t[7, n] - lines[column, 1, n]
+                    w = t[11, n] - lines[column, 2, n]
+                    columns[0, column, n], columns[3, column, n] = y * w - z * v, x
+                    columns[1, column, n], columns[4, column, n] = z * u - x * w, y
+                    columns[2, column, n], columns[5, column, n] = x * v - y * u, z
                 else:
-                    columns[column, 0, n], columns[column, 3, n] = x, 0.0
-                    columns[column, 1, n], columns[column, 4, n] = y, 0.0
-                    columns[column, 2, n], columns[column, 5, n] = z, 0.0
+                    columns[0, column, n], columns[3, column, n] = x, 0.0
+                    columns[1, column, n], columns[4, column, n] = y, 0.0
+                    columns[2, column, n], columns[5, column, n] = z, 0.0
         for n in range(min(LANES, out.shape[0] - start)):
             for i in range(6):
                 for column in range(size):
-                    twist[start + n, i, column] = columns[column, i, n]
+                    twist[start + n, i, column] = columns[i, column, n]
             for i in range(3):
                 for j in range(4):
                     out[start + n, i, j] = t[4 * i + j, n]

@@ -9,6 +9,8 @@ from workbench.arm.parameters import Parameter
 
 NOTICEABLE = 0.05
 """Weights below this share of the largest are omitted from the text of an unidentifiable combination."""
+EQUAL = 1e-6
+"""Difference below which weights count as equal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,25 +33,21 @@ def combinations(
 ) -> tuple[Combination, ...]:
     """Text for a null space, with its basis reduced so that every vector involves few parameters.
 
-    Gauss–Jordan elimination with the largest pivots leaves one parameter unique to each combination; those
-    that must change with it are named after it.
+    One parameter is unique to each combination: those that the null space moves most, the first of equal
+    ones, whatever basis it is given in. Combinations are in the order of these.
     """
-    rows = null_space.T.copy()
-    used: list[int] = []
-    for k in range(len(rows)):
-        free = np.abs(rows[k:])
-        free[:, used] = 0.0
-        row, column = divmod(int(np.argmax(free)), rows.shape[1])
-        rows[[k, k + row]] = rows[[k + row, k]]
-        rows[k] /= rows[k, column]
-        others = np.arange(len(rows)) != k
-        rows[others] -= np.outer(rows[others, column], rows[k])
-        used.append(column)
+    left, unique = null_space, list[int]()
+    for _ in range(null_space.shape[1]):
+        size = np.linalg.norm(left, axis=1)
+        unique.append(int(np.argmax(size > size.max() - EQUAL)))
+        direction = left[unique[-1]] / size[unique[-1]]
+        left = left - np.outer(left @ direction, direction)
+    unique.sort()
     found = []
-    for row in rows:
+    for row in np.linalg.solve(null_space[unique].T, null_space.T):
         weights = row / np.abs(row).max()
         chosen = np.flatnonzero(np.abs(weights) > NOTICEABLE)
-        chosen = chosen[np.argsort(-np.abs(weights[chosen]), kind="stable")]
+        chosen = chosen[np.argsort(-np.round(np.abs(weights[chosen]) / EQUAL), kind="stable")]
         found.append(_combination([parameters[i] for i in chosen], weights[chosen]))
     return tuple(found)
 

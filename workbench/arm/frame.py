@@ -28,7 +28,9 @@ def revised(record: Record, **values: Any) -> Record:
     """A copy of a frozen record with other fields: `replace` for values that are computed from checked ones,
     and need no check again."""
     copy = object.__new__(type(record))
-    kept = {n: v for n, v in vars(record).items() if n in record.__dataclass_fields__}  # type: ignore
+    kept, own = vars(record), record.__dataclass_fields__  # type: ignore[attr-defined]
+    if len(kept) > len(own):  # what was computed from them
+        kept = {name: kept[name] for name in own}
     copy.__dict__.update(kept | values)
     return copy
 

@@ -14,6 +14,7 @@ MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
 
 FRAMES = ("base", "tool", "gravity")
 """Prefixes of the names of frames, and of gravity in the base's."""
+OF_FRAMES = tuple(frame + mark for frame in FRAMES for mark in ".[")
 
 
 @dataclass(frozen=True)
@@ -66,15 +67,12 @@ class Parameter:
     @property
     def text(self) -> str:
         """Name for people: frames without the dot."""
-        owner, _, part = self.name.rpartition(".")
-        return f"{owner} {part}" if owner.split("[")[0] in FRAMES else self.name
+        return " ".join(self.name.rsplit(".", 1)) if self.name.startswith(OF_FRAMES) else self.name
 
     @property
     def is_geometry(self) -> bool:
         """True for a constant of the arm, false for effects, frames and the instrument's unknowns."""
-        return (
-            self.is_plain and not self.is_instrument and self.name.split(".")[0].split("[")[0] not in FRAMES
-        )
+        return self.is_plain and not self.is_instrument and not self.name.startswith(OF_FRAMES)
 
     @property
     def is_plain(self) -> bool:

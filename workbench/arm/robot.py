@@ -376,7 +376,8 @@ def _numbers_by_name(values: Mapping[str, float]) -> Mapping[str, float]:
             found=values,
         )
     for name, value in values.items():
-        if not isinstance(value, Real) or isinstance(value, bool) or not isfinite(value):
+        is_number = type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
+        if not is_number or not isfinite(value):
             text = f"the value of {name} must be a finite number in rad, m or its own SI unit, got {value!r}"
             raise OptionError(text, option=str(name), found=value)
     return values

@@ -158,7 +158,7 @@ def _say_files(report: Path | None, write: Callable[[Path], Path], saved: _Saved
     if report is not None:
         opt.describe("report", lambda: opt.say(f"report: {write(report)}"))
     if saved.path is not None:
-        opt.say(f"calibrated robot ({best.fit.title}): {saved.path}")
+        opt.say(f"calibrated robot ({best.fit.algorithm.title}): {saved.path}")
         opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(best)}"))
     opt.say_notes(saved.notes)
 

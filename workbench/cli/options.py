@@ -439,11 +439,11 @@ def not_written(path: Path | None, *, forced: bool) -> str:
 def check_converged(fit) -> None:
     """End with status 2 if a fit did not end at an optimum."""
     if not fit.outcome.ok:
-        fail(f"the fit ({fit.title}) did not converge: {fit.outcome}; the best iterate was kept")
+        fail(f"the fit ({fit.algorithm.title}) did not converge: {fit.outcome}; the best iterate was kept")
 
 
 def say(text: str) -> None:
-    print(readable(text))
+    print(readable(text), flush=True)
 
 
 def say_notes(notes: Iterable[str]) -> None:

@@ -1,24 +1,39 @@
 """The search of a diagnosis: geometry alone, then rounds of events and effects until the result is confirmed.
 
 Results are judged on rows that took no part in the search. It is repeated without uncertain events, without
-any events if a fit with them diverged, and without anything if nothing explains much.
+any events if a fit with them diverged, under another gravity if only that makes loads explain the error, and
+without anything if nothing explains much.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool
 
 from workbench.arm.robot import Robot
+from workbench.base.advice import ask
 from workbench.base.progress import progress
 from workbench.diagnosis.claims.claimed_causes import odds_over_time
-from workbench.diagnosis.confidence import PROBABLE
+from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
+from workbench.diagnosis.drivers.driver import Driver, driver_of
+from workbench.diagnosis.drivers.evidence import DriverEvidence
+from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
-from workbench.diagnosis.search.rounds import Searched, Stage, Tried, geometry_first, rounds
+from workbench.diagnosis.search.rounds import (
+    Searched,
+    Stage,
+    Tried,
+    description_length,
+    geometry_first,
+    reduced,
+    rounds,
+    under_gravity,
+)
 from workbench.identification.errors.row_errors import Errors, RowErrors, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -70,6 +85,13 @@ class CauseSearch:
         """The last round, at the final fit to the fitted rows."""
         return self.rounds[-1]
 
+    @cached_property
+    def drivers(self) -> DriverEvidence | None:
+        """What the error follows at the final fit; None if too few rows tell."""
+        if self.too_few is not None:
+            return None
+        return ask("the drivers", lambda: DriverEvidence.of(self.last, self.ready.data), None)
+
     @property
     def geometry(self) -> Fit:
         """The geometry alone: what is saved where nothing else was found."""
@@ -96,16 +118,33 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     def validated(found: Sequence[Searched]) -> CauseSearch:
         return _validated_search(robot, ready, first, found, too_few)
 
-    found = _rounds_with_sure_events(first, rng, tried)
+    try:
+        found = _rounds_with_sure_events(first, rng, tried)
+    except np.linalg.LinAlgError:  # models beyond rounding, of rows that are far from any arm
+        found = rounds(first, rng, tried=Tried.NONE)
     progress(0.8, "judging the result")
     search = validated(found)
     if search.has_diverged:
         search = validated(rounds(first, rng, tried=tried, events=()))
+    drivers, model = search.drivers, search.last.found.model
+    kept = model if drivers is None else ask("what lasts", lambda: drivers.lasting, model)
+    if len(kept) < len(model):
+        search = validated((*search.rounds[:-1], reduced(search.last, kept)))
+    if drivers is not None and (pull := ask("gravity", lambda: gravity_elsewhere(drivers), None)) is not None:
+        turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried))
+        gain = description_length(search.last) - description_length(turned.last)
+        search = turned if gain > np.log(CERTAIN) and _has_law_of_loads(turned) else search
     if search.has_diverged or explains_little(
         search.nominal.errors.train, search.after.errors.train, robot.reach
     ):
         search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
+
+
+def _has_law_of_loads(search: CauseSearch) -> bool:
+    """Whether its effects of load win against any dependence without a law."""
+    loads = tuple(t for t in search.last.found.model if driver_of(t.candidate.effect) is Driver.LOAD)
+    return bool(loads and search.drivers and search.drivers.challenges([loads])[0].odds >= PROBABLE)
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
@@ -134,15 +173,13 @@ def _validated_search(
     keep, geometry = found[-1].stage.keep, first.fit
     if not found[-1].found.model:
         geometry = fit = geometry_as_identified(fit)
-    before, after = (_judged(_row_errors(ready, f), keep) for f in (geometry, fit))
+    before, after = (
+        _judged(ready.errors(f.arm, {**f.problem.known, **f.problem.instrument(f.x)}), keep)
+        for f in (geometry, fit)
+    )
     return CauseSearch(
         robot, ready, first, found, fit, too_few, before, after, _judged(ready.nominal_rows, keep)
     )
-
-
-def _row_errors(ready: Prepared, fit: Fit) -> tuple[RowErrors, RowErrors]:
-    """Errors of a fitted arm on all rows to fit, outliers among them, and on the held-out rows."""
-    return ready.errors(fit.arm, {**fit.problem.known, **fit.problem.instrument(fit.x)})
 
 
 def _judged(rows: tuple[RowErrors, RowErrors], keep: Bool[np.ndarray, " rows"]) -> JudgedArm:

@@ -24,7 +24,7 @@ from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
-from workbench.diagnosis.drivers.evidence import Correction, DriverEvidence, FollowedDriver
+from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver
 from workbench.diagnosis.final_fit import best_geometry
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
@@ -83,9 +83,9 @@ def diagnose(
     choices = choices_as_read(robot, choices)
     massed, rng = with_assumed_masses(robot), np.random.default_rng(choices.seed)
     with part_of(0.0, 0.3):
-        ready, gross = prepare_without_gross_outliers(
-            massed, with_directions(data), _with_directions(choices)
-        )
+        if isinstance(held := choices.held_out, Dataset):
+            choices = replace(choices, held_out=with_directions(held))
+        ready, gross = prepare_without_gross_outliers(massed, with_directions(data), choices)
     with failures() as failed:
         search = search_causes(massed, ready, rng)
         saved = saved_model(search)
@@ -116,15 +116,12 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
         given: The robot as given.
         known: Noise known beforehand.
     """
-    drivers: DriverEvidence | None = None
-    if search.too_few is None:
-        drivers = ask("the drivers", lambda: DriverEvidence.of(search.last, search.ready.data), None)
-    remaining = _remaining_error(search, known, drivers)
+    drivers, remaining = search.drivers, _remaining_error(search, known)
     causes: tuple[Cause, ...] = ()
     if drivers is not None and saved.effects:
         causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
-    followed, correction = _followed(search, drivers, causes, remaining)
-    tilted = gravity_direction_causes(saved.fit, given, remaining.noise)
+    followed, correction = _followed(search, causes, remaining)
+    tilted = gravity_direction_causes(saved.fit, given, remaining.noise, causes)
     causes = largest_first(*causes, *tilted)[:MAX_CAUSES]
     residual_map = _residual_map(search, saved, causes)
     verdict, message = Verdict.NO_EFFECT, search.too_few or ""
@@ -144,12 +141,10 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
     return _Claims(causes, followed, residual_map, remaining, verdict, message)
 
 
-def _remaining_error(
-    search: CauseSearch, known: Noise | None, drivers: DriverEvidence | None
-) -> RemainingError:
+def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError:
     """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats."""
     fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric_problem, search.ready.problem
-    followed: tuple[FollowedDriver, ...] = ()
+    followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None:
         followed = ask("what the rest follows", lambda: drivers.followed(search.last.found.model), ())
     noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
@@ -165,10 +160,10 @@ def _remaining_error(
 
 
 def _followed(
-    search: CauseSearch, drivers: DriverEvidence | None, causes: Sequence[Cause], remaining: RemainingError
+    search: CauseSearch, causes: Sequence[Cause], remaining: RemainingError
 ) -> tuple[tuple[FollowedDriver, ...], Correction | None]:
     """Drivers that the error follows beside causes that have a law, and what a correction would reduce."""
-    if drivers is None:
+    if (drivers := search.drivers) is None:
         return (), None
     laws = {e.names for c in causes if c.is_law for e in c.effects}
     sure = tuple(t for t in search.last.found.model if t.candidate.names in laws)
@@ -298,9 +293,3 @@ def _diagnosis(
         notes=tuple(filter(None, notes(search, saved, outliers, given))),
         seconds=0.0,
     )
-
-
-def _with_directions(choices: FitChoices) -> FitChoices:
-    """The choices with directions of motion in held-out rows of another file."""
-    rows = choices.held_out
-    return replace(choices, held_out=with_directions(rows)) if isinstance(rows, Dataset) else choices

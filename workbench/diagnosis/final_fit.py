@@ -40,7 +40,7 @@ def fit_with_constants_held(last: Searched) -> Fit:
 def geometry_as_identified(fit: Fit) -> Fit:
     """Geometry alone with constants expected near nominal, as `identify` fits it; itself if that fails."""
     problem, algorithm = with_expected_deviation(fit.problem), Opt2(limit=MAX_LAST_STEPS)
-    found = Fit.of(algorithm, problem, algorithm.search(problem))
+    found = Fit(algorithm=algorithm, problem=problem, search=algorithm.search(problem))
     return found if found.outcome.ok else fit
 
 

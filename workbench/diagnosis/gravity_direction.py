@@ -1,6 +1,6 @@
 """Wrong direction of gravity in the robot's file (`identification/checks/gravity_direction.py`)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -14,7 +14,12 @@ from workbench.base.advice import beside
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.claims.claimed_causes import MIN_NOISE_SHARE
-from workbench.identification.checks.gravity_direction import MIN_MENTIONED_ERRORS, tilts_of_gravity
+from workbench.diagnosis.drivers.driver import Driver
+from workbench.identification.checks.gravity_direction import (
+    MIN_MENTIONED_ERRORS,
+    WIDE_SIGMA,
+    tilts_of_gravity,
+)
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 
@@ -50,16 +55,19 @@ def standing_notes(fit: Fit, given: Robot) -> list[str]:
 
 
 @beside("the direction of gravity as a cause", ())
-def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[Cause]:
-    """Placements in which the file's gravity is significantly wrong.
+def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise, laws: Sequence[Cause]) -> Iterator[Cause]:
+    """Placements in which the file's gravity is significantly wrong; no surer than what loads do.
 
     Args:
         given: The arm as given.
         noise: Residual noise; a third of it must be explained.
+        laws: The other causes.
     """
     arm, motion = fit.calibrated, Motion.of(fit.problem.data)
+    most = max((c.odds for c in laws if c.driver is Driver.LOAD), default=1.0)
     for found in tilts_of_gravity(fit, given):
-        if found.is_upright or not found.is_contradicted:
+        is_far = found.size > WIDE_SIGMA
+        if (found.is_upright and not is_far) or not found.is_contradicted:
             continue
         here = arm.in_session(found.session) if found.session else arm
         rows = motion.take(fit.problem.data.in_session(found.session)) if found.session else motion
@@ -67,11 +75,14 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise) -> Iterator[C
         explained = 1e3 * float(np.sqrt((np.subtract(*moved) ** 2).sum(1).mean()))
         if explained >= 1e3 * MIN_NOISE_SHARE * np.sqrt(3.0) * noise.position:
             effect = GravityDirection((), tuple(found.angles.tolist()))
+            pull = ", ".join(f"{part:.2f}" for part in here.gravity / np.linalg.norm(here.gravity))
+            along = f": gravity pulls along ({pull}) of its base" if is_far else ""
+            size, *asks = found.text.split(";")
             yield Cause(
                 effects=(effect,),
-                odds=found.odds,
+                odds=min(found.odds, most),
                 contribution_mm=explained,
-                text=capital(found.text),
+                text=";".join([capital(size + along), *asks]),
                 look_alikes=(),
                 is_added=False,
             )

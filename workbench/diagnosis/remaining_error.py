@@ -55,11 +55,24 @@ class RemainingError:
             return bool(self.followed or self.places)
         return self.noise_ratio > MAX_NOISE_RATIO
 
+    @property
+    def scattering(self) -> Readings | None:
+        """Noise of the joint readings where it is most of the error."""
+        noise = self.joint_noise
+        is_major = noise is not None and noise.share > MIN_MAJOR_SHARE
+        return noise if is_major and not (self.followed or self.places) else None
+
+    @property
+    def is_unexplained(self) -> bool:
+        """Whether something is left to explain: scatter of single joints is no noise of readings."""
+        noise = self.scattering
+        return self.is_more_than_noise or bool(noise and noise.joints_that_scatter and not noise.digit)
+
     @beside("the note on joint readings", "")
     def joint_noise_warning(self, chain: Chain) -> str:
         """A sentence if noise of the joint readings dominates; empty otherwise."""
-        noise = self.joint_noise
-        if noise is None or self.followed or self.places or noise.share <= MIN_MAJOR_SHARE:
+        noise = self.scattering
+        if noise is None:
             return ""
         advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
         if noise.digit:

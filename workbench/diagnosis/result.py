@@ -298,7 +298,7 @@ class Diagnosis(AbstractReported):
             excluded=(*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),
             notes=self.notes,
             nominal_rows=self.nominal_rows,
-            runs={self.final_fit.algorithm: run},
+            runs={self.final_fit.algorithm.name: run},
             harm=self.harm,
         )
 

@@ -51,11 +51,11 @@ def conclude(
     warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
     more = f" {correction.sentence}." if correction is not None and correction.is_material else ""
     if not causes and residual_map is None and not followed:
-        verdict = Verdict.UNEXPLAINED if remaining.is_more_than_noise else Verdict.NO_EFFECT
+        verdict = Verdict.UNEXPLAINED if remaining.is_unexplained else Verdict.NO_EFFECT
         left = _remaining_text(after, rest)
         return verdict, f"{warning}No effect was found beside the geometry; {left}."
     is_named = any(c.is_law for c in causes)  # a map alone predicts, but explains nothing
-    verdict = Verdict.EXPLAINED if is_named and not remaining.is_more_than_noise else Verdict.PARTLY
+    verdict = Verdict.EXPLAINED if is_named and not remaining.is_unexplained else Verdict.PARTLY
     claims = _claims(causes, followed, residual_map)
     if not causes and residual_map is None:
         return Verdict.UNEXPLAINED, f"{warning}{claims}{more} {capital(_remaining_text(after, rest))}."

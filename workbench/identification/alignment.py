@@ -90,8 +90,8 @@ def thinned(problem: Problem) -> Problem:
     if some.names != problem.names:
         return problem
     shares = None if problem.shares is None else problem.shares[rows]
-    prior, centre = problem.prior, problem.prior_centre
-    return replace(some, shares=shares, prior=prior, prior_centre=centre, deviation=problem.deviation)
+    known = {name: getattr(problem, name) for name in ("prior", "prior_centre", "deviation")}
+    return replace(some, shares=shares, **known)
 
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:

@@ -49,49 +49,31 @@ class Fit(AbstractReported):
     """One algorithm's solution of a problem.
 
     Args:
-        algorithm: Its name.
-        title: Its name in tables and figures.
+        algorithm: What found it.
         problem: The problem.
-        x: Unknowns [rad or m].
-        history: Cost after every iteration.
+        search: How it went.
         seconds: Time of the search.
         warnings: For the user, one sentence each.
         actual: Actual scatter of the readings, where all were weighted equally.
         considered: Uncertain constants that were held at nominal.
     """
 
-    algorithm: str
-    title: str
+    algorithm: AbstractIdentifier
     problem: Problem
-    x: Float[np.ndarray, " p"]
-    outcome: Outcome
-    history: tuple[float, ...]
-    seconds: float
+    search: SearchOutcome
+    seconds: float = 0.0
     warnings: tuple[str, ...] = ()
     actual: Noise | None = None
     considered: Considered | None = None
 
-    @classmethod
-    def of(
-        cls,
-        algorithm: AbstractIdentifier,
-        problem: Problem,
-        search: SearchOutcome,
-        *,
-        seconds: float = 0.0,
-        considered: Considered | None = None,
-    ) -> "Fit":
-        """The fit from the outcome of a search."""
-        return cls(
-            algorithm=algorithm.name,
-            title=algorithm.title,
-            problem=problem,
-            x=search.x,
-            outcome=search.outcome,
-            history=search.history,
-            seconds=seconds,
-            considered=considered,
-        )
+    @property
+    def x(self) -> Float[np.ndarray, " p"]:
+        """Unknowns [rad or m]."""
+        return self.search.x
+
+    @property
+    def outcome(self) -> Outcome:
+        return self.search.outcome
 
     def to_frame(self) -> "DataFrame":
         """The parameters by name as a data frame: unit, nominal, identified, standard error; SI."""
@@ -101,8 +83,13 @@ class Fit(AbstractReported):
         return data_frame(columns | {"identified": self.x, "std": self.std}, index="name")
 
     @property
+    def cost(self) -> float:
+        """½|r|² at the solution."""
+        return self.search.history[-1]
+
+    @property
     def iterations(self) -> int:
-        return len(self.history) - 1
+        return len(self.search.history) - 1
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -181,7 +168,7 @@ class Fit(AbstractReported):
     def _of_geometry(self) -> Float[np.ndarray, "k k"]:
         """Covariance of the arm's own constants [rad, m] for base, tool and effects as found: any other ones
         are found anew with the arm."""
-        mine = np.array([p.is_geometry for p in self.parameters])
+        mine = self.problem.geometry
         scale = np.where(self.std > 0.0, self.std, 1.0)
         alike = self.covariance / np.outer(scale, scale)
         cross = alike[np.ix_(mine, ~mine)]

@@ -8,7 +8,7 @@ of the residuals). Unobservable parts are never freed.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -30,12 +30,14 @@ from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import carried
-from workbench.identification.undetermined_combinations import Factor
+from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
 
 SIGNIFICANCE = 1e-4
 """Significance level at which a freer model is taken …"""
 PROMISING = 0.05
 """… and at which, by its linearisation, it is fitted at all."""
+CERTAINLY, ROUNDING = 1e-12, 1e-12
+"""Significance level at which no simpler model is fitted, and residual variance that is rounding."""
 STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
 """Corrections of the arm beyond these are implausible: more likely the tool differs from the file."""
 MAX_BASE_ERROR_RATIO = 10.0
@@ -97,13 +99,16 @@ def choose_frames(
     """
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
-    trial = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
+    trial, several = data.take(spread_rows(data, MAX_ALIGNED_ROWS)), len(data.sessions) > 1
     (chosen, text), aligned = candidates[0], None
     first: SearchOutcome | None = None
     if len(candidates) > 1:
-        tried = partial(
-            _FrameTrial.of, robot, trial, prior, noise=noise, free=free, effects=effects, known=known
+        tried = cache(
+            partial(_FrameTrial.of, robot, trial, prior, noise=noise, free=free, effects=effects, known=known)
         )
+        *simpler, freest = candidates
+        if not several and all(tried(*freest).is_needed(robot, freedom) for freedom, _ in simpler):
+            candidates = [freest]
         taken = tried(*candidates[0])
         for candidate in candidates[1:]:
             if cancelled():
@@ -218,7 +223,7 @@ class _FrameTrial:
         """Largest correction of the arm in units of what is implausible."""
         kinds = [p.unit == "rad" for p in self.problem.parameters]
         moved = np.abs(self.search.x - self.problem.start) / np.where(kinds, STRANGE_ANGLE, STRANGE_LENGTH)
-        return float(moved[[p.is_geometry for p in self.problem.parameters]].max(initial=0.0))
+        return float(moved[self.problem.geometry].max(initial=0.0))
 
     def beats(self, other: "_FrameTrial") -> bool:
         """Whether this freer model is significantly better than the other.
@@ -230,6 +235,24 @@ class _FrameTrial:
         if other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness:
             return True
         return _chance(other, self.problem, self.factor, 2.0 * self.search.history[-1]) < SIGNIFICANCE
+
+    def is_needed(self, given: Robot, simpler: FrameFreedom) -> bool:
+        """Whether the frames that a simpler model has as given are certainly elsewhere, by linearisation."""
+        off: dict[str, float] = {}
+        for kind in (kind for kind in ("base", "tool") if not getattr(simpler, kind)):
+            found, was = getattr(self.arm, kind), getattr(given, kind)
+            moved = *(was.xyz - found.xyz), *se3.matrix_to_rotvec(found.rotation.T @ was.rotation)
+            off |= zip((f"{kind}.{part}" for part in FRAME_PARTS), moved, strict=True)
+        held = np.array([name in off for name in self.problem.names])
+        u, size, _ = np.linalg.svd(self.factor.r[:, ~held], full_matrices=False)
+        others = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
+        more = self.factor.r[:, held] @ np.array([off[n] for n in self.problem.names if n in off])
+        more = more - others @ (others.T @ more)
+        gained, left = self.factor.rank - others.shape[1], self.problem.count - self.factor.rank
+        if self.strangeness > 1.0 or gained <= 0 or left <= 0 or not self.search.outcome.ok:
+            return False
+        ratio = (more @ more / gained) / (2.0 * self.search.history[-1] / left + ROUNDING)
+        return bool(special.fdtrc(gained, left, ratio) < CERTAINLY)
 
     def may_be_beaten(self, freedom: FrameFreedom, prior: Prior | None) -> bool:
         """Whether a freer model can be better, judged by its linearisation at this one's solution."""

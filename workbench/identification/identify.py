@@ -6,6 +6,7 @@ from time import perf_counter
 from typing import Any, Unpack
 
 import numpy as np
+from jaxtyping import Float
 
 import workbench.identification.report.document  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
@@ -92,12 +93,14 @@ def identify(
             ready, outlying = prepare_without_outliers(robot, data, choices, **options)
         else:
             ready, outlying = prepare(robot, data, choices, **options), np.zeros(0, np.int64)
-    problem = ready.problem
+    problem, begin = ready.problem, None
     if ready.identifiability is None:
-        some, x = ready.first_fit
-        expected = with_expected_deviation(some, deviation, x=x).deviation
+        some, first = ready.first_fit
+        expected = with_expected_deviation(some, deviation, x=first.x).deviation
         problem = ready.shared if expected is None else ready.shared.with_deviation(expected)
-    runs = _runs(ready, problem, chosen, loss)
+        if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.seen.all():
+            begin = first.x  # several are compared, and what is hardly observable stays where it starts
+    runs = _runs(ready, problem, chosen, loss, begin)
     if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
         not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
     ):
@@ -120,7 +123,11 @@ def identify(
 
 
 def _runs(
-    ready: Prepared, problem: Problem, algorithms: Sequence[AbstractIdentifier], loss: Loss
+    ready: Prepared,
+    problem: Problem,
+    algorithms: Sequence[AbstractIdentifier],
+    loss: Loss,
+    begin: Float[np.ndarray, " p"] | None = None,
 ) -> dict[str, Run]:
     """Fit with each algorithm and compute errors; if cancelled, stop before the next algorithm."""
     runs: dict[str, Run] = {}
@@ -129,7 +136,7 @@ def _runs(
             break
         share = 0.4 + 0.5 * k / len(algorithms)
         progress(share, f"{algorithm.title}: fitting {plural(len(problem.names), 'parameter')}")
-        fit, decided = _fit(problem, algorithm, loss), ready.identifiability
+        fit, decided = _fit(problem, algorithm, loss, begin), ready.identifiability
         if decided is not None:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)
         train, held = ready.errors(fit.arm, fit.problem.instrument(fit.x))
@@ -164,32 +171,31 @@ def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
     return [ALGORITHMS[name] for name in names]
 
 
-def _fit(problem, algorithm, loss) -> Fit:
+def _fit(problem, algorithm, loss, begin) -> Fit:
     began = perf_counter()
-    search = algorithm.search(problem)
-    weights = np.ones(len(problem.data))
+    search = algorithm.search(problem, begin=begin)
     for _ in range(MAX_REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
-        fit = Fit.of(algorithm, problem.with_row_weights(None), search)
-        new = row_weights(fit.row_residuals, loss)
-        if np.abs(new - weights).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
+        fit = Fit(algorithm=algorithm, problem=problem, search=search)
+        old, new = problem.row_weights, row_weights(fit.row_residuals, loss)
+        change = new - (1.0 if old is None else old)
+        if np.abs(change).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
             break
-        weights = new
-        problem = problem.with_row_weights(weights)
-        search = algorithm.search(problem)
-    fit = Fit.of(algorithm, problem, search, seconds=perf_counter() - began)
+        problem = problem.with_row_weights(new)
+        search = algorithm.search(problem, begin=search.x)
+    fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
     return replace(fit, warnings=_warnings(fit))
 
 
 @beside("warnings about the search", ())
 def _warnings(fit: Fit) -> tuple[str, ...]:
     """Warnings about one algorithm's search."""
-    found = []
+    found, title = [], fit.algorithm.title
     if not fit.outcome.ok:
-        found.append(f"{fit.title}: {fit.outcome}")
+        found.append(f"{title}: {fit.outcome}")
     if fit.at_bounds:
         found.append(
-            f"{fit.title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if they are too tight"
+            f"{title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if they are too tight"
         )
     if fit.beyond_bounds:
-        found.append(f"{fit.title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
+        found.append(f"{title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
     return tuple(found)

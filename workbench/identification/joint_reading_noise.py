@@ -118,10 +118,9 @@ class _Answer(NamedTuple):
 def readings(problem: Problem) -> Readings | None:
     """Noise of joint readings in a problem's weights, with its share of the residuals; None if they are
     exact."""
-    live, turned = problem.inverse_sigma > 0.0, problem.component_channels
     if not any(problem.noise.joints):
         return None
-    mine = live & ~turned if (live & ~turned).any() else live
+    mine = problem.channels[0] if problem.channels[0].any() else problem.inverse_sigma > 0.0
     alone = (problem.inverse_sigma[mine] ** -2.0).sum()
     share = float(1.0 - alone / (problem.sigma[mine] ** 2).sum())
     return Readings(problem.noise.joints, share, _last_digit(problem))
@@ -159,8 +158,8 @@ def with_joint_readings(
     noisy = [int(j) for j in joints if found.variances[2 + j] > 0.0]
     if any(_is_smooth(tables, found.variances, j) for j in noisy):
         return white
-    variances = found.variances
-    variances = np.where(variances > MIN_READING_VARIANCE * scale, variances, 0.0)
+    variances = found.variances.copy()
+    variances[2:] *= variances[2:] > MIN_READING_VARIANCE * scale[2:]
     if not stated:  # residuals keep their size, whatever their tails
         sizes = [_whitened(t, variances)[2] ** 2 for t in tables]
         variances = variances * (sum(s.sum() for s in sizes) / sum(t.live.sum() for t in tables))

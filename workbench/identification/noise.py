@@ -14,8 +14,6 @@ others look uncertain; `consistent` makes both agree on normal residuals:
 Rows without a sigma have sigma_row = 0, and s is then the root mean square of the residuals.
 """
 
-from enum import Enum
-
 import numpy as np
 from jaxtyping import Float
 
@@ -45,19 +43,10 @@ ROUNDING_NOISE = Noise(1e-8, 1e-8)
 """Residuals below this [m or rad] are rounding; the stated values are kept."""
 
 
-class StatedNoise(Enum):
-    """How many rows state their own standard deviation."""
-
-    NONE = 0
-    SOME = 1
-    ALL = 2
-
-
-def given_by_rows(problem: Problem) -> StatedNoise:
-    """Whether every component that was measured has its own standard deviation."""
-    live = (problem.inverse_sigma > 0.0) & ~problem.tilted_components
-    stated = problem.own_sigma > 0.0
-    return StatedNoise.ALL if stated[live].all() else StatedNoise.SOME if stated.any() else StatedNoise.NONE
+def share_stated(problem: Problem) -> float:
+    """Share of measured components with their own standard deviation, without tilts beside others."""
+    straight, turned, _ = problem.channels
+    return float((problem.own_sigma > 0.0)[straight | turned].mean())
 
 
 def stated(problem: Problem) -> Noise | None:
@@ -65,8 +54,8 @@ def stated(problem: Problem) -> Noise | None:
 
     NaN for rotations that were not measured; None if a component has none, or no positions were measured.
     """
-    straight, turned, _ = channels(problem)
-    if given_by_rows(problem) is not StatedNoise.ALL or not straight.any():
+    straight, turned, _ = problem.channels
+    if share_stated(problem) < 1.0 or not straight.any():
         return None
     straight, angles = problem.own_sigma[straight], problem.own_sigma[turned]
     rotation = np.sqrt((angles**2).mean()) if len(angles) else np.nan
@@ -79,11 +68,12 @@ def from_repeats(data: Dataset) -> Noise | None:
     Rows without a pose, or copied to the last digit from another, carry no information on noise and are
     ignored.
     """
-    if data.position is None or data.rotation is None:
+    joints = np.round(data.q / SAME_JOINTS)
+    if data.position is None or data.rotation is None or len(np.unique(joints[:, 0])) == len(data):
         return None
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
     posed = np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
-    key = np.column_stack([session, np.round(data.q / SAME_JOINTS), data.position])
+    key = np.column_stack([session, joints, data.position])
     once = np.flatnonzero(posed)[np.unique(key[posed], axis=0, return_index=True)[1]]
     _, first, place = np.unique(key[once, :-3], axis=0, return_index=True, return_inverse=True)
     turn = data.rotation[once] @ np.swapaxes(data.rotation[once[first[place]]], 1, 2)
@@ -97,21 +87,15 @@ def from_repeats(data: Dataset) -> Noise | None:
 
 
 def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """Root mean square of the residual at x, per channel; None if it is rounding.
+    """Root mean square of the residual at x, per channel; None if it is rounding, or unknown.
 
     Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none.
     """
-    share = _spare_share(problem, x, factor)
-    if share is None:
+    old = (np.nan, problem.noise.rotation, problem.noise.tilt)
+    found = _of_channels(problem, x, factor, old, lambda square, own: float(np.sqrt(square.mean())))
+    if found is None or found.position < ROUNDING_NOISE.position:
         return None
-    square, old = problem.physical(problem.residual(x)) ** 2, (np.nan, problem.noise.rotation)
-    position, rotation, tilt = (
-        float(np.sqrt(square[mine].mean() / share)) if mine.any() else float(size)
-        for mine, size in zip(channels(problem), (*old, problem.noise.tilt), strict=True)
-    )
-    if position < ROUNDING_NOISE.position or min(rotation, tilt) < ROUNDING_NOISE.rotation:
-        return None
-    return Noise(position, rotation, tilt=tilt)
+    return found if min(found.rotation, found.tilt) >= ROUNDING_NOISE.rotation else None
 
 
 def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
@@ -121,14 +105,16 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
     """
     if not (problem.own_sigma > 0.0).any():
         return of_residual(problem, x, factor)
+    return _of_channels(problem, x, factor, (*problem.noise[:2], problem.noise.tilt), _most_likely)
+
+
+def _of_channels(problem, x, factor, old, size_of) -> Noise | None:
+    """Size of each channel from squares of its residuals and variances that rows state, else the old one."""
     share = _spare_share(problem, x, factor)
     if share is None:
         return None
-    square = problem.physical(problem.residual(x)) ** 2 / share
-    found = [
-        _most_likely(square[mine], problem.own_sigma[mine] ** 2) if mine.any() else old
-        for mine, old in zip(channels(problem), (*problem.noise[:2], problem.noise.tilt), strict=True)
-    ]
+    square, own = problem.physical(problem.residual(x)) ** 2 / share, problem.own_sigma**2
+    found = [size_of(square[m], own[m]) if m.any() else s for m, s in zip(problem.channels, old, strict=True)]
     return Noise(found[0], found[1], tilt=found[2])
 
 
@@ -158,12 +144,6 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
         return 0.0
     low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
     return float(np.exp(optimize.minimize_scalar(cost, bounds=(low, high), method="bounded").x))
-
-
-def channels(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Components of position, of rotation, and of additional tilts that were measured."""
-    live, turned, tilts = problem.inverse_sigma > 0.0, problem.component_channels, problem.tilted_components
-    return live & ~turned, live & turned & ~tilts, live & tilts
 
 
 def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> float | None:

@@ -37,6 +37,7 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds
 from workbench.identification.rows.row_selection import (
     check_enough,
+    check_sessions,
     choose_rows,
     hold_out,
     placed,
@@ -104,13 +105,11 @@ class Prepared(AbstractSplit):
         return self.problem.with_shares()
 
     @cached_property
-    def first_fit(self) -> tuple[Problem, Float[np.ndarray, " p"]]:
+    def first_fit(self) -> tuple[Problem, SearchOutcome]:
         """That problem, on some of the rows where there are many, and its solution with the widest prior."""
         some = thinned(self.shared)
-        expected = some.with_deviation(MAX_DEVIATION)
-        if self.near is not None:
-            return some, Ols().search(expected, begin=self.near).x
-        return some, Opt2(limit=60).search(expected).x
+        algorithm = Opt2(limit=60) if self.near is None else Ols()
+        return some, algorithm.search(some.with_deviation(MAX_DEVIATION), begin=self.near)
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
@@ -163,6 +162,8 @@ def prepare(
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
     share = choices.held_out if isinstance(choices.held_out, float) and held_rows is None else 0.0
     check_enough(robot, rows.train_data, without_prior, held_out=share)
+    if Sessions(choices.frames) is not Sessions.SHARED:
+        check_sessions(rows.train_data)
     own = preparation_of(rows.train_data)
     identifiability: AbstractIdentifiability | None = None
     rows = rows if own is None else _exclude_unsuited(robot, rows, own)
@@ -179,7 +180,6 @@ def prepare(
         levelled=choices.levelled,
     )
     rows = rows.noted(*frames.notes)
-    check_enough(robot, rows.train_data, without_prior, own_bases=frames.freedom.base_per_session)
     build = partial(Problem.build, frames=frames.freedom, bounds=bounds, known=choices.known, effects=effects)
     if own is None:
         problem = build(frames.robot, rows.train_data, free=free, noise=choices.noise)
@@ -327,27 +327,26 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     return rows.without_held_out(lost).noted(*notes)
 
 
-Whitened = tuple[Problem, str, Float[np.ndarray, " p"] | None]
-"""A problem whitened by its noise, where that is from, and the fit that shows it, if near the start."""
-
-
-def _with_noise(problem: Problem, noise: Noise | None, first: SearchOutcome | None) -> Whitened:
-    """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit.
+def _with_noise(
+    problem: Problem, noise: Noise | None, first: SearchOutcome | None
+) -> tuple[Problem, str, Float[np.ndarray, " p"] | None]:
+    """The problem whitened by the noise as given, else of repeats, else of a fit's residuals; where that is
+    from; and this fit, if near the start.
 
     Args:
         first: The first search of this problem, if there was one. Of many rows some are enough.
     """
-    given = noises.given_by_rows(problem)
-    on_top = ", plus that stated per row" if given is not noises.StatedNoise.NONE else ""
+    stated = noises.share_stated(problem)
+    on_top = ", plus that stated per row" if stated else ""
     if noise is not None:
         return _with_tilts(problem, noise), f"noise as given: {_noise_text(problem, noise)}{on_top}", None
-    repeats = noises.from_repeats(problem.data) if given is noises.StatedNoise.NONE else None
+    repeats = None if stated else noises.from_repeats(problem.data)
     if repeats is not None:
         text = f"noise from repeated poses: {_noise_text(problem, repeats)}"
         return _with_tilts(problem, repeats), text, None
     whole, problem = problem, thinned(problem)
     found = first or Opt2(limit=60).search(problem)
-    for k in range(MAX_NOISE_FITS if given is noises.StatedNoise.NONE else MAX_NOISE_FITS_BEYOND_STATED):
+    for k in range(MAX_NOISE_FITS_BEYOND_STATED if stated else MAX_NOISE_FITS):
         found = Opt2(60).search(problem, begin=found.x) if k else found
         old, left = problem.noise, noises.beyond_stated(problem, found.x, found.factor)
         if left is None:
@@ -359,11 +358,11 @@ def _with_noise(problem: Problem, noise: Noise | None, first: SearchOutcome | No
     near = found.x if np.abs(found.x - problem.start).max(initial=0.0) < MAX_DEVIATION else None
     noise, problem = problem.noise, whole.with_noise(problem.noise)
     text = _noise_text(problem, noise)
-    if given is noises.StatedNoise.NONE:
+    if not stated:
         unknown = "noise unknown, neither stated nor from repeated poses"
         return problem, f"{unknown}: the geometry leaves {text} per axis, of unknown origin", near
     nothing_more = (0.0, 0.0 if problem.sees_rotation else noise.rotation)
-    if given is noises.StatedNoise.ALL and noise[:2] == nothing_more:
+    if stated == 1.0 and noise[:2] == nothing_more:
         return problem, "noise as stated per row", near
     floor = noises.stated(problem)
     base = f" ({_noise_text(problem, floor)})" if floor is not None else ""

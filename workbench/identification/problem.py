@@ -7,7 +7,7 @@ of the frames (per session where they differ), and of the instrument (anchors, c
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -184,7 +184,7 @@ class Problem:
         Bounds, prior knowledge and weights of rows are not taken over.
         """
         own: dict[str, Any] = {
-            "free": [p.name for p in self.parameters if p.is_geometry],
+            "free": np.array(self.names)[self.geometry].tolist(),
             "frames": self.frames,
             "noise": self.noise,
             "known": self.known,
@@ -208,6 +208,11 @@ class Problem:
     @cached_property
     def names(self) -> tuple[str, ...]:
         return tuple(p.name for p in self.parameters)
+
+    @cached_property
+    def geometry(self) -> Bool[np.ndarray, " p"]:
+        """Which unknowns are constants of the arm."""
+        return frozen(np.array([p.is_geometry for p in self.parameters], bool))
 
     def named(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
         """The unknowns at x, or their entries in x, by name."""
@@ -279,6 +284,12 @@ class Problem:
         return bool((self.component_channels & ~self.tilted_components).any())
 
     @cached_property
+    def channels(self) -> tuple[Bool[np.ndarray, " m"], Bool[np.ndarray, " m"], Bool[np.ndarray, " m"]]:
+        """Components of position, of rotation, and of additional tilts that were measured."""
+        live, turned, tilts = self.inverse_sigma > 0.0, self.component_channels, self.tilted_components
+        return live & ~turned, live & turned & ~tilts, live & tilts
+
+    @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
         """Reciprocal standard deviation of each residual component [1/m or 1/rad], joint readings exact."""
         return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
@@ -294,16 +305,14 @@ class Problem:
         any."""
         if self.data.readings is not None:
             return self.noise
-        live, turned = self.inverse_sigma > 0.0, self.component_channels
-        kinds = (~turned, turned & ~self.tilted_components, self.tilted_components)
-        squares = (self.sigma[live & mine] ** 2 for mine in kinds)
+        squares = (self.sigma[mine] ** 2 for mine in self.channels)
         position, rotation, tilt = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in squares)
         return Noise(position, rotation, tilt=tilt)
 
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
         """Standard deviation of each residual component stated by its row [m or rad]; 0 if it states none."""
-        own = [own_sigma_of(self.data.take(b.rows), b.observation) for b in self.blocks]
+        own = [own_sigma_of(of_rows(self.data, b.rows), b.observation) for b in self.blocks]
         return frozen(np.concatenate([o.ravel() for o in own]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
@@ -364,9 +373,6 @@ class Problem:
         parts = [self.whiten(block, block.residual(x)).ravel() for block in self.blocks]
         return np.concatenate([*parts, -self.prior @ (x - self.prior_centre)])
 
-    def jacobian(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "m p"]:
-        return self.evaluate(x).jacobian
-
     def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
         """Measured residual components in m and rad from whitened ones, without robust weights and prior."""
         parts = []
@@ -380,12 +386,12 @@ class Problem:
 
     def with_noise(self, noise: Noise) -> "Problem":
         """The same problem whitened by other standard deviations."""
-        blocks = tuple(b.with_noise(self.data.take(b.rows), noise) for b in self.blocks)
-        return replace(self, noise=noise, blocks=blocks)
+        blocks = tuple(b.with_noise(of_rows(self.data, b.rows), noise) for b in self.blocks)
+        return self._with("inverse_sigma", "sigma", "typical_noise", noise=noise, blocks=blocks)
 
     def with_row_weights(self, weights: Float[np.ndarray, " rows"] | None) -> "Problem":
         """The same problem with rows weighted, as a robust loss does."""
-        return replace(self, row_weights=weights)
+        return self._with("_factors", row_weights=weights)
 
     def with_shares(self) -> "Problem":
         """The same problem with all rows of a posture counting as one: what it lacks there is the same."""
@@ -395,7 +401,7 @@ class Problem:
         if "shares" not in kept:
             count = np.bincount(same := repeats(self.data))[same]
             kept["shares"] = None if count.max(initial=1) == 1 else 1.0 / count
-        return self if kept["shares"] is None else replace(self, shares=kept["shares"])
+        return self if kept["shares"] is None else self._with("_factors", "count", shares=kept["shares"])
 
     def with_prior(
         self, names: Sequence[str], values: Float[np.ndarray, " k"], whitening: Float[np.ndarray, "k k"]
@@ -413,7 +419,7 @@ class Problem:
         own = self.without_deviation()
         wide, centre = np.zeros((len(whitening), len(self.names))), own.prior_centre.copy()
         wide[:, columns], centre[columns] = whitening, values
-        known = replace(own, prior=frozen(np.concatenate([own.prior, wide])), prior_centre=frozen(centre))
+        known = own._with(prior=frozen(np.concatenate([own.prior, wide])), prior_centre=frozen(centre))
         return known if self.deviation is None else known.with_deviation(self.deviation)
 
     def with_deviation(self, deviation: float) -> "Problem":
@@ -422,16 +428,21 @@ class Problem:
         Constants with prior knowledge keep its mean.
         """
         own = self.without_deviation()
-        mine = np.array([p.is_geometry for p in self.parameters])
-        names, centre = np.array(self.names)[mine].tolist(), own.prior_centre[mine]
-        return replace(own.with_prior(names, centre, np.eye(len(names)) / deviation), deviation=deviation)
+        wide = np.eye(len(self.names))[self.geometry] / deviation
+        return own._with(prior=frozen(np.concatenate([own.prior, wide])), deviation=deviation)
 
     def without_deviation(self) -> "Problem":
         """The same problem without that prior; prior knowledge is kept."""
         if self.deviation is None:
             return self
-        mine = sum(p.is_geometry for p in self.parameters)
-        return replace(self, prior=self.prior[: len(self.prior) - mine], deviation=None)
+        return self._with(prior=self.prior[: len(self.prior) - self.geometry.sum()], deviation=None)
+
+    def _with(self, *stale: str, **changes: Any) -> "Problem":
+        """The same problem with other fields; all that was computed is kept except what is stale."""
+        computed = {n: v for n, v in vars(self).items() if n not in stale}
+        changed = object.__new__(Problem)
+        vars(changed).update(computed | changes)
+        return changed
 
     def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
         """The robot with the unknowns set, its session frames included."""

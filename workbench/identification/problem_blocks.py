@@ -164,15 +164,17 @@ class RowBlock:
 
     def at(self, x: np.ndarray) -> tuple[Linearised, Twists]:
         """What is observed at x, and twists per unknown; of short blocks the last few x are kept."""
-        key = x.tobytes()
-        for other, found in self.kept:
-            if other == key:
-                return found
+        if (known := self._known(x)) is not None:
+            return known
         poses, twists = self.twists(x)
         found = self.observation.linearise(poses, self.unknown(x)), twists
         if len(self.rows) < ROWS_AT_ONCE:
-            self.kept[:] = [(key, found), *self.kept[: KEPT - 1]]
+            self.kept[:] = [(x.tobytes(), found), *self.kept[: KEPT - 1]]
         return found
+
+    def _known(self, x: np.ndarray) -> tuple[Linearised, Twists] | None:
+        key = x.tobytes()
+        return next((found for other, found in self.kept if other == key), None)
 
     def unknown(self, x: np.ndarray) -> np.ndarray:
         """Values of the instrument's unknowns at x."""
@@ -183,6 +185,8 @@ class RowBlock:
 
     def residual(self, x: np.ndarray) -> Float[np.ndarray, "rows m"]:
         """Measured minus predicted at x [m, rad or its own unit]."""
+        if (known := self._known(x)) is not None:
+            return known[0].residual
         return self.observation.linearise(self.poses(x), self.unknown(x)).residual
 
     @property

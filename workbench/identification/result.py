@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 """Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors …"""
+COMPUTED = 1e-5
+"""Errors of a nominal arm below this share of its reach are of rows that were computed with it."""
 IMPLAUSIBLE_SHARE, CERTAIN = 0.1, 3.0
 """… as are flanges that move by this share of the reach, or by that angle, on average within the limits; both
 if they exceed so many standard errors."""
@@ -163,8 +165,8 @@ class Run(AbstractReported):
     @cached_property
     def deviation(self) -> float:
         """Root of the summed squares of the constants' deviations from nominal [rad, m]."""
-        arm = [p.is_geometry for p in self.fit.parameters]
-        return float(np.linalg.norm((self.fit.x - self.fit.problem.start)[arm]))
+        problem = self.fit.problem
+        return float(np.linalg.norm((self.fit.x - problem.start)[problem.geometry]))
 
     @cached_property
     @beside("implausible corrections", ())
@@ -256,10 +258,9 @@ class Identification(AbstractReported):
 
     @property
     def noise(self) -> Noise:
-        """Assumed standard deviations of the rows."""
-        problem = self.best.fit.problem
-        typical = problem.typical_noise
-        return typical if np.isfinite(typical.position) else typical._replace(position=problem.noise.position)
+        """Assumed standard deviations of the rows; that of positions even where none was measured."""
+        noise, assumed = self.best.fit.problem.typical_noise, self.best.fit.problem.noise.position
+        return noise if np.isfinite(noise.position) else noise._replace(position=assumed)
 
     @property
     def identifiability(self) -> AbstractIdentifiability | None:
@@ -297,10 +298,10 @@ class Identification(AbstractReported):
         Held-out rows take no part in this choice.
         """
         runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
-        plain = min(runs, key=lambda run: run.fit.history[-1])
-        minimum = plain.fit.history[-1]
+        plain = min(runs, key=lambda run: run.fit.cost)
+        minimum = plain.fit.cost
         chance = CHANCE * min(1.0, 2.0 * minimum / max(plain.fit.spare, 1.0))
-        equal = [run for run in runs if run.fit.history[-1] <= minimum * (1.0 + SAME_COST) + chance]
+        equal = [run for run in runs if run.fit.cost <= minimum * (1.0 + SAME_COST) + chance]
         nearest = min(run.deviation for run in equal)
         return min(
             equal,
@@ -326,7 +327,8 @@ class Identification(AbstractReported):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
         unknown = "" if self.identifiability is None else self.identifiability.refused
-        doubts = unknown or "; ".join(filter(None, (implausible_text(self.doubts(run)), self.harm)))
+        known = (implausible_text(self.doubts(run)), self.computed, self.harm)
+        doubts = unknown or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
     @property
@@ -379,6 +381,15 @@ class Identification(AbstractReported):
         return foreign + run.implausible
 
     @property
+    def computed(self) -> str:
+        """That rows were computed with the nominal arm and not measured; empty if they may be measured."""
+        off = self.nominal.train.position_mm.rms
+        if not off < 1e3 * COMPUTED * self.nominal_robot.reach:
+            return ""
+        size = f"{off:.1g} mm, as no real arm does"
+        return f"the nominal arm meets these rows to {size}: they were computed with it"
+
+    @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Unobservable combinations of parameters, as text."""
         return tuple(c.text for c in self.best.fit.unidentifiable)
@@ -393,6 +404,7 @@ class Identification(AbstractReported):
     @beside("warnings", ())
     def _warnings(self) -> Iterator[str | None]:
         own, best = self.identifiability, self.best
+        yield self.computed
         before, after = self.nominal.train, best.train
         if self.outliers:
             yield _set_apart(self.outliers, after)

@@ -30,7 +30,12 @@ class ModelStage(StrEnum):
 
     NOMINAL = "nominal"
     GEOMETRY = "geometry"
-    CAUSES = "with causes"
+    EFFECTS = "with effects"
+
+    @classmethod
+    def _missing_(cls, value: object) -> "ModelStage | None":
+        """By the name that it had in earlier recordings."""
+        return cls.EFFECTS if value == "with causes" else None
 
 
 STAGES = tuple(ModelStage)

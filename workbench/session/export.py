@@ -99,13 +99,6 @@ def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
     return file
 
 
-def captured_csv(session: Session) -> File:
-    """The poses that were kept while jogging."""
-    if not session.choices.captured:
-        raise DataError("no poses have been kept; press Keep this pose first")
-    return f"{stem_of(session.robot.name)}-poses.csv", captured_table(session).encode()
-
-
 def report_zip(session: Session) -> File:
     """The report of the identification as a folder in a ZIP file."""
     from workbench.identification.report.page import write_identification
@@ -198,8 +191,10 @@ def captured(session: Session) -> CapturedPoses:
     return CapturedPoses(q, _in_base(session.robot, q), calibrated)
 
 
-def captured_table(session: Session) -> str:
-    """The kept poses as CSV, with units in the header."""
+def captured_csv(session: Session) -> File:
+    """The poses that were kept while jogging, with units in the header."""
+    if not session.choices.captured:
+        raise DataError("no poses have been kept; press Keep this pose first")
     poses = captured(session)
     head, columns = _headings(session.robot), [shown_joints(session.robot, poses.q)]
     for name, frames in (("nominal", poses.nominal), ("calibrated", poses.calibrated)):
@@ -207,7 +202,8 @@ def captured_table(session: Session) -> str:
             head += [f"{name}_{column}" for column in COORDINATES]
             angles = [se3.matrix_to_rpy(pose[:3, :3]) for pose in frames]
             columns += [1e3 * frames[:, :3, 3], np.rad2deg(angles).reshape(-1, 3)]
-    return _csv(head, np.concatenate(columns, axis=1).tolist())
+    content = _csv(head, np.concatenate(columns, axis=1).tolist())
+    return f"{stem_of(session.robot.name)}-poses.csv", content.encode()
 
 
 def _headings(robot: Robot) -> list[str]:

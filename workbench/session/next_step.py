@@ -106,10 +106,11 @@ def _under_way(session: Session) -> NextStep | None:
     if session.page.caption:
         return NextStep(session.page.caption, figure=_figure(session))
     if session.page.job is not None:
-        known = session.results.identification
-        times = np.nan if known is None else share_of_noise(session, known)
-        if session.page.job.title == Diagnose.title and times > BEYOND_NOISE:
-            return NextStep(f"Not noise: {times:.2g} × the instrument's. Looking for its cause …")
+        known, done = session.results.identification, stages(session)
+        if session.page.job.title == Diagnose.title and known is not None and np.isfinite(done[-1].error):
+            times, left = share_of_noise(session, known), f"{compared(done[-1].error)} mm"
+            noise = f"not noise, {times:.2g} × the instrument's" if times > BEYOND_NOISE else "noise or more"
+            return NextStep(f"{left} left: {noise}. Looking for a cause …")
         return NextStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
         return NextStep(f"Release to keep this position; {_predicted(session)}.")
@@ -172,7 +173,7 @@ def _added(session: Session) -> NextStep | None:
     if found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     elif not found.is_named:
-        left, tone = "What was added predicts part of the rest, but not all by certain causes", Tone.PLAIN
+        left, tone = "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)

@@ -72,6 +72,7 @@ class RunningJob:
         title: What it is.
         begun: When it began, by the clock of `time.monotonic` [s].
         fraction: Share done.
+        since: When that was told, by the same clock [s].
         text: What it is doing.
         end: When it will end about, by the same clock, as far as that can be told; NaN where it can't.
         suspects: What may be found, by name, and how much speaks for each so far.
@@ -80,6 +81,7 @@ class RunningJob:
     title: str
     begun: float = math.nan
     fraction: float = 0.0
+    since: float = math.nan
     text: str = ""
     end: float = math.nan
     suspects: Mapping[str, float] = field(default_factory=dict)

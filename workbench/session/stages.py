@@ -42,21 +42,20 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
     found, diagnosis = session.results.identification, session.results.diagnosis
     if found is None:
         return ()
-    out = [StageErrors.of("nominal", found.nominal, found.nominal_rows)]
-    title = "geometry"
+    out, title = [StageErrors.of(STAGES[0], found.nominal, found.nominal_rows)], ModelStage.GEOMETRY
     if session.results.accepted:
         if (geometry := session.results.geometry) is not None:
             out.append(StageErrors.of(title, geometry, (geometry.train_rows, geometry.held_out_rows)))
         elif diagnosis is not None:
             out.append(StageErrors.of(title, diagnosis.before, diagnosis.before_rows))
-        title = "with causes" if diagnosis is None or diagnosis.causes else "with correction"
+        title = ModelStage.EFFECTS
     run = found.runs[session.results.fit]
     return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
 
 
 def shown_stage(session: Session, rows: Comparison) -> ModelStage:
     """The stage whose errors are shown: the last known one up to the chosen one, or to the model as it is."""
-    now = ModelStage.CAUSES if session.results.accepted else ModelStage.GEOMETRY
+    now = ModelStage.EFFECTS if session.results.accepted else ModelStage.GEOMETRY
     up_to = STAGES.index(session.choices.overlay.stage or now)
     return next((s for s in reversed(rows.stages) if STAGES.index(s) <= up_to), ModelStage.NOMINAL)
 

@@ -30,8 +30,8 @@ from workbench.session.part import AbstractPart, GoesWith, Part
 from workbench.session.played_motion import Played
 from workbench.session.target_state import TargetState
 
-UNDO_STEPS = 200
-"""How many moves can be taken back."""
+UNDO_STEPS, WHOLE = 200, 5
+"""How many moves can be taken back, and how many times another robot or other measurements."""
 
 
 class Focus(StrEnum):
@@ -76,6 +76,20 @@ class UndoStep:
         """The targets of a session, without the matrices of their score, which are ten times the rest."""
         small = replace(session.score, linearisation=None, arm=None)
         return cls(session.plate, session.states, small, whole)
+
+    @staticmethod
+    def recent(steps: "tuple[UndoStep, ...]", whole: int = WHOLE) -> "tuple[UndoStep, ...]":
+        """The last steps, of which so many, with those before them in turn, keep a whole session."""
+        kept: list[UndoStep] = []
+        for step in reversed(steps[-UNDO_STEPS:]):
+            if (past := step.session) is not None:
+                if not whole:
+                    break
+                whole -= 1
+                done = UndoStep.recent(past.history.done, whole)
+                step = replace(step, session=past.updated("history", done=done))
+            kept.append(step)
+        return tuple(reversed(kept))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -248,13 +262,9 @@ class Session:
     page: PageState = field(default_factory=PageState)
     parts: Mapping[type[AbstractPart], AbstractPart] = field(default_factory=dict)
 
-    def with_playback(self, **changes: Any) -> "Session":
-        """The session with some fields of `playback` replaced."""
-        return replace(self, playback=replace(self.playback, **changes))
-
-    def with_region(self, **changes: Any) -> "Session":
-        """Likewise of `region`."""
-        return replace(self, region=replace(self.region, **changes))
+    def updated(self, record: str, **changes: Any) -> "Session":
+        """The session with some fields of one of its records replaced: `updated("results", fit="ols")`."""
+        return replace(self, **{record: replace(getattr(self, record), **changes)})
 
     def part(self, kind: type[Part]) -> Part | None:
         """What an extra keeps under this type; None if nothing."""
@@ -315,10 +325,10 @@ class Session:
         if len(older) >= MESSAGES:  # what passes goes before what is wrong, the oldest first
             older.remove(min(older, key=lambda m: m.severity not in PASSING))
         messages = (*older, Message(number, severity, text, refused))
-        return replace(self, page=replace(self.page, messages=messages, message_count=number))
+        return self.updated("page", messages=messages, message_count=number)
 
     def without_messages(self, is_over: Callable[[Message], bool]) -> "Session":
         """The session without some of its messages."""
         kept = tuple(m for m in self.page.messages if not is_over(m))
         same = len(kept) == len(self.page.messages)
-        return self if same else replace(self, page=replace(self.page, messages=kept))
+        return self if same else self.updated("page", messages=kept)

@@ -42,8 +42,8 @@ def begin_step(session: Session, whole: Session | None = None) -> Session:
     done, dragged = session.history.done, 0 if session.drag is None else 1
     place = len(done) - dragged
     step = UndoStep.of(session, None if whole is None else replace(whole, drag=None))
-    done = (*done[:place], step, *done[place:])[-UNDO_STEPS:]
-    return replace(session, history=replace(session.history, done=done, undone=()))
+    done = (*done[:place], step, *done[place:])
+    return session.updated("history", done=UndoStep.recent(done), undone=())
 
 
 def with_targets(

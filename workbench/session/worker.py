@@ -264,7 +264,7 @@ class Worker:
             is_even = now - begin > KNOWN_AFTER and 0.0 <= fraction - done < min(LEAP, fraction)
             end = begin + (now - begin) / fraction if is_even else math.nan
             last, done = now, max(done, fraction)  # no bar goes back
-            self._put(partial(self._show_job, fraction=done, text=text, end=end))
+            self._put(partial(self._show_job, fraction=done, since=now, text=text, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
             suspects.update(sizes)
@@ -287,7 +287,7 @@ class Worker:
             self._changed.notify_all()
 
     def _show(self, **page: Any) -> None:
-        self._session = replace(self._session, page=replace(self._session.page, **page))
+        self._session = self._session.updated("page", **page)
 
     def _show_job(self, **news: Any) -> None:
         if (job := self._session.page.job) is not None:

@@ -57,7 +57,7 @@ def test_a_table_with_a_wrong_length_is_put_right(run, tmp_path):
     """The convention, Euler angles named rx, ry, rz, isn't open where the arm is 30 mm off its table."""
     write(
         lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 30), style="x y z"),
-        head="q1[deg],q2[deg],q3[deg],q4[deg],q5[deg],q6[deg],x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]",
+        head="Base (°),Shoulder (°),Elbow (°),Wrist 1 (°),Wrist 2 (°),Wrist 3 (°),x[mm],y[mm],z[mm],rx,ry,rz",
     )
     nominal = wb.load_robot("ur5e")
     nominal.with_values({"joint3.a": float(nominal.values("joint3.a")[0]) + 0.03}).save("wrong.toml")

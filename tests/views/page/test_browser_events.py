@@ -53,6 +53,6 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
     assert session.results.diagnosis.events == (event,)
     screen.tab("Calibrate")
     screen.wait_text("event-1", "slipped")
-    screen.press("Add causes")
+    screen.press("Add effects")
     screen.wait_text("verdict", "now part of the model")
     assert [effect.name for effect in app.worker.session.results.accepted] == ["tool-step"]

@@ -12,7 +12,9 @@ from workbench.views.page.scene.picking import distance_to, picked
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
 
 
-def test_of_all_cubes_the_region_s_sides_are_drawn():
+def test_of_all_cubes_the_region_s_sides_are_drawn_and_look_outward():
+    assert np.linalg.det(FACE_ROTATIONS) == pytest.approx(np.ones(6))
+    assert pytest.approx(NORMALS) == FACE_ROTATIONS @ [0.0, 0.0, 1.0]
     faces = outer_faces(REGION, np.ones(REGION.cubes, bool))
     assert len(faces) == 2 * (6 * 5 + 5 * 4 + 4 * 6)
     beyond = REGION.centres[faces[:, 0]] + 0.1 * NORMALS[faces[:, 1]]
@@ -29,11 +31,6 @@ def test_a_hidden_cube_uncovers_one_face_of_each_neighbour():
     new = np.array(sorted(faces - whole))
     assert len(new) == 6
     assert REGION.centres[new[:, 0]] + 0.1 * NORMALS[new[:, 1]] == pytest.approx(np.tile(hole, (6, 1)))
-
-
-def test_faces_look_outward():
-    assert np.linalg.det(FACE_ROTATIONS) == pytest.approx(np.ones(6))
-    assert pytest.approx(NORMALS) == FACE_ROTATIONS @ [0.0, 0.0, 1.0]
 
 
 def test_a_ray_meets_the_nearest_drawn_face_and_passes_between_cubes():

@@ -6,6 +6,7 @@ import shutil
 import time
 
 import pytest
+from rerun.chunk import RrdReader
 
 from tests.views.recording.demo import drag
 from workbench.arm.built_in_arms import load_robot
@@ -15,7 +16,9 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
+from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.recorder import parts, recorder
+from workbench.views.recording.rerun_output import FileOutlet
 
 
 @pytest.fixture
@@ -23,22 +26,18 @@ def copy(sample, tmp_path):
     return shutil.copytree(sample.folder, tmp_path / "copy")
 
 
-def live(folder, robot, plate, commands):
-    begun = begin(robot, plate, folder=folder)
-    worker = Worker(begun.session, keepers=(*begun.keepers, recorder(folder)))
-    for command in commands(begun.session):
-        worker.submit(command)
-        worker.wait()
-    worker.close()
-    return worker
+def begun(folder, sample, **options):
+    started = begin(sample.robot, sample.plate, folder=folder)
+    return Worker(started.session, keepers=(*started.keepers, recorder(folder, **options)))
 
 
 def test_a_drag_is_thinned_and_its_end_is_drawn(sample, reader, tmp_path):
-    def commands(session):
-        yield from drag(session, 0, (-0.06, 0.03, 0.05), (0.25, 0.1, 0.0))
-        yield from drag(session, 4, (0.05, -0.08, 0.04), (-0.2, 0.2, 0.3))
-
-    worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
+    worker = begun(tmp_path / "r", sample)
+    for way in ((0, (-0.06, 0.03, 0.05), (0.25, 0.1, 0.0)), (4, (0.05, -0.08, 0.04), (-0.2, 0.2, 0.3))):
+        for command in drag(worker.session, *way):
+            worker.submit(command)
+            worker.wait()
+    worker.close()
     pictures = reader(tmp_path / "r" / "session.rrd")
     drawn = pictures.values("/world/arm/nominal/body6", "Transform3D:translation")
     assert len(worker.journal) == 6
@@ -51,8 +50,8 @@ def test_a_drag_is_thinned_and_its_end_is_drawn(sample, reader, tmp_path):
 
 def test_a_session_that_goes_on_has_another_file(copy, reader):
     recording = read_recording(copy)
-    begun = resume(recording, restore(recording).session)
-    worker = Worker(begun.session, keepers=(*begun.keepers, recorder(copy)), journal=begun.entries)
+    again = resume(recording, restore(recording).session)
+    worker = Worker(again.session, keepers=(*again.keepers, recorder(copy)), journal=again.entries)
     worker.submit(SelectTarget(5))
     worker.wait()
     worker.close()
@@ -65,11 +64,10 @@ def test_a_session_that_goes_on_has_another_file(copy, reader):
 def test_pictures_that_are_links_or_pipes_are_neither_shown_nor_written(tmp_path):
     (tmp_path / "session.rrd").symlink_to(tmp_path / "elsewhere")
     os.mkfifo(tmp_path / "session-2.rrd")
-    begun = begin(load_robot("aria"), load_plate("table2"), folder=tmp_path / "r")
+    started = begin(load_robot("aria"), load_plate("table2"), folder=tmp_path / "r")
     for path in tmp_path.glob("*.rrd"):
         path.rename(tmp_path / "r" / path.name)
-    worker = Worker(begun.session, keepers=(*begun.keepers, recorder(tmp_path / "r")))
-    worker.close()
+    Worker(started.session, keepers=(*started.keepers, recorder(tmp_path / "r"))).close()
     assert [path.name for path in parts(tmp_path / "r")] == ["session-3.rrd"]
     assert not (tmp_path / "elsewhere").exists()
 
@@ -77,10 +75,10 @@ def test_pictures_that_are_links_or_pipes_are_neither_shown_nor_written(tmp_path
 def test_a_full_disk_stops_no_recorder(sample, tmp_path):
     """Pictures find no room: told once, and closing takes no time."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    begun = begin(sample.robot, sample.plate, folder=tmp_path / "r")
+    started = begin(sample.robot, sample.plate, folder=tmp_path / "r")
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
     try:
-        worker = Worker(begun.session, keepers=[recorder(tmp_path / "r")])
+        worker = Worker(started.session, keepers=[recorder(tmp_path / "r")])
         for k in range(10):
             worker.submit(SelectTarget(k))
             worker.wait()
@@ -95,11 +93,21 @@ def test_a_full_disk_stops_no_recorder(sample, tmp_path):
 
 
 def test_the_first_picture_of_the_page_goes_before_the_recording_and_nothing_is_lost(sample, tmp_path):
-    begun = begin(sample.robot, sample.plate, folder=tmp_path / "r")
-    worker = Worker(begun.session, keepers=[recorder(tmp_path / "r", after=60.0)])
+    worker = begun(tmp_path / "r", sample, after=60.0)
     worker.submit(SelectTarget(3))
     worker.wait()
     time.sleep(0.3)
     assert not parts(tmp_path / "r")
     worker.close()
     assert parts(tmp_path / "r")[0].stat().st_size > 10_000
+
+
+def test_another_layout_takes_no_threads(sample, tmp_path):
+    outlet = FileOutlet(tmp_path / "r.rrd", "r")
+    outlet.arrange(blueprint(sample.first))
+    before = len(os.listdir("/proc/self/task"))
+    for _ in range(5):
+        outlet.arrange(blueprint(sample.first))
+    assert len(os.listdir("/proc/self/task")) <= before
+    outlet.close()
+    assert len(RrdReader(tmp_path / "r.rrd").blueprints()) == 1

@@ -196,7 +196,7 @@ def gravity_regressor(
     """Derivative of `motion_wrenches` in the two angles of gravity (`arm/gravity.py`): it is linear in g."""
     arm = TrialArm.of(arm)
     still = replace(motion, wrench=None, velocity=None, acceleration=None)
-    turned = np.cross(level_axes(arm.masses.gravity)[:2], arm.masses.gravity)
+    turned = np.cross(level_axes(arm.robot.gravity)[:2], arm.masses.gravity)
     parts = [_summed(arm, still, replace(arm.masses, gravity=gravity), shift)[:, 0] for gravity in turned]
     return np.stack(parts, axis=-1)
 

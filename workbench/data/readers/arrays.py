@@ -119,7 +119,8 @@ def _upright(arrays: dict[str, np.ndarray]) -> tuple[int, dict[str, np.ndarray]]
 def _is_known(name: str, shape: tuple[int, ...]) -> bool:
     """Whether columns mean something: by their names, or as the 12 or 16 entries of a pose."""
     names = [normalised(heading) for heading in _headings(name, shape)[:17]]  # more are alike
-    return len(names) in (12, 16) or any(map(meaning_of, names)) or bool(known_together(names, {}))
+    together = known_together(dict.fromkeys(names, ()))
+    return len(names) in (12, 16) or any(map(meaning_of, names)) or bool(together)
 
 
 def _array(values: Any) -> np.ndarray:

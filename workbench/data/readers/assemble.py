@@ -24,6 +24,7 @@ from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
 from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import postures
+from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.file_kind import POSE_PAIRS
@@ -186,7 +187,7 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
         raise DataError(
             f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …"
             + remedy(", or give a table of joints (--joints)", page="")
-            + f"; {POSE_PAIRS}" * paired
+            + (f"; {POSE_PAIRS}" if paired else _unread(fields, "q1[deg]"))
         )
     _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and len(numbers) != wanted:
@@ -197,6 +198,15 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
             found=len(numbers),
         )
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
+
+
+def _unread(fields: Fields, key: str) -> str:
+    """Columns that are left out, and how to say what they are; empty without any."""
+    if not fields.unread:
+        return ""
+    first, *_ = fields.unread
+    said = remedy(f" with columns='{key}={first}' (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
+    return f"; or say what the columns left out are ({listed([*fields.unread])}){said}"
 
 
 def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
@@ -284,7 +294,7 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
         wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
-        raise DataError(f"{fields.source}: nothing was observed: add {wanted}")
+        raise DataError(f"{fields.source}: nothing was observed: add {wanted}{_unread(fields, 'x[mm]')}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""

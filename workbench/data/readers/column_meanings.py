@@ -20,6 +20,7 @@ from workbench.data.readers.headings import (
     normalised,
     quantities_of,
     split_ending,
+    suits,
 )
 from workbench.data.readers.table import NUMBER, Table
 
@@ -59,11 +60,7 @@ class TableColumn:
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
     names = [normalised(parse_heading(text).name) for text in table.names]
-    once = [
-        (name, cells[0]) for name, cells in zip(names, table.columns, strict=True) if len(set(cells)) == 1
-    ]
-    constant = {name: float(cell) for name, cell in once if NUMBER.fullmatch(cell)}
-    together = known_together(names, constant)
+    together = known_together(dict(zip(names, table.columns, strict=True)))
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
     if not any(c.key and quantities_of(c.key) == JOINT for c in columns):
         unread = " ".join(
@@ -86,6 +83,12 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
+            numbers = [c for c in (column, other) if any(map(NUMBER.fullmatch, table.columns[c.index]))]
+            if len(numbers) == 1:  # the other holds words
+                seen[column.key] = numbers[0]
+                left = column if numbers[0] is other else other
+                columns[left.index] = TableColumn(index=left.index, heading=left.heading)
+                continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             text = f"{both} both mean {column.key}: remove or rename one"
             columns[i] = replace(column, problem=table.error(text, i))
@@ -98,7 +101,8 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     column = TableColumn(index=index, heading=text)
     if name == IGNORED:
         return column
-    key = key or meaning(name)
+    if key is None or not (unit is None or suits(unit, key)):
+        key = meaning(name)
     if key in ("u", "v") and unit not in (None, "px"):  # an angle of a theodolite, not a pixel
         return column
     if key is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
@@ -116,13 +120,13 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     if column.key is None or not (quantities := quantities_of(column.key)):
         return column
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
+        wanted = EXAMPLES[quantities[0]]
         if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
             remark = f"'{column.heading}' holds dates, read as seconds from the first row"
             return replace(column, remark=remark)
-        if column.key == "time":
-            remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[s]'"
+        if re.fullmatch(r"time|torque\d+", column.key):  # which no row needs
+            remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
-        wanted = EXAMPLES[quantities[0]]
         offered = wanted.split(" or ")
         alike = [c.index for c in columns if c.key and quantities_of(c.key) == quantities]
         cells = (cell for k in alike for cell in table.columns[k] if NUMBER.fullmatch(cell))

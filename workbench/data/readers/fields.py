@@ -13,6 +13,7 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.wording import of_cell
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
+from workbench.data.readers.two_places import refuse_two_places
 
 MISSING = re.compile(
     r"[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]|null|none|missing|fehlt|k\. ?a\.|invalid", re.IGNORECASE
@@ -113,6 +114,8 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
     }
     if time is not None and time.conversion is None:
         values["time"], began = _seconds(table, time.index)
+    unread = {c.index: c.heading for c in columns if c.key is None and c.heading}
+    refuse_two_places(table, {a: used[a].index for a in "xyz" if a in used}, unread)
     return Fields(
         source=table.source,
         lines=table.lines,
@@ -121,7 +124,7 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         units={key: column.unit for key, column in used.items() if column.unit},
         began=began,
         notes=table.notes + decisions(columns),
-        unread={c.heading: tuple(table.columns[c.index]) for c in columns if c.key is None and c.heading},
+        unread={heading: tuple(table.columns[k]) for k, heading in unread.items()},
         missing_units=str(next(iter(problems(columns, units_from_rows=False)), "")),
     )
 

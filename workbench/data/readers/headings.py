@@ -6,7 +6,7 @@ else; commanded values are never taken for measured ones, but for joints where n
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from itertools import product
@@ -20,8 +20,10 @@ JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-_JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint(?:_states?)?_pos(?:ition)?|angle"
-_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|rax|field_position"
+_JOINT_TEXT = (
+    "q|j|jt|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint(?:_states?)?_pos(?:ition)?|angle"
+)
+_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|관절|rax|field_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|p|measured|measurement|meas|actual|act|ist|mess|messwert|trans"
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
@@ -66,17 +68,19 @@ _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "
 """Places and orientations in six or seven numbers; the rows tell which these are."""
 _NUMBERED = [[f"{i}{j}" for i, j in product(digits, repeat=2)] for digits in ("1234", "0123")]
 _NUMBERED += [[str(k) for k in range(first, first + 16)] for first in (0, 1)]
+_SIX, _QUATERNION = [f"q{i}" for i in range(1, 7)], ("qw", "qx", "qy", "qz")
 _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("w", "p", "r"), ("roll", "pitch", "yaw")),
     (("a", "b", "c"), ("yaw", "pitch", "roll")),
-    (("s", "l", "u", "r", "b", "t"), [f"q{i}" for i in range(1, 7)]),
-    ([f"rot_q{i}" for i in range(1, 5)], ("qw", "qx", "qy", "qz")),
-    (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz")),
-    (("base", "shoulder", "elbow", "wrist_1", "wrist_2", "wrist_3"), [f"q{i}" for i in range(1, 7)]),
-    (("base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"), [f"q{i}" for i in range(1, 7)]),
+    (("u", "v", "w"), ("yaw", "pitch", "roll")),
+    (("s", "l", "u", "r", "b", "t"), _SIX),
+    (("q0", "qx", "qy", "qz"), _QUATERNION),
+    *((["base", "shoulder", "elbow", *(f"wrist{mark}{i}" for i in "123")], _SIX) for mark in ("_", "")),
     ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
 )
 """Headings that mean something together: angles, joints, quaternions and axes of several makers."""
+SQUARE_ERROR = 0.04
+"""By how much squares of a quaternion's numbers may miss the sum of 1, by rounding."""
 _UNIT_ENDING = re.compile(r"(.+?)[_ ](mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)")
 
 
@@ -119,26 +123,46 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
     return None
 
 
-def known_together(names: Iterable[str], constant: Mapping[str, float]) -> dict[str, str]:
-    """Keys of normalised names that mean something only together; `constant`: values that all rows have."""
-    there, found = set(names), dict[str, str]()
-    for group, keys in (*_TOGETHER, *_poses(there, constant)):
+def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Keys of names that mean something only together, by the cells under each normalised name.
+
+    Four numbered columns whose squares sum to 1 in every row are a quaternion, as of ABB or Leica.
+    """
+    there, found = set(columns), dict[str, str]()
+    for group, keys in (*_TOGETHER, *_poses(columns)):
         if there.issuperset(group) and not (there - set(group)) & set(keys):
             found |= zip(group, keys, strict=True)
-    quaternion = ("q1", "q2", "q3", "q4")
-    has_joints = any(meaning(name) in ("q5", "q6") for name in there)
-    if has_joints and there.issuperset(quaternion) and not there & {"q5", "q6"}:  # ABB's, beside its joints
-        found |= zip(quaternion, ("qw", "qx", "qy", "qz"), strict=True)
+    for stem, first in product(("q", "rot_q"), (0, 1)):
+        numbered = [f"{stem}{k}" for k in range(first, first + 4)]
+        cells = [columns.get(name, ()) for name in numbered]
+        if f"{stem}{first + 4}" not in there and _have_unit_length(cells):
+            found |= zip(numbered, _QUATERNION, strict=True)
     return found
 
 
-def _poses(names: set[str], constant: Mapping[str, float]) -> Iterator[tuple[list[str], Sequence[str]]]:
+def _have_unit_length(columns: Sequence[Sequence[str]]) -> bool:
+    """Whether numbers side by side have squares that sum to 1 in every row that holds them all."""
+    sums = [sum(_number(cell) ** 2 for cell in row) for row in zip(*columns, strict=False)]
+    off = [abs(size - 1.0) for size in sums if size == size]
+    return max(off, default=1.0) < SQUARE_ERROR
+
+
+def _number(cell: str) -> float:
+    """Of a cell; NaN where it is none."""
+    with suppress(ValueError):
+        return float(cell.replace("\u2212", "-"))
+    return float("nan")
+
+
+def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Sequence[str]]]:
     """Names of numbers of poses, tcp_pose_0 … 6, t11 … t34 or t0 … t15, and their keys.
 
     The last row of a matrix tells entries by columns; numbered ones must have it.
     """
-    stems = dict[str, dict[str, str]]()
-    for name in names:
+    stems, constant = dict[str, dict[str, str]](), dict[str, float]()
+    for name, cells in columns.items():
+        if len(set(cells)) == 1:
+            constant[name] = _number(cells[0])
         if (entry := _ENTRY.fullmatch(name)) is not None and meaning(name) is None:
             stems.setdefault(entry[1], {})[entry[2] + (entry[3] or "")] = name
     for (stem, own), numbers in product(stems.items(), _NUMBERED):
@@ -156,6 +180,11 @@ def _poses(names: set[str], constant: Mapping[str, float]) -> Iterator[tuple[lis
 def is_commanded(name: str) -> bool:
     """Whether a heading speaks of a goal, not of a measurement."""
     return bool(_COMMANDED.search(normalised(name)))
+
+
+def is_of_measurement(name: str) -> bool:
+    """Whether a heading says that it was measured, or by which instrument."""
+    return bool(_AROUND.search(normalised(parse_heading(name).name)))
 
 
 _QUANTITIES = (
@@ -183,11 +212,16 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
 
 def split_ending(name: str) -> tuple[str, str] | None:
     """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
-    if (match := _UNIT_ENDING.fullmatch(name)) and (key := meaning(match[1])):
-        with suppress(UnitError):
-            conversion(match[2], *quantities_of(key) or (Quantity.NUMBER,))
-            return match[1], match[2]
+    if (match := _UNIT_ENDING.fullmatch(name)) and (key := meaning(match[1])) and suits(match[2], key):
+        return match[1], match[2]
     return None
+
+
+def suits(unit: str, key: str) -> bool:
+    """Whether a column of this name may have the unit."""
+    with suppress(UnitError):
+        return bool(conversion(unit, *quantities_of(key) or (Quantity.NUMBER,)))
+    return False
 
 
 def meaning_of(heading: str) -> str | None:

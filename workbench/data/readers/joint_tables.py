@@ -3,6 +3,7 @@
 A column of names is `point`, `group` or `image`, or any that holds the same names in both tables.
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,6 +16,8 @@ from workbench.base.wording import listed, plural
 from workbench.data.readers.fields import Fields
 from workbench.parts import parts
 
+_OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|distance|tilt_\w+")
+"""What a table of joints doesn't give: places and orientations there are the controller's own."""
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
 
@@ -86,9 +89,10 @@ def by_row(measured: Fields, joints: Fields) -> Fields:
 
 def merged(measured: Fields, more: Mapping[str, np.ndarray], joints: Fields, notes: Sequence[str]) -> Fields:
     """Measurements with the columns of the joints' table that they lack."""
+    beside = {k: v for k, v in more.items() if not _OBSERVED.fullmatch(k)}
     return replace(
         measured,
-        values={**more, **measured.values},
+        values={**beside, **measured.values},
         headings={**joints.headings, **measured.headings},
         units={**joints.units, **measured.units},
         missing_units=measured.missing_units or joints.missing_units,

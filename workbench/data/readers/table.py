@@ -19,6 +19,7 @@ from workbench.data.readers.columns_option import IGNORED, Joints, Naming, with_
 from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
+_INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
@@ -174,6 +175,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
             + remedy(", or say them with columns='q1[deg],…,-,x[mm]' (--columns)", page=""),
             0,
         )
+    grid = replace(grid, rows=[*map(_without_indices, grid.rows[:start]), *grid.rows[start:]])
     said = _said(grid, start, naming, joints)
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
@@ -209,6 +211,13 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         if (ours := said.get(heading, heading)) != heading:
             notes.append(f"column '{heading}' is {'left out' if ours == IGNORED else f'read as {ours}'}")
     return _table(grid, body, headings, names, grid.lines[head], notes)
+
+
+def _without_indices(cells: list[str]) -> list[str]:
+    """Headings such as 'q[0]', 'q[1]' … as 'q_0', 'q_1' …: numbers in brackets that count are no units."""
+    found = [_INDEXED.fullmatch(cell) for cell in cells]
+    stems = [match[1] for match in found if match]
+    return [f"{m[1]}_{m[2]}" if m and stems.count(m[1]) > 1 else c for c, m in zip(cells, found, strict=True)]
 
 
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:

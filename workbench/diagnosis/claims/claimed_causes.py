@@ -10,8 +10,7 @@ All others, and smooth errors of a joint without a physical name, form the *resi
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause as a special case and has more coefficients is no rival. One standard error of the log
 odds, from leaving out fold after fold, is subtracted, so that they would hold for other rows of the same arm;
-a cause preferred by every fold is at least probable, and a certain one survives more (`survival.py`). Of
-several joints one at least must survive this, or nobody can tell which they are.
+a cause preferred by every fold is at least probable. What only the first rows tell is not certain.
 
 A law must also win against smooth dependence without a law, on its own driver and on any other, through its
 own elements and through any other (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what
@@ -24,26 +23,25 @@ coupling is only probable there, as bearing loads depend on other joints' positi
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
+from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.advice import beside
-from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
+from workbench.diagnosis.claims.accepted_terms import distinct, includes, place_of
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.contributions import Explained, explained
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.reduced_models import validated_without
 from workbench.diagnosis.claims.standard_errors import StandardErrors
-from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence
@@ -66,8 +64,8 @@ MAX_ODDS = 1e12
 """Odds are capped at this value."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
-NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
-NO_JOINT = "without a tenth of the rows, or with wider noise, each of its joints is unclear or replaceable"
+BEGINS = "only the first rows tell"
+UNCLEAR = f"no size of it exceeds {MIN_NAMED_ERRORS:.0f} standard errors"
 SCATTERS = "its joint scatters as much as it moves by this law, so the law is not complete"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
@@ -180,7 +178,7 @@ class _Judge:
             at_tool: What they explain at the tool.
             challenge: They against what has no law.
         """
-        odds, rivals, survive = _against_rivals(self.searched, terms.group)
+        odds, rivals = _against_rivals(self.searched, terms.group)
         odds = min(odds, challenge.odds)
         clear = clearness(terms.effects, self.std)
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
@@ -189,14 +187,10 @@ class _Judge:
         reason = untried or challenge.doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion))
         if untried == UNTRIED or is_masked:
             odds = min(odds, 1.0)
-        is_sure = not reason and odds >= CERTAIN
-        if is_sure or (len(clear) > 1 and odds >= PROBABLE):
-            kept = survive()
-            if len(clear) > 1 and kept.lost.issuperset(clear):
-                odds, reason = 1.0, reason or NO_JOINT
-            elif is_sure:
-                unclear = [j for j in clear if j in {*unclear, *kept.lost}]
-                reason = "" if kept.holds and len(unclear) < len(clear) else NOT_ROBUST
+        if not reason and len(unclear) == len(clear):
+            reason = UNCLEAR
+        if not reason and isinstance(terms.whole, AbstractEvent) and not terms.whole.is_step:
+            reason = BEGINS
         if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
@@ -289,11 +283,8 @@ def _largest_loads(arm: Robot, motion: Motion) -> Sizes:
     }
 
 
-def _against_rivals(
-    searched: Searched, group: Model
-) -> tuple[float, tuple[AbstractEffect, ...], Callable[[], Survival]]:
-    """Odds of some terms against the best other claim, the claims that are indistinguishable from them, and
-    how the odds change under varied assumptions."""
+def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
+    """Odds of some terms against the best other claim, and the claims that can't be told from them."""
     whole = place_of(searched, group)
     parts = [place_of(replace(searched, grams=g), group) for g in searched.grams.without_each]
     near = {
@@ -306,12 +297,11 @@ def _against_rivals(
     rivals, *others = (
         [o for o in place.offers if id(o.term.candidate) not in including] for place in (whole, *parts)
     )
-    best = best_of(rivals)
-    leads = [place.own - best_of(found) for place, found in zip(parts, others, strict=True)]
+    best, *least = (max([0.0, *(o.gain for o in found)]) for found in (rivals, *others))
+    leads = [place.own - gain for place, gain in zip(parts, least, strict=True)]
     lead = whole.own - best
     leads = leads or [lead]
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
-    survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
-    return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES]), survive
+    return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES])

@@ -14,7 +14,6 @@ from workbench.diagnosis.search.candidate_columns import candidate_columns
 from workbench.diagnosis.search.evidence import Model, drop, without_each_fold
 from workbench.diagnosis.search.gram_matrices import Coefficients
 from workbench.diagnosis.search.rounds import Searched
-from workbench.identification.noise import channels
 
 
 class Explained(NamedTuple):
@@ -38,7 +37,7 @@ def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, 
     solutions = np.stack([without_each_fold(searched.grams, m)[0] for m in models], axis=2)
     remainders = np.concatenate(list(_remainders(searched, solutions)))
     problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
-    straight, turned, _ = channels(problem)
+    straight, turned, _ = problem.channels
     squares = np.stack([problem.physical(each) for each in remainders.T]) ** 2
     errors = [
         unit * np.sqrt(3.0 * squares[:, mine].mean(1)) if mine.any() else np.full(len(models), np.nan)

@@ -13,9 +13,8 @@ Source: Liang, Zeger, Longitudinal data analysis using generalized linear models
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units
 from workbench.identification.fit import Fit
 
@@ -58,7 +57,7 @@ class StandardErrors(Mapping[str, float]):
 def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
     """Factor of each standard error due to errors shared within places, at least 1."""
     problem, ones = fit.problem, np.ones(len(fit.problem.names))
-    place = places(problem.data)
+    place = pose_units(problem.data)
     count = int(place.max(initial=-1)) + 1
     if count < MIN_PLACES or len(place) < MIN_ROWS * count:
         return ones
@@ -79,8 +78,3 @@ def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
     more = np.einsum("pi,ij,pj->p", root, shared, root, optimize=True)
     own = variance * (root**2).sum(1)
     return np.sqrt(1.0 + np.maximum(more, 0.0) / np.where(own > 0.0, own, np.inf))
-
-
-def places(data: Dataset) -> Int[np.ndarray, " rows"]:
-    """Number of every row's place: its posture within its session, or the group around it."""
-    return pose_units(data)

@@ -3,7 +3,7 @@
 | driver | of | through |
 |---|---|---|
 | angle | a joint | the joint, its bearing, another joint |
-| load | a joint's moment about its axis, also with its angle | the joint |
+| load | a joint's moment about its axis, also with its angle, or under other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
 | motion | a joint's last motion, also with its load or its angle | the joint |
 | time, temperature | all rows | frame, tool, joints, lengths; for time, any constant |
@@ -90,9 +90,10 @@ def driver_of(effect: AbstractEffect) -> Driver:
 
 
 class Shape(StrEnum):
-    """The simplest dependences: in proportion, or on a load's sign alone."""
+    """The simplest dependences: in proportion, also under other gravity, or on a load's sign alone."""
 
     LINE = "line"
+    TURNED = "turned"
     JUMP = "jump"
 
 
@@ -121,7 +122,7 @@ class Follower:
         assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
         moved, elements = {*self.candidate.effect.moved}, {*effect.elements(chain)}
         joints = {*self.joints} if self.by is None else {*self.joints, self.by}
-        if self.shape not in (None, Shape.JUMP if effect.has_play else Shape.LINE):
+        if self.shape is not None and (self.shape is Shape.JUMP) != effect.has_play:
             return False
         if effect.of_many_joints:
             return moved <= elements and joints <= {*effect.joints}
@@ -345,6 +346,7 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
                 )
     unstated = "the load of {}, as under a payload that isn't stated"
     yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
+    yield from _gravities(rows)
 
 
 def _motions(rows: _Rows) -> Iterator[Follower]:
@@ -399,6 +401,24 @@ def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features) -> Iter
         for j in rows.varied(loads[:, :, None]):
             heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
             yield rows.follower(driver, phrase, driven_names(rows.chain, [j]), heavy * shape, joints=(j,))
+
+
+def _gravities(rows: _Rows) -> Iterator[Follower]:
+    """Gravity in any direction acts through soft joints by its components along the axes of the base."""
+    mountings = [rows.arm.in_session(name).mounting for name in rows.data.sessions]
+    if not rows.arm.has_masses or len({tuple(m.gravity.tolist()) for m in mountings}) > 1:
+        return
+    chain, parts = rows.chain, []
+    for gravity in (np.zeros(3), *np.linalg.norm(rows.arm.gravity) * np.eye(3)):
+        sessions = {name: replace(own, gravity=gravity) for name, own in rows.arm.sessions.items()}
+        arm = replace(rows.arm, mounting=replace(rows.arm.mounting, gravity=gravity), sessions=sessions)
+        parts.append(own(chain, range(chain.dof), rows.wrenches_of(arm)))
+    gives = np.stack([parts[0] - part for part in parts[1:]], axis=2)
+    for j in rows.varied(gives):
+        what, moved = "the load of {}, as under gravity in another direction", driven_names(chain, [j])
+        yield rows.follower(
+            Driver.LOAD, what, moved, gives[:, j], joints=(j,), by_load=True, shape=Shape.TURNED
+        )
 
 
 def _temperatures(rows: _Rows) -> Iterator[Follower]:

@@ -27,6 +27,7 @@ from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     Driver,
     Follower,
+    Shape,
     constants_over_time,
     driver_of,
     followers,
@@ -230,7 +231,7 @@ class DriverEvidence:
         """
         law = tuple(t for group in groups for t in group)
         joints, driver = joints_of(law), driver_of(law[0].candidate.effect)
-        nameless = {t: t.candidate.effect for t in self._model if _is_nameless(t)}
+        nameless = {t: t.candidate.effect for t in self._model if is_nameless(t)}
         kin = tuple(t for t, e in nameless.items() if driver_of(e) == driver and joints & {*e.joints})
         left = left_of(self.grams, drop(self._model, (*law, *kin)))
         own, most = group_evidence(left, (*law, *kin)), sum(max(len(joints_of(g)), 1) for g in groups)
@@ -240,7 +241,8 @@ class DriverEvidence:
             return self._described(left, {f: first[f] for f in some if f in first}, most)
 
         home = [f for f in self._over(driver) if self._holds(f, law)]
-        there, free = best(home)[0], best(f for f in home if f.shape is None)[0]
+        there = best(f for f in home if f.shape is not Shape.TURNED)[0]
+        free = best(f for f in home if f.shape is None)[0]
         found = [best(f for f in self._over(d) if f not in home) for d in Driver]
         for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
             if self._holds(step, law):
@@ -254,7 +256,8 @@ class DriverEvidence:
         more = kin if beside is None or beside.gain <= minimum else (*kin, beside.term)
         rest = self._share(left, law, more) if more else 0.0
         is_simple = len({n for t in law for n in t.candidate.names}) <= max(len(joints), 1)
-        as_simple = [r.shape is not None and not r.candidate.effect.insertion for r in rivals]
+        jumps = (r.shape is Shape.JUMP and not r.candidate.effect.insertion for r in rivals)
+        as_simple = [is_jump or len(r.candidate.names) == 1 for is_jump, r in zip(jumps, rivals, strict=True)]
         is_simplest = is_simple and not more and not (rivals and all(as_simple))
         there = max(there, own - 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count)))
         return Challenge(own - max(gain, free), there - gain, rivals, rest, driver, is_simplest)
@@ -290,6 +293,20 @@ class DriverEvidence:
             found[best.driver] = replace(before, parts=(*before.parts, shown))
             left = with_one_more(left, (*left.model, tried[best].term))
         return tuple(found.values())
+
+    @property
+    def lasting(self) -> Model:
+        """The model without nameless terms that add nothing beside what follows time or temperature: of an
+        error that will not come again they are an average."""
+        model, left = self._model, left_of(self.grams, self._model)
+        over = [f for d in (Driver.TIME, Driver.TEMPERATURE) for f in self._over(d)]
+        for _ in range(MAX_FOLLOWERS if any(map(is_nameless, model)) else 0):
+            best = max(_offered(left, over).values(), key=lambda o: o.gain, default=None)
+            if best is None or best.gain < MIN_GAIN:
+                break
+            left = with_one_more(left, (*left.model, best.term))
+        own = own_offers(self.grams, left.model)
+        return tuple(t for t, o in zip(model, own, strict=False) if o.gain > 0.0 or not is_nameless(t))
 
     @cached_property
     def _clock(self) -> tuple[np.ndarray, np.ndarray]:
@@ -390,6 +407,7 @@ def _offered(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]
     return {by_candidate[id(o.term.candidate)]: o for o in offers(left, [f.candidate for f in some])}
 
 
-def _is_nameless(term: Term) -> bool:
+def is_nameless(term: Term) -> bool:
+    """Whether a term is no law."""
     effect = term.candidate.effect
     return effect.is_nameless or (term.candidate.shrunk and effect.maps_joint)

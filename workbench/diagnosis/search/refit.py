@@ -109,6 +109,8 @@ def refit(
     if grams is not None and model:
         built = _expected(built, grams, model, FLAT if flat else 1.0)
     here = built.at(begin or {})
+    if model and not np.isfinite(built.cost_and_gradient(here)[0]):  # the linear answer is too far away
+        here = built.at({})
     free = built
     if holds and any(p.unit == "kg" for p in built.parameters):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
@@ -121,7 +123,7 @@ def refit(
         built, search = search_flanks(algorithm, built, here)
     if built is held:  # unobservable combinations are reported without that prior
         built = free
-    return FittedModel(model, Fit.of(algorithm, built, search))
+    return FittedModel(model, Fit(algorithm=algorithm, problem=built, search=search))
 
 
 def needs_inertia(robot: Robot) -> bool:

@@ -14,6 +14,7 @@ from jaxtyping import Bool, Int
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
+from workbench.base.types import Outcome, Vector3
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
@@ -30,9 +31,9 @@ from workbench.diagnosis.search.stepwise_search import (
     supported,
 )
 from workbench.diagnosis.search.stepwise_search import search as search_effects
-from workbench.identification.checks.gravity_direction import freed
+from workbench.identification.checks.gravity_direction import WIDE_SIGMA, freed
 from workbench.identification.fit import Fit
-from workbench.identification.problem import Noise, Problem
+from workbench.identification.problem import Problem
 from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
 
 MAX_ROUNDS = 5
@@ -127,6 +128,14 @@ def geometry_first(problem: Problem) -> Stage:
     return _without_outliers(_fit(stage, None, ()), None)
 
 
+def under_gravity(stage: Stage, gravity: Vector3) -> Stage:
+    """The geometry alone under another gravity in the axes of the base, whose direction is open."""
+    problem = stage.geometric_problem
+    mounting = replace(problem.robot.mounting, gravity_tolerance=WIDE_SIGMA)
+    robot = replace(problem.robot, mounting=mounting).under(gravity)
+    return _fit(replace(stage, geometric_problem=replace(problem, robot=robot)), None, ())
+
+
 def rounds(
     stage: Stage,
     rng: np.random.Generator,
@@ -166,26 +175,32 @@ def rounds(
         is_last = same or again or not _better(last)
         seen.add(key)
         if over or is_last:
-            done[-1] = _as_fitted(min(done, key=_description_length) if again else last)
+            best = min(done, key=description_length) if again else last
+            fitted = _among(best.stage.fitted.model, best.offered.candidates)
+            done[-1] = replace(best, found=as_found(best.grams, fitted))
             break
         progress(0.8 - 0.5 / (1.5 + number), f"round {number + 1}: fitting geometry and the effects found")
         stage = _fit(stage, last.grams, last.found.model)
         stage = _without_outliers(stage, last.grams)
-    return (*done[:-1], _supported(done[-1], fold))
+    return (*done[:-1], _supported(done[-1]))
 
 
-def _supported(searched: Searched, fold: np.ndarray) -> Searched:
+def _supported(searched: Searched) -> Searched:
     """The search without effects that its last fit doesn't support, refitted."""
     for _ in range(MAX_ROUNDS):
         kept = supported(searched.grams, searched.found.model)
         if len(kept) == len(searched.found.model):
             break
-        stage = _fit(searched.stage, searched.grams, kept)
-        offered = searched.offered.candidates
-        grams = _compressed(stage, [c.effect for c in offered], fold)
-        found = as_found(grams, _among(kept, offered))
-        searched = replace(searched, stage=stage, grams=grams, found=found)
+        searched = reduced(searched, kept)
     return searched
+
+
+def reduced(searched: Searched, kept: Model) -> Searched:
+    """The search with some of its terms alone, refitted."""
+    stage = _fit(searched.stage, searched.grams, kept)
+    offered = searched.offered.candidates
+    grams = _compressed(stage, [c.effect for c in offered], searched.fold)
+    return replace(searched, stage=stage, grams=grams, found=as_found(grams, _among(kept, offered)))
 
 
 def _compressed(
@@ -201,12 +216,6 @@ def _compressed(
     return compress(problem, stage.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
 
 
-def _as_fitted(searched: Searched) -> Searched:
-    """The search with the fitted model instead of its result."""
-    fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
-    return replace(searched, found=as_found(searched.grams, fitted))
-
-
 def _better(searched: Searched) -> bool:
     """Whether a result has a shorter description than the fitted model, or predicts other folds noticeably
     better."""
@@ -217,7 +226,7 @@ def _better(searched: Searched) -> bool:
     return bool(abs(before - after) > MIN_FALL * before)
 
 
-def _description_length(searched: Searched) -> float:
+def description_length(searched: Searched) -> float:
     """Description length of the rows by a stage's fit: residual noise, and ½ log N per coefficient."""
     problem = searched.stage.geometric_problem
     noise = problem.sigma[problem.inverse_sigma > 0.0]
@@ -244,7 +253,8 @@ def _search(
 ) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
     if tried is Tried.NONE:
-        return _unsearched(stage, fold)
+        alone = compress(stage.problem, stage.fit.x, [], fold[stage.keep])
+        return Searched(stage, Catalogue((), ()), alone, as_found(alone, ()), fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
     kept = tuple(c for c in offered.candidates if c.effect.name not in without)
     offered = replace(offered, candidates=kept)
@@ -276,19 +286,16 @@ def _search(
     return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, found, fold)
 
 
-def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
-    """A stage without candidates."""
-    grams = compress(stage.problem, stage.fit.x, [], fold[stage.keep])
-    return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()), fold)
-
-
 def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     """The stage with another model, or other rows, fitted from the last fit's linear prediction."""
-    begin = stage.problem.named(stage.fit.x)
-    if grams is not None and not _same(model, stage.fitted.model):
-        begin = linear_answer(stage.fitted, grams, model)
+    here = stage.problem.named(stage.fit.x)
+    is_other = grams is not None and not _same(model, stage.fitted.model)
+    begins = [linear_answer(stage.fitted, grams, model)] if grams is not None and is_other else []
     data = stage.data.take(stage.keep)
-    fitted = refit(stage.geometric_problem, grams, model, data=data, begin=begin)
+    for begin in (*begins, here):  # a large deflection may have no equilibrium where it was expected
+        fitted = refit(stage.geometric_problem, grams, model, data=data, begin=begin)
+        if fitted.fit.outcome is not Outcome.DIVERGED:
+            break
     geometric = freed(stage.geometric_problem, fitted.fit)
     if geometric is not stage.geometric_problem:
         begin = fitted.problem.named(fitted.fit.x)
@@ -308,14 +315,9 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
     stage = replace(stage, geometric_problem=with_own_noise(stage.fitted, stage.geometric_problem))
     if large(stage.problem):
         return stage
-    model = rescaled(stage.fitted.model, _variance_ratio(before, stage.geometric_problem.typical_noise))
-    return _fit(stage, grams, model)
-
-
-def _variance_ratio(before: Noise, after: Noise) -> float:
-    """Ratio of variances before to after: of positions, or of orientations without positions."""
-    ratio = (np.array(before[:2]) / np.array(after[:2])) ** 2
-    return float(ratio[np.isfinite(ratio)][0])
+    ratio = (np.array(before[:2]) / np.array(stage.geometric_problem.typical_noise[:2])) ** 2
+    seen = float(ratio[np.isfinite(ratio)][0])  # of positions, or of orientations without these
+    return _fit(stage, grams, rescaled(stage.fitted.model, seen))
 
 
 def _on_all_rows(stage: Stage) -> Problem:

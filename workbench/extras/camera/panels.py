@@ -89,7 +89,7 @@ class PictureFields:
             question=Question("Is this the board?", self._assumed, "Read with this board"),
         )
 
-    def _assumed(self, content: bytes) -> str:
+    def _assumed(self, name: str, content: bytes) -> str:
         """What is taken for the board of pictures without `target.toml`, as a question."""
         question = f"No target.toml is beside the pictures. Is it {self.board.text}?"
         return "" if says_target(content) else question

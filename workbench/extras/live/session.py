@@ -148,7 +148,7 @@ class TakeSample(AbstractChange):
             return session
         if session.drag is not None:
             return session
-        return session.with_playback(focus=Focus.JOG, jogged=frozen(np.array(self.q)))
+        return session.updated("playback", focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "TakeSample | None":
         """Only the last place of the arm counts."""
@@ -237,7 +237,7 @@ class EndMeasuring(AbstractChange):
         _acquisition(session)
 
     def apply(self, session: Session) -> Session:
-        return session.without_part(Measuring).with_playback(focus=Focus.TARGET)
+        return session.without_part(Measuring).updated("playback", focus=Focus.TARGET)
 
 
 class TellSource(AbstractChange):
@@ -283,4 +283,4 @@ class FollowSource(AbstractChange):
     def apply(self, session: Session) -> Session:
         source = replace(_source(session), is_followed=self.is_followed)
         focus = session.playback.focus if self.is_followed else Focus.TARGET
-        return session.with_part(source).with_playback(focus=focus)
+        return session.with_part(source).updated("playback", focus=focus)

@@ -17,7 +17,7 @@ from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
-from workbench.data.readers.headings import meaning
+from workbench.data.readers.headings import known_together, meaning, normalised
 from workbench.data.readers.table import Grid
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel
@@ -194,7 +194,9 @@ def _is_data(row: list[str]) -> bool:
 def _columns(head: list[str], body: list[list[str]], joints: int, path: Path) -> list[list[int]]:
     """Columns of joints, position and orientation, by their headings or else in this order."""
     width, names = len(body[0]), _names(head)
-    keys = {key: k for k, name in reversed([*enumerate(names)]) if (key := meaning(name)) is not None}
+    together = known_together({normalised(name): () for name in names})
+    known = [together.get(normalised(name)) or meaning(name) for name in names]
+    keys = {key: k for k, key in reversed([*enumerate(known)]) if key is not None}
     own = {int(key[1:]): k for key, k in keys.items() if re.fullmatch(r"q\d+", key)}
     first = min(own, default=1)  # logs of controllers count from 0
     if own and sorted(own) != list(range(first, first + joints)):

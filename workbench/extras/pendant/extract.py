@@ -184,10 +184,10 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
     with part_of(0.0, 0.7):
         run = identify(arm, data, held_out=0.0, reading="given")
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
-    nominal, best = (_left(each, used) for each in (run.aligned, run.robot))
+    nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
     best *= np.sqrt(6 * len(used) / spare)
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
-    taken = run.aligned if nominal < allowed else run.robot
+    taken = run.aligned if nominal < allowed else run.best.calibrated
     cause = ""
     if best > allowed:
         with part_of(0.7, 0.3):

@@ -26,7 +26,6 @@ from workbench.base.progress import progress
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.page_state import Severity
-from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import STEP, Canvas
 from workbench.views.recording.contents import MomentDrawing, thinned
 from workbench.views.recording.recorded_step import Moment
@@ -194,7 +193,7 @@ def opened(files: Sequence[Path]) -> Iterator[list[str]]:
 def write_pictures(recording: Recording, path: Path) -> Path:
     """Do all commands again and draw them into a file for the viewer."""
     try:
-        outlet = FileOutlet(path, recording.folder.name, blueprint=blueprint(recording.first))
+        outlet = FileOutlet(path, recording.folder.name)
     except OSError as error:
         raise FileError(
             f"can't be written ({error.strerror}); choose another place", path=str(path)

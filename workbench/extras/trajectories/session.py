@@ -129,7 +129,7 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
         focus = Focus.TRACK if session.drag is None else session.playback.focus
         former = session.part(Played)
         played = Played(motion=track) if former is None else replace(former.stopped(0.0), motion=track)
-        session = session.with_part(played).with_playback(focus=focus)
+        session = session.with_part(played).updated("playback", focus=focus)
         return session.with_message(Severity.INFO, _summary(track))
 
 

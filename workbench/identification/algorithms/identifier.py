@@ -55,8 +55,13 @@ class AbstractIdentifier(ABC):
     """Description in one sentence, to help users choose."""
 
     @abstractmethod
-    def search(self, problem: Problem) -> SearchOutcome:
-        """Minimise the problem's cost from its start; `cancelled()` is polled between steps."""
+    def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
+        """Minimise the problem's cost; `cancelled()` is polled between steps.
+
+        Args:
+            begin: Unknowns near the minimum, if known; an algorithm whose answer depends on its path begins
+                at the problem's start anyway.
+        """
 
 
 Step = Callable[
@@ -80,9 +85,7 @@ def descend(
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
         factor = factor_of(problem, at)
-        variance = factor.residual_square / max(problem.count - factor.rank, 1)
-        negligible = max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * problem.count)  # against noise
-        if factor.predicted_decrease() <= negligible:
+        if has_converged(factor, factor.predicted_decrease(), problem.count):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history), factor)
         found = step(x, at, factor, history[-1])
         if found is None:
@@ -98,11 +101,23 @@ def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:
     """Factorisation of a linearised problem; of the normal equations if a prior on constants makes all
     directions identifiable."""
     if problem.deviation is not None:
-        table = np.column_stack([at.jacobian, at.residual])
-        found = factorise_products(table.T @ table, problem.units)
+        residual, jacobian = at
+        products = np.empty((jacobian.shape[1] + 1,) * 2)
+        products[:-1, :-1], products[-1, -1] = jacobian.T @ jacobian, residual @ residual
+        products[-1, :-1] = products[:-1, -1] = residual @ jacobian
+        found = factorise_products(products, problem.units)
         if found is not None and found.inverse is not None:
             return found
     return factorise(at.jacobian, at.residual, problem.units)
+
+
+def has_converged(factor: Factor, decrease: float, size: int) -> bool:
+    """Whether the predicted decrease of |r|² is negligible against the noise.
+
+    A step of s standard errors predicts a decrease of s² times the residual variance.
+    """
+    variance = factor.residual_square / max(size - factor.rank, 1)
+    return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
 
 
 def ended(promised: float, history: list[float], size: int) -> Outcome:

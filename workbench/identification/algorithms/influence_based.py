@@ -59,11 +59,10 @@ class InfluenceBased(AbstractIdentifier):
     title = "INFLUENCE"
     summary = "Mean of each pose's own correction, weighted by how far a parameter moves the tool there."
 
-    def search(self, problem: Problem) -> SearchOutcome:
+    def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
         order = np.argsort(rows := problem.component_rows, kind="stable")
         _, starts, counts = np.unique(rows[order], return_index=True, return_counts=True)
-        firsts = ((starts[counts == c], c) for c in np.unique(counts))  # poses with as many components
-        stacks = [order[first[:, None] + np.arange(c)] for first, c in firsts]
+        stacks = [order[starts[counts == c][:, None] + np.arange(c)] for c in np.unique(counts)]  # alike
         units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])
 
         def averaged(x, at, factor, cost):

@@ -1,85 +1,70 @@
-"""OPT1: the scalar cost of ARIA eq. (19) minimised within bounds, the counterpart of `fmincon`.
+"""OPT1: the cost of ARIA eq. (19) minimised within bounds, the counterpart of `fmincon`.
 
-The method sees only the sum of squares, its gradient and every parameter's interval:
-sequential quadratic programming with an active set and a BFGS Hessian (SLSQP), in parameters scaled by
-the lengths of the Jacobian's columns. Bounds come with the parameters. The search starts from the answer of
-OLS, moved to the nearest bounds: along unobservable combinations it stays as near to nominal as that.
+Where the answer of OLS lies within the bounds it is the answer. Otherwise Gauss–Newton steps from its nearest
+point within them: each minimises the linearised cost within the bounds, and is halved until the cost
+decreases. Bounds come with the parameters. Steps along unobservable combinations are as small as the bounds
+allow.
 
-Source: Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988).
+Source: Stark & Parker, Bounded-variable least squares, Computational Statistics 10, 1995 (one step).
 """
 
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from jaxtyping import Float
 
-from workbench.base.progress import Cancelled, check_cancelled
 from workbench.base.types import Outcome
-from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, ended, factor_of
+from workbench.identification.algorithms.identifier import (
+    AbstractIdentifier,
+    SearchOutcome,
+    descend,
+    ended,
+    has_converged,
+)
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
-
-ROUNDING = 1e-15
-"""Minimum change of the scalar cost, relative to the first one; smaller ones are rounding."""
+from workbench.identification.undetermined_combinations import WEAKLY_OBSERVABLE
 
 
 @final
 @dataclass(frozen=True)
 class Opt1(AbstractIdentifier):
-    """Bounded minimisation of the scalar cost.
+    """Bounded minimisation of the cost.
 
     Args:
         limit: Maximum number of iterations.
+        halvings: How often a step may be halved.
     """
 
-    limit: int = 2000
+    limit: int = 100
+    halvings: int = 12
     name = "opt1"
     title = "OPT1"
     summary = "Bounded minimisation of the summed squares: keeps every parameter near its nominal value."
 
-    def search(self, problem: Problem) -> SearchOutcome:
-        from scipy.optimize import Bounds, minimize
+    def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
+        from scipy.optimize import lsq_linear
 
-        free, (lower, upper) = Ols().search(problem), problem.bounds
-        if free.outcome in (Outcome.DIVERGED, Outcome.CANCELLED):
+        free, (lower, upper) = Ols().search(problem, begin=begin), problem.bounds
+        nearest = np.clip(free.x, lower, upper)
+        if free.outcome in (Outcome.DIVERGED, Outcome.CANCELLED) or (nearest == free.x).all():
             return free
-        starts = [np.clip(free.x, lower, upper), problem.start]
-        start = min(starts, key=lambda x: problem.cost_and_gradient(x)[0])
-        columns = np.linalg.norm(problem.evaluate(start).jacobian, axis=0)
-        scale = 1.0 / np.where(columns > 1e-9 * columns.max(initial=0.0), columns, 1.0)
-        history = [free.history[0]]
-        minimum, best = np.inf, start
 
-        def cost(y: np.ndarray) -> tuple[float, np.ndarray]:
-            nonlocal minimum, best
-            x = start + scale * y
-            value, gradient = problem.cost_and_gradient(x)
-            if value < minimum:
-                minimum, best = value, x
-            return value, scale * gradient
+        def bounded(x, at, factor, cost):
+            held = factor.vt[~factor.seen] / WEAKLY_OBSERVABLE
+            table, wanted = np.vstack([factor.r, held]), np.append(factor.compressed, np.zeros(len(held)))
+            room = (lower - x) / factor.units, np.nextafter((upper - x) / factor.units, np.inf)
+            step = factor.units * lsq_linear(table, wanted, bounds=room, method="bvls").x
+            step = np.clip(x + step, lower, upper) - x
+            promised = factor.predicted_decrease(step)
+            if has_converged(factor, promised, problem.count):
+                return Outcome.CONVERGED
+            for _ in range(self.halvings):
+                trial = problem.evaluate(x + step)
+                if (less := 0.5 * float(trial.residual @ trial.residual)) < cost:
+                    return x + step, less, trial
+                step = step / 2
+            return ended(promised, [cost], problem.count)
 
-        def after_iteration(_: np.ndarray) -> None:
-            history.append(minimum)
-            check_cancelled()
-
-        try:
-            answer = minimize(
-                cost,
-                np.zeros(len(start)),
-                jac=True,
-                method="SLSQP",
-                bounds=Bounds((lower - start) / scale, (upper - start) / scale),
-                callback=after_iteration,
-                options={"ftol": max(ROUNDING * history[0] * 1e-7, 1e-22), "maxiter": self.limit},
-            )
-        except Cancelled:
-            return SearchOutcome(best, Outcome.CANCELLED, tuple(history))
-        x = np.clip(best, lower, upper)
-        if answer.success:
-            outcome = Outcome.CONVERGED
-        elif answer.nit >= self.limit:
-            outcome = Outcome.ITERATION_LIMIT
-        else:
-            factor = factor_of(problem, problem.evaluate(x))
-            outcome = ended(factor.predicted_decrease(), [*history, minimum], problem.count)
-        return SearchOutcome(x, outcome, tuple(history))
+        return descend(problem, bounded, limit=self.limit, begin=nearest)

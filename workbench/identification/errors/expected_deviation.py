@@ -60,7 +60,7 @@ def with_expected_deviation(
     if deviation != AUTO and not float(deviation) > 0.0:
         raise OptionError(f"the expected deviation must be positive [rad, m], got {deviation:g}")
     problem = problem.with_shares()
-    if deviation == np.inf or not any(p.is_geometry for p in problem.parameters):
+    if deviation == np.inf or not problem.geometry.any():
         return problem
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
@@ -82,17 +82,17 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
         factor: Factorisation of the rows' Jacobian there.
         spread: Scatter of the rows in stated standard deviations.
     """
-    geometry = np.array([p.is_geometry for p in problem.parameters])
-    jacobian = factor.s[:, None] * factor.vt / spread
+    geometry, jacobian = problem.geometry, factor.r / spread
     own, other = jacobian[:, geometry] / factor.units[geometry], jacobian[:, ~geometry]
-    nominal = factor.along / spread + own @ (x - problem.start)[geometry]
+    nominal = factor.compressed / spread + own @ (x - problem.start)[geometry]
     u, size, _ = np.linalg.svd(other, full_matrices=False)
     frames = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
     own, nominal = (table - frames @ (frames.T @ table) for table in (own, nominal))
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2
     growth = 1.0 + (TRIED[:, None] * singular) ** 2
-    unexplained = (factor.residual_square - factor.along @ factor.along) / spread**2
+    unexplained = (factor.residual_square - factor.compressed @ factor.compressed) / spread**2
+    unexplained += nominal @ nominal - along.sum()
     square = 1.0 + max(unexplained, 0.0) + (along / growth).sum(1)
     known = 0 if problem.prior is None else len(problem.prior)
     numbers = max(1.0 + known + problem.count - frames.shape[1], 1.0)

@@ -50,7 +50,7 @@ def heading(result: Identification) -> Iterator[Block]:
 def models(result: Identification) -> Iterator[Block]:
     """Errors of the nominal arm and of what every algorithm found; a single one is not named."""
     runs = list(result.runs.values())
-    found = [(run.fit.title if len(runs) > 1 else "calibrated", run) for run in runs]
+    found = [(run.fit.algorithm.title if len(runs) > 1 else "calibrated", run) for run in runs]
     yield errors_table([("nominal", result.nominal), *found])
 
 

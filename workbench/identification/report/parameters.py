@@ -83,7 +83,7 @@ def parameter_blocks(fit: Fit) -> Iterator[Block]:
     rows = [(one.name, *one.shown) for one in found]
     if rows:
         headings = ("parameter", "nominal", "deviation", "±", "unit")
-        yield ResultTable(f"Deviations from nominal ({fit.title})", headings, rows)
+        yield ResultTable(f"Deviations from nominal ({fit.algorithm.title})", headings, rows)
     free = {one.name for one in found}
     if held := [e.name for e in fit.problem.robot.elements if e.matrix is None and e.name not in free]:
         yield Sentence(", ".join(held), "held at nominal", Tone.QUIET)

@@ -87,8 +87,8 @@ def prepare_without_outliers(
         problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
         if problem.count <= len(problem.names):
             break
-        expected, (_, x) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        out = find_outliers(expected, robust_fit(expected, x), everything)
+        expected, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
+        out = find_outliers(expected, robust_fit(expected, first.x), everything)
         found = ready.train_rows[out & _is_tested(problem, problem.data)]
         if not len(found):
             break
@@ -195,8 +195,4 @@ def _weighed(fit: Fit) -> Robot:
 def _root(problem: Problem, fit: Fit) -> np.ndarray:
     """Root of a fit's covariance in another problem's unknowns; zero for unknowns that the fit lacks."""
     index = {name: i for i, name in enumerate(fit.problem.names)}
-    root = np.zeros((len(problem.names), fit.factor.root.shape[1]))
-    for i, name in enumerate(problem.names):
-        if name in index:
-            root[i] = fit.factor.root[index[name]]
-    return root
+    return np.pad(fit.factor.root, ((0, 1), (0, 0)))[[index.get(name, -1) for name in problem.names]]

@@ -44,9 +44,7 @@ def row_weights(standardised: Float[np.ndarray, " rows"], loss: Loss) -> Float[n
 
     The scale is the median residual, so that up to half of the rows may be wrong.
     """
-    if loss in (Loss.SQUARES, Loss.SET_APART):
-        return np.ones_like(standardised)
-    size = standardised / max(float(np.median(standardised)), 1e-12)
+    size = standardised / max(_median(standardised), 1e-12)
     if loss is Loss.HUBER:
         return np.sqrt(np.minimum(1.0, CONSISTENCY / np.maximum(size, 1e-12)))
     return np.maximum(1.0 - (size / BIWEIGHT) ** 2, 0.0)
@@ -152,18 +150,21 @@ def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
     return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 
 
+def _median(values: Float[np.ndarray, " n"]) -> float:
+    """Median of finite numbers: numpy's takes far longer for few of them."""
+    middle = [(len(values) - 1) // 2, len(values) // 2]
+    return float(np.partition(values, middle)[middle].mean())
+
+
 def _typical(sizes: np.ndarray) -> np.ndarray:
     """Median size in each channel; next to 0 where nothing was measured."""
-    return np.array([max(np.median(s[s > 0.0]), 1e-300) if (s > 0.0).any() else 1e-300 for s in sizes.T])
+    return np.array([max(_median(s[s > 0.0]), 1e-300) if s.any() else 1e-300 for s in sizes.T])
 
 
 def _sizes(problem: Problem, residual: np.ndarray, room: np.ndarray) -> Float[np.ndarray, "rows 3"]:
     """Root mean square of every row's positions, rotations and tilts; 0 where not measured."""
-    rows, live = problem.component_rows, problem.inverse_sigma > 0.0
-    turned, tilts = problem.component_channels, problem.tilted_components
-    out = np.zeros((len(problem.data), 3))
-    for channel, kind in enumerate((~turned, turned & ~tilts, tilts)):
-        mine = live & kind
+    rows, out = problem.component_rows, np.zeros((len(problem.data), 3))
+    for channel, mine in enumerate(problem.channels):
         count = np.bincount(rows[mine], minlength=len(out))
         square = np.bincount(rows[mine], residual[mine] ** 2 / room[mine], len(out))
         out[:, channel] = np.sqrt(square / np.maximum(count, 1))

@@ -10,6 +10,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
+from workbench.base.remedy import remedy
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.observations import ContactObservation, DistanceObservation, PlaneObservation
@@ -176,19 +177,23 @@ def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]
     return cells(centre, order[:cut], left) + cells(centre, order[cut:], count - left)
 
 
-def check_enough(
-    robot: Robot, data: Dataset, free: Sequence[str] | None, *, held_out: float = 0.0, own_bases: bool = False
-) -> None:
+def check_sessions(data: Dataset) -> None:
+    """Refuse sessions of one or two rows, which a base of their own fits exactly."""
+    count = len(data.sessions)
+    if count > 1 and len(data) <= MAX_FITTED_ROWS * count and count_measured(data) <= FRAME_NUMBERS * count:
+        shared = remedy("frames='shared' (--frames shared)", page="frames that sessions share")
+        raise DataError(
+            f"{data.source}: {count} sessions of {plural(len(data), 'row')} tell only a base for each: "
+            f"leave the column out, or choose {shared}",
+            column="session",
+        )
+
+
+def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None, *, held_out: float = 0.0) -> None:
     """Refuse more parameters than measured numbers; one posture counts once, and a share was held out."""
     once = data.take(np.unique(repeats(data), return_index=True)[1])
     count = len(robot.default_free if free is None else free)
     measured = count_measured(once)
-    if own_bases and once.session is not None:
-        each = measured / len(once) * np.unique(once.session, return_counts=True)[1]
-        if (left := int(np.maximum(each - 6.0, 0.0).sum())) < count:  # a base takes six
-            text = f"{data.source}: beside a base of each of {len(each)} sessions {left} numbers are left for"
-            remedy = "measure more poses in each session, or leave the column 'session' out"
-            raise DataError(f"{text} {count} parameters of the arm; {remedy}", found=(len(once), left))
     if measured < count:
         need = int(np.ceil(np.ceil(count / (measured / len(once))) / (1.0 - held_out)))
         rows = f"{repeats_text(data) or plural(len(once), 'row')} give{'s' if len(data) == 1 else ''}"
@@ -214,6 +219,8 @@ def unused_observations(data: Dataset) -> list[str]:
     return sentences
 
 
+MAX_FITTED_ROWS, FRAME_NUMBERS = 2, 6
+"""Rows of a session, and measured numbers, that a base fits exactly."""
 MIN_KNOWN_SHARE = 0.2
 """Share of the arm's lengths that must be known to determine its scale."""
 

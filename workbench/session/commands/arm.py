@@ -120,6 +120,11 @@ class LoadModel(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
+        model = self.model()
+        return _on_plate(model, session) if isinstance(model, Plate) else start_with(model, session)
+
+    def model(self) -> Robot | Plate:
+        """What the file holds."""
         folder = Path(tempfile.mkdtemp(dir=_uploads()))
         path = folder / safe_name(self.name)
         path.write_bytes(self.content)
@@ -127,11 +132,10 @@ class LoadModel(AbstractTask[Session]):
             if self._is_archive:
                 path = _unpacked(path)
             if b"[[target]]" in self.content:
-                return _on_plate(read_plate(path), session)
-            robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
+                return read_plate(path)
+            return _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
         except WorkbenchError as error:
             raise OptionError(str(error).replace(f"{folder}/", "")) from error
-        return start_with(robot, session)
 
     def finish(self, session: Session, result: Session) -> Session:
         opened = _in_the_page(session, result)
@@ -221,7 +225,7 @@ class Jog(AbstractChange):
                 raise OptionError(f"joint {i + 1} must be {low:.4g} to {high:.4g}, got {value:.4g}")
 
     def apply(self, session: Session) -> Session:
-        return session.with_playback(focus=Focus.JOG, jogged=frozen(np.array(self.q)))
+        return session.updated("playback", focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
 
 class JogTo(AbstractChange):
@@ -245,7 +249,7 @@ class JogTo(AbstractChange):
     def apply(self, session: Session) -> Session:
         pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
         found = follow(session.robot, session.robot.base.pose @ pose, drawn_joints(session))
-        session = session.with_playback(focus=Focus.JOG, jogged=found.q)
+        session = session.updated("playback", focus=Focus.JOG, jogged=found.q)
         if found.converged:
             return session
         return session.with_message(
@@ -297,7 +301,7 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     begun = replace(
         begun,
         page=replace(session.page, messages=begun.page.messages),
-        history=replace(begun.history, done=(UndoStep.of(session, session),)),
+        history=replace(begun.history, done=UndoStep.recent((UndoStep.of(session, session),))),
         parts={**begun.parts, **session.with_parts(GoesWith.PAGE).parts},
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
@@ -327,7 +331,7 @@ class CapturePose(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         captured = (*session.choices.captured, tuple(drawn_joints(session).tolist()))
-        return replace(session, choices=replace(session.choices, captured=captured))
+        return session.updated("choices", captured=captured)
 
 
 class ForgetPoses(AbstractChange):
@@ -341,4 +345,4 @@ class ForgetPoses(AbstractChange):
             raise OptionError("no poses have been kept")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, choices=replace(session.choices, captured=()))
+        return session.updated("choices", captured=())

@@ -29,21 +29,17 @@ from workbench.session.state import Focus, Session
 log = logging.getLogger(__name__)
 
 
-def with_fit(session: Session, algorithm: str) -> Session:
-    return with_comparison(replace(session, results=replace(session.results, fit=algorithm)))
-
-
 def with_comparison(session: Session) -> Session:
     """The session with its measurements compared with every available model.
 
     What was identified or diagnosed stays even if its rows can't be compared; a message then tells why.
     """
     loaded = session.measurements.loaded
-    plain = replace(session, results=replace(session.results, comparison=None))
+    plain = session.updated("results", comparison=None)
     if loaded is None:
         return plain
     try:
-        return replace(session, results=replace(session.results, comparison=_comparison(session, loaded)))
+        return session.updated("results", comparison=_comparison(session, loaded))
     except Exception as error:
         if session.results.identification is None and session.results.diagnosis is None:
             raise
@@ -106,12 +102,12 @@ def _models(session: Session, shown: Robot | None) -> dict[ModelStage, Robot]:
     if diagnosis is not None:
         models = {ModelStage.NOMINAL: diagnosis.aligned, ModelStage.GEOMETRY: diagnosis.before_fit.calibrated}
         if diagnosis.effects:
-            models[ModelStage.CAUSES] = diagnosis.after_fit.calibrated
+            models[ModelStage.EFFECTS] = diagnosis.after_fit.calibrated
     if session.results.identification is not None and shown is not None:
         models[ModelStage.NOMINAL] = session.results.identification.aligned
         geometry: Robot | None = shown
         if session.results.accepted:
-            models[ModelStage.CAUSES] = shown
+            models[ModelStage.EFFECTS] = shown
             geometry = None if session.results.geometry is None else session.results.geometry.as_measured
         if geometry is not None:  # one number for one stage: the diagnosis has fitted one for itself
             models[ModelStage.GEOMETRY] = geometry
@@ -134,7 +130,7 @@ class ShowFit(AbstractChange):
             raise OptionError(f"no fit by {self.algorithm.upper()} (available: {known})")
 
     def apply(self, session: Session) -> Session:
-        return with_fit(session, self.algorithm)
+        return with_comparison(session.updated("results", fit=self.algorithm))
 
 
 class ShowRow(AbstractChange):
@@ -153,8 +149,7 @@ class ShowRow(AbstractChange):
             raise OptionError(f"no measured pose {self.row + 1}: {have}")
 
     def apply(self, session: Session) -> Session:
-        session = session.with_playback(focus=Focus.ROW)
-        return replace(session, results=replace(session.results, row=self.row))
+        return session.updated("playback", focus=Focus.ROW).updated("results", row=self.row)
 
 
 class SetOverlay(AbstractChange):
@@ -173,7 +168,7 @@ class SetOverlay(AbstractChange):
             )
 
     def apply(self, session: Session) -> Session:
-        return replace(session, choices=replace(session.choices, overlay=self.overlay))
+        return session.updated("choices", overlay=self.overlay)
 
 
 class SetDark(AbstractChange):
@@ -186,7 +181,7 @@ class SetDark(AbstractChange):
     title = computed(lambda self: "Dark pages" if self.is_dark else "Light pages")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, is_dark=self.is_dark, is_dark_chosen=True))
+        return session.updated("page", is_dark=self.is_dark, is_dark_chosen=True)
 
 
 class FollowSystem(AbstractChange):
@@ -201,4 +196,4 @@ class FollowSystem(AbstractChange):
     def apply(self, session: Session) -> Session:
         if session.page.is_dark_chosen:
             return session
-        return replace(session, page=replace(session.page, is_dark=self.is_dark))
+        return session.updated("page", is_dark=self.is_dark)

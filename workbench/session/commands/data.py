@@ -141,7 +141,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
 
     def finish(self, session: Session, result: Loaded | MeasurementFile) -> Session:
         if isinstance(result, MeasurementFile):
-            session = replace(session, measurements=replace(session.measurements, unread=result))
+            session = session.updated("measurements", unread=result)
             if result.match is not None and result.match.rival:
                 return self._warned(session, Severity.WARNING, f"{result.name}: {result.match.text}")
             problem = result.preview.problems[0]
@@ -220,7 +220,12 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         return Loaded(rows, name, facts, notes, virtual=True, checks=checks, actual=actual)
 
     def instrument_in(self, session: Session) -> Instrument:
-        return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
+        """What measures; with the session's noise if it is the plate's seats."""
+        if self.instrument:
+            return INSTRUMENTS[self.instrument]
+        place, turn = session.noise.position, session.noise.rotation
+        name = "as set in the Plate tab"
+        return Instrument(name=name, observes=Observes.POSE, sigma_position=place, sigma_rotation=turn)
 
     def finish(self, session: Session, result: Loaded) -> Session:
         return with_other_data(session, result).with_message(
@@ -280,16 +285,6 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
     loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
         raise DataError(f"{loaded.match.text}; {loaded.match.remedy}, or continue anyway")
-
-
-def instrument_of(session: Session) -> Instrument:
-    """The instrument of virtual measurements: sees poses with the session's noise."""
-    return Instrument(
-        name="as set in the Plate tab",
-        observes=Observes.POSE,
-        sigma_position=session.noise.position,
-        sigma_rotation=session.noise.rotation,
-    )
 
 
 def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
@@ -363,9 +358,10 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     view = session.region.view
     kept = session.with_parts(GoesWith.PLATE, GoesWith.PAGE)
     session = replace(kept, measurements=Measurements(loaded=loaded), results=Results())
-    session = session.with_playback(focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW)
+    focus = Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW
+    session = session.updated("playback", focus=focus)
     if view.field == MEASURED.name:
-        session = session.with_region(view=replace(view, field=NO_FIELD))
+        session = session.updated("region", view=replace(view, field=NO_FIELD))
     session = with_comparison(session)
     if session.results.comparison is None or loaded is None or loaded.virtual:
         return session
@@ -383,12 +379,8 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
     plate = replace(session.plate, region=region)
     first = session.history.first
     moved = plate if session.plate is first.plate else replace(first.plate, region=region)
-    session = replace(
-        session,
-        plate=plate,
-        history=replace(session.history, first=replace(first, plate=moved)),
-        measurements=replace(session.measurements, box=region),
-    )
+    session = session.updated("history", first=replace(first, plate=moved))
+    session = replace(session, plate=plate).updated("measurements", box=region)
     size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)
     text = f"the region is now the bounding box of the rows, {size} mm; change it in the Plate tab"
     return session.with_message(Severity.LOG, text)  # the Plate tab names it

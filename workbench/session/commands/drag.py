@@ -48,7 +48,7 @@ class SelectTarget(AbstractChange):
             )
 
     def apply(self, session: Session) -> Session:
-        return replace(session, selected=self.target).with_playback(focus=Focus.TARGET)
+        return replace(session, selected=self.target).updated("playback", focus=Focus.TARGET)
 
 
 class GrabTarget(AbstractChange):
@@ -66,7 +66,7 @@ class GrabTarget(AbstractChange):
         if session.drag is not None:
             return session
         drag = Drag(self.client, self.target)
-        session = begin_step(session).with_playback(focus=Focus.TARGET)
+        session = begin_step(session).updated("playback", focus=Focus.TARGET)
         return replace(session, drag=drag, selected=self.target)
 
 
@@ -160,7 +160,7 @@ class DropTarget(AbstractChange):
         index = session.drag.target
         session = replace(session, drag=None)
         if session.history.done[-1].plate is session.plate:
-            return replace(session, history=replace(session.history, done=session.history.done[:-1]))
+            return session.updated("history", done=session.history.done[:-1])
         target = session.plate.targets[index]
         state = with_branch_name(target, session.states[index], branches_to(session.robot, target))
         return commit_step(replace(session, states=with_item(session.states, index, state)))

@@ -16,7 +16,7 @@ from workbench.identification.prior import Prior
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
-from workbench.session.commands.compare import with_fit
+from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
@@ -80,19 +80,16 @@ class Identify(AbstractTask[IdentifiedRows]):
     def finish(self, session: Session, result: IdentifiedRows) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "identify")
-        fit, last = found.best.fit.algorithm, session.results.identification
+        fit, last = found.best.fit.algorithm.name, session.results.identification
         is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
         geometry = session.results.geometry if is_same else None
-        session = replace(
-            session.with_playback(focus=Focus.ROW),
-            results=replace(session.results, identification=found, row=0, geometry=geometry),
-            measurements=replace(session.measurements, unread=None),
-        )
-        session = with_fit(session, fit)
+        session = session.updated("playback", focus=Focus.ROW).updated("measurements", unread=None)
+        found_now = {"identification": found, "fit": fit, "geometry": geometry, "row": 0}
+        session = with_comparison(session.updated("results", **found_now))
         overlay = replace(session.choices.overlay, stage=None)
         if last is None and (rows := session.results.comparison) is not None:  # as later models then are
             overlay = replace(overlay, exaggeration=times_for(rows.errors[:, 0], session.robot.reach))
-        session = replace(session, choices=replace(session.choices, overlay=overlay))
+        session = session.updated("choices", overlay=overlay)
         return session.with_message(Severity.LOG, _summary(found, fit))
 
 
@@ -140,7 +137,7 @@ class SetWanted(AbstractChange):
         return Wanted(position=self.position, rotation=self.rotation, per_axis=self.per_axis)
 
     def apply(self, session: Session) -> Session:
-        return replace(session, choices=replace(session.choices, wanted=self.wanted()))
+        return session.updated("choices", wanted=self.wanted())
 
 
 class SetLevelled(AbstractChange):
@@ -153,7 +150,7 @@ class SetLevelled(AbstractChange):
     title = computed(lambda self: f"The instrument is {'' if self.levelled else 'not '}levelled")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, measurements=replace(session.measurements, levelled=self.levelled))
+        return session.updated("measurements", levelled=self.levelled)
 
 
 class LeaveRowsOut(AbstractChange):
@@ -177,7 +174,7 @@ class LeaveRowsOut(AbstractChange):
             raise OptionError("at least one row must be kept")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, measurements=replace(session.measurements, left_out=frozenset(self.rows)))
+        return session.updated("measurements", left_out=frozenset(self.rows))
 
 
 class HoldParameter(AbstractChange):
@@ -202,4 +199,4 @@ class HoldParameter(AbstractChange):
     def apply(self, session: Session) -> Session:
         fixed = session.choices.fixed - {self.name}
         fixed = fixed | {self.name} if self.held else fixed
-        return replace(session, choices=replace(session.choices, fixed=fixed))
+        return session.updated("choices", fixed=fixed)

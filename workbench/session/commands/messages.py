@@ -1,6 +1,5 @@
 """Messages, shown by the program and dismissed by the user; and the open tab."""
 
-from dataclasses import replace
 from enum import StrEnum
 
 from workbench.session.command import AbstractChange, computed
@@ -28,7 +27,7 @@ class Dismiss(AbstractChange):
     key = "dismiss"
 
     def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, messages=()))
+        return session.updated("page", messages=())
 
 
 class ConfirmRecording(AbstractChange):
@@ -39,7 +38,7 @@ class ConfirmRecording(AbstractChange):
     def apply(self, session: Session) -> Session:
         drag = session.drag
         session = session if drag is None else DropTarget(drag.client).apply(session)
-        return replace(session, page=replace(session.page, question=""))
+        return session.updated("page", question="")
 
 
 class SetCaption(AbstractChange):
@@ -50,7 +49,7 @@ class SetCaption(AbstractChange):
     text: str
 
     def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, caption=self.text, is_paused=False))
+        return session.updated("page", caption=self.text, is_paused=False)
 
 
 class Steer(StrEnum):
@@ -68,7 +67,7 @@ class SteerDemo(AbstractChange):
     title = computed(lambda self: f"{self.how} (demo)")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, is_paused=self.how is Steer.PAUSE))
+        return session.updated("page", is_paused=self.how is Steer.PAUSE)
 
 
 class OpenTab(AbstractChange):
@@ -82,7 +81,7 @@ class OpenTab(AbstractChange):
     title = computed(lambda self: f"Open {self.tab}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, opened=Opened(self.tab), tab=self.tab))
+        return session.updated("page", opened=Opened(self.tab), tab=self.tab)
 
 
 class NoteTab(AbstractChange):
@@ -96,4 +95,4 @@ class NoteTab(AbstractChange):
     title = computed(lambda self: f"{self.tab} is open")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, tab=self.tab))
+        return session.updated("page", tab=self.tab)

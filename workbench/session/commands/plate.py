@@ -113,7 +113,7 @@ class ImprovePlate(AbstractTask[FoundPlate]):
 
 def _searched(session: Session, number: int) -> Session:
     """The session after a search for so many targets that ended with its plate."""
-    return replace(session, history=replace(session.history, searched=session.plate, sought=number))
+    return session.updated("history", searched=session.plate, sought=number)
 
 
 def _moved(before: Plate, after: Plate) -> str:

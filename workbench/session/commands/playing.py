@@ -37,7 +37,7 @@ class PlayTrack(AbstractTrackChange):
         played = _planned(session)
         at = 0.0 if played.at >= played.motion.duration else played.at
         begun = replace(played.stopped(at), is_running=True)
-        return session.with_part(begun).with_playback(focus=Focus.TRACK)
+        return session.with_part(begun).updated("playback", focus=Focus.TRACK)
 
 
 class PauseTrack(AbstractTrackChange):
@@ -73,7 +73,7 @@ class PlaceTrack(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         focus = Focus.TRACK if self.is_shown else session.playback.focus
-        return session.with_part(_planned(session).stopped(self.at)).with_playback(focus=focus)
+        return session.with_part(_planned(session).stopped(self.at)).updated("playback", focus=focus)
 
 
 class LeaveTrack(AbstractTrackChange):
@@ -84,7 +84,7 @@ class LeaveTrack(AbstractTrackChange):
 
     def apply(self, session: Session) -> Session:
         played = _planned(session)
-        return session.with_part(played.stopped(played.at)).with_playback(focus=Focus.TARGET)
+        return session.with_part(played.stopped(played.at)).updated("playback", focus=Focus.TARGET)
 
 
 class SetPace(AbstractChange):

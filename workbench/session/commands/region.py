@@ -61,7 +61,7 @@ class SetRegion(AbstractChange):
             session = begin_step(session)
         view = replace(session.region.view, picked=None, layer=0)
         plate = replace(session.plate, region=self.region())
-        return replace(session, plate=plate).with_region(view=view)
+        return replace(session, plate=plate).updated("region", view=view)
 
     def region(self) -> Region:
         return Region(min=np.array(self.low), max=np.array(self.high), cube=self.cube)
@@ -89,7 +89,7 @@ class ShowCubes(AbstractChange):
             measurements(session)
 
     def apply(self, session: Session) -> Session:
-        return session.with_region(view=self.view)
+        return session.updated("region", view=self.view)
 
 
 class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
@@ -116,7 +116,7 @@ class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
         region, drawn = result
         if session.plate.region is not region:
             raise Cancelled
-        return rescore(session.with_region(sampled=region, q=drawn))
+        return rescore(session.updated("region", sampled=region, q=drawn))
 
 
 class MapCubes(AbstractChore[CubeMap]):
@@ -153,7 +153,7 @@ class MapCubes(AbstractChore[CubeMap]):
     def finish(self, session: Session, result: CubeMap) -> Session:
         if session.plate.region is not result.region:
             raise Cancelled
-        return session.with_region(cubes=result)
+        return session.updated("region", cubes=result)
 
 
 CHORES = (SampleRegion, MapCubes)

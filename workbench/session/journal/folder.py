@@ -145,7 +145,7 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
             f"{recording.folder.name} was recorded on another machine, or by an earlier version, and is only "
             f"shown: to continue copies it into {root}, where it is changed and its fits are computed here"
         )
-        asked = replace(session, page=replace(session.page, question=question))
+        asked = session.updated("page", question=question)
         asked = asked.with_message(Severity.WARNING, warning) if warning else asked
         confirmed = partial(branch, recording, session, root=root)
         return StartedSession(asked, entries=recording.entries, trouble=question, confirmed=confirmed)

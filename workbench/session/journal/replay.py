@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from workbench.base.errors import OptionError
-from workbench.base.progress import running
+from workbench.base.progress import part_of
 from workbench.session.command import (
     AbstractChange,
     AbstractChore,
@@ -60,7 +60,8 @@ def _steps(session: Session, entries: list[Entry]) -> Iterator[Session]:
         if entry.ending is Ending.DONE:
             is_lacking |= isinstance(entry.command, UnknownCommand)
             try:
-                session = _do_again(session, entry, bases.get(entry.basis))
+                with part_of((number - 1) / len(entries), 1.0 / len(entries)):
+                    session = _do_again(session, entry, bases.get(entry.basis))
             except Exception as error:  # a command that was changed raises nearly anything
                 if not is_lacking:
                     raise OptionError(
@@ -80,6 +81,4 @@ def _do_again(session: Session, entry: Entry, basis: Session | None) -> Session:
     if entry.result is not None:
         return command.finish(session, entry.result)
     assert basis is not None, "it starts from a step that is missing"
-    with running():
-        result = command.compute(basis)
-    return command.finish(session, result)
+    return command.finish(session, command.compute(basis))

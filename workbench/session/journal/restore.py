@@ -103,7 +103,7 @@ def restore(
         following = entries[step : step + 1]
         if not following or takes_long(following[0], is_computed=is_computed):
             show(session)
-        progress(step / len(written), following[0].command.title if following else "")
+        progress(step / max(len(entries), 1), following[0].command.title if following else "")
     if recording.skipped:
         session = session.with_message(Severity.WARNING, recording.skipped)
     if not found:

@@ -1,11 +1,8 @@
 """Cameras of pages."""
 
-import numpy as np
 import viser
-from jaxtyping import Float
 
 from workbench.base.types import Vector3
-from workbench.views.drawables.viewpoint import VIEW, view_of
 
 WIDE = 1.1
 """Width of the pictures that views are made for, as a share of their height, at least."""
@@ -30,10 +27,3 @@ def aim_all(server: viser.ViserServer, position: Vector3, look_at: Vector3) -> N
     server.initial_camera.look_at = look_at
     for client in server.get_clients().values():
         aim(client, position, look_at)
-
-
-def look_at(
-    client: viser.ClientHandle, places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW
-) -> None:
-    """Move a page's camera so that all places are in the picture, seen along this direction towards it."""
-    aim(client, *view_of(places, along=along))

@@ -73,7 +73,8 @@ RULES = f"""
   font-variant-numeric: tabular-nums }}
 [{CAPTION}] > a {{ display: inline-block; margin-top: 10px; padding: 5px 16px; border-radius: 4px;
   background: #1d4ed8; color: #fff; font-size: 15px; text-decoration: none; pointer-events: auto }}
-.mantine-Notifications-root {{ top: auto !important; bottom: 1em; left: 1em !important }}
+.mantine-Notifications-root {{ z-index: 4 !important; top: auto !important; bottom: 1em;
+  left: 1em !important }}
 .mantine-Notification-root {{ pointer-events: none !important }}
 .mantine-Notification-root button {{ pointer-events: auto !important }}
 canvas[data-engine] {{ background: {css(SKY)} }}
@@ -107,8 +108,7 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
 @media (min-width: {WIDE}px) {{ :root {{ --words: 14px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
-  .mantine-Notifications-root {{ z-index: 4 !important; top: 1em !important; bottom: auto;
-    left: 1em !important }}
+  .mantine-Notifications-root {{ top: 1em !important; bottom: auto }}
   [{MORE}] {{ display: none }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}
@@ -130,7 +130,7 @@ COARSE = 0.4
 """Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
 SLOW = "llvmpipe|swiftshader|softpipe|software"
 """In the names of renderers without a graphics card."""
-LEAVE = ["Close", "Cancel", "Look around"]
+LEAVE = ["Close", "Cancel", "Look around", "Back"]
 """Buttons that end a sheet without doing anything."""
 SCRIPT = f"""
 const measured = new ResizeObserver(([strip]) =>

@@ -132,3 +132,20 @@ def set_value(control: Any, value: Any) -> None:
         new = _messages.GuiUpdateMessage(state.uuid, {"value": value})
         state.gui_api._websock_interface.queue_message(new)
         state.value = value
+
+
+def set_pose(node: viser.SceneNodeHandle, position: Any = None, wxyz: Any = None) -> None:
+    """Move or turn a node on all pages, also where the server has it there already.
+
+    viser sends no pose that it has, nor the default one of a new node, which a page may show where an older
+    node of its name stood; and its comparison takes longer than all else in a drag.
+    """
+    state = node._impl
+    if position is not None:
+        state.position[:] = position
+        x, y, z = state.position.tolist()
+        state.api._queue_scene_message(_messages.SetPositionMessage(state.name, (x, y, z)))
+    if wxyz is not None:
+        state.wxyz[:] = wxyz
+        w, x, y, z = state.wxyz.tolist()
+        state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, (w, x, y, z)))

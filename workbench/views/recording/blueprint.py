@@ -16,15 +16,15 @@ GROUND = (246, 248, 251)
 NEARER = 0.65
 """Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
-ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
-ERRORS = ROW_ERRORS | {"nominal deg": "nominal_deg", "calibrated deg": "calibrated_deg"}
-PLOTS = {
-    "predicted": ("Predicted errors", {"position mm": "position_mm", "rotation deg": "rotation_deg"}),
-    "index": ("Indices", {name: name for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
-    "error": ("Errors", ERRORS),
-    "row_error": (f"By row: set the timeline to {ROW}", ROW_ERRORS),
+POSITION, ROTATION = "position [mm]", "rotation [°]"
+BOTH = f"{POSITION}: grey nominal, orange calibrated"
+PLOTS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
+    "predicted": ("Predicted errors", {POSITION: ("position_mm",), ROTATION: ("rotation_deg",)}),
+    "index": ("Indices", {name: (name,) for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
+    "error": ("Errors", {BOTH: ("nominal_mm", "calibrated_mm"), ROTATION: ("nominal_deg", "calibrated_deg")}),
+    "row_error": (f"By row: set the timeline to {ROW}", {BOTH: ("nominal_mm/**", "calibrated_mm/**")}),
 }
-"""Where numbers are, how their tab is called, and their headings."""
+"""Where numbers are, how their tab is called, and what each of its plots has, by its heading."""
 
 
 def subject(session: Session) -> tuple[Any, ...]:
@@ -44,8 +44,7 @@ def _in_front(session: Session) -> tuple[int, int, bool]:
 
 def blueprint(session: Session) -> rrb.Blueprint:
     plot, table, has_angles = _in_front(session)
-    shown = PLOTS if has_angles else PLOTS | {"error": ("Errors", ROW_ERRORS)}
-    views = [_plots(origin, name, series) for origin, (name, series) in shown.items()]
+    views = [_plots(origin, has_angles=has_angles or origin != "error") for origin in PLOTS]
     beside = rrb.Vertical(rrb.Tabs(*views, active_tab=plot), rrb.Tabs(*_tables(), active_tab=table))
     above = rrb.Horizontal(_scene(session), beside, column_shares=[1, 1])
     log = rrb.TextLogView(
@@ -69,11 +68,18 @@ def _tables() -> tuple[rrb.View, ...]:
     )
 
 
-def _plots(origin: str, name: str, series: dict[str, str]) -> rrb.Container:
-    """Plots by their headings; every number has a scale of its own."""
+def _plots(origin: str, *, has_angles: bool) -> rrb.Container:
+    """Plots by their headings; what has the same unit and meaning has one scale."""
+    name, plots = PLOTS[origin]
     views = [
-        rrb.TimeSeriesView(origin=f"{origin}/{path}", name=heading, plot_legend=NO_LEGEND)
-        for heading, path in series.items()
+        rrb.TimeSeriesView(
+            origin=origin,
+            contents=[f"$origin/{path}" for path in paths],
+            name=heading,
+            plot_legend=NO_LEGEND,
+            visible=has_angles or heading != ROTATION,
+        )
+        for heading, paths in plots.items()
     ]
     return rrb.Grid(*views, grid_columns=1 if len(views) < 3 else 2, name=name)
 

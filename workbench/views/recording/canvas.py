@@ -38,7 +38,7 @@ class Canvas:
     def arrange(self, layout: rrb.Blueprint) -> None:
         """Lay out the viewer anew."""
         for outlet in self._outlets:
-            outlet.stream.send_blueprint(layout)
+            outlet.arrange(layout)
 
     def log(self, path: str, *what: Any, static: bool = False) -> None:
         for outlet in self._outlets:

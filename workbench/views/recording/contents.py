@@ -54,8 +54,7 @@ class MomentDrawing:
             self._try("rows", draw_rows, self._canvas, session, rows)
         about = subject(session)
         if len(self._subject) != len(about) or not all(map(is_same, about, self._subject)):
-            if self._subject:  # the first layout is the file's own
-                self._try("layout", lambda: self._canvas.arrange(blueprint(session)))
+            self._try("layout", lambda: self._canvas.arrange(blueprint(session)))
             self._subject = about
         self._canvas.at(moment.step, moment.at)
         self._try("scene", self._scene.draw, in_recordings(session))

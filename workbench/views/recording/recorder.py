@@ -118,19 +118,17 @@ def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0
     """
 
     def open_canvas(session: Session, notify: Callable[[str], None]) -> "Canvas":
-        from workbench.views.recording.blueprint import blueprint
         from workbench.views.recording.canvas import Canvas
         from workbench.views.recording.rerun_output import AbstractOutlet, FileOutlet, ViewerOutlet
 
-        layout = blueprint(session)
         name = "session" if folder is None else folder.name
         outlets: list[AbstractOutlet] = []
         if folder is not None:
             files = (folder / f"{STEM}{'' if k == 1 else f'-{k}'}.rrd" for k in count(1))
             free = next(file for file in files if not os.path.lexists(file))  # nothing is written over
-            outlets.append(FileOutlet(free, name, blueprint=layout, notify=notify))
+            outlets.append(FileOutlet(free, name, notify=notify))
         if live is not None:
-            outlets.append(ViewerOutlet(live, name, blueprint=layout))
+            outlets.append(ViewerOutlet(live, name))
         return Canvas(outlets)
 
     return Recorder(open_canvas, after=after)

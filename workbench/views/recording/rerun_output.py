@@ -11,16 +11,17 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
+from uuid import NAMESPACE_OID, uuid5
 
 os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun import bindings
 
 from workbench.base.errors import OptionError
 
 OPEN_FILES = "/proc/self/fd" if os.path.isdir("/proc/self/fd") else "/dev/fd"
 """Where the files that this process has open stand by their numbers: on Linux; on macOS."""
-APPLICATION = "workbench"
 PORT = 9876
 """Port of a rerun viewer that was started without options."""
 MAX_WAITING = 32 * 2**20
@@ -39,13 +40,36 @@ Notify = Callable[[str], None]
 
 
 class AbstractOutlet(ABC):
-    """Takes one recording."""
+    """Takes one recording.
+
+    All its layouts go through one stream, each in place of the one before: of `send_blueprint` rerun keeps a
+    stream and its two threads for ever.
+    """
 
     stream: rr.RecordingStream
+
+    def __init__(self, recording: str, *, tick: float):
+        batches = rr.ChunkBatcherConfig(flush_tick=tick)
+        name = f"workbench {recording}"  # the viewer keeps one layout for all recordings of an application
+        self.stream = rr.RecordingStream(name, recording_id=recording, batcher_config=batches)
+        self.stream.set_log_time_enabled(False)
+        self.stream.set_log_tick_enabled(False)
+        native = bindings.new_blueprint(name, make_default=False, make_thread_default=False)
+        self._layouts = rr.RecordingStream._from_native(native)
+        self._layouts.set_time("blueprint", sequence=0)
+        self._waiting = self._layouts.memory_recording()
+
+    def arrange(self, layout: rrb.Blueprint) -> None:
+        """Lay out the viewer; every layout has the same parts."""
+        _name_parts(layout.root_container)
+        layout._log_to_stream(self._layouts)
+        bindings.send_blueprint(self._waiting.storage, recording=self.stream.to_native())
 
     @abstractmethod
     def close(self) -> None:
         """Finish the recording; a file gets its index."""
+        self.stream.disconnect()
+        self._layouts.disconnect()
 
 
 class FileOutlet(AbstractOutlet):
@@ -54,26 +78,22 @@ class FileOutlet(AbstractOutlet):
     Args:
         path: The file.
         recording: Identity of the recording; parts of one session share it.
-        blueprint: How the viewer is laid out.
         notify: Told once of trouble with the disk, which `trouble` then says.
     """
 
-    def __init__(
-        self, path: Path, recording: str, *, blueprint: rrb.Blueprint, notify: Notify = lambda text: None
-    ):
+    def __init__(self, path: Path, recording: str, *, notify: Notify = lambda text: None):
         self._path, self._notify = path, notify
         self.trouble = ""
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         self._end, inlet = os.pipe()
         self._pump = threading.Thread(target=self._move, name="workbench-recording", daemon=True)
         self._pump.start()
-        batches = rr.ChunkBatcherConfig(flush_tick=FILE_TICK)
-        self.stream = _stream(recording, batches)
-        self.stream.set_sinks(rr.FileSink(f"{OPEN_FILES}/{inlet}"), default_blueprint=blueprint)
+        super().__init__(recording, tick=FILE_TICK)
+        self.stream.set_sinks(rr.FileSink(f"{OPEN_FILES}/{inlet}"))
         os.close(inlet)  # the sink has its own handle; the pipe ends when it lets go
 
     def close(self) -> None:
-        self.stream.disconnect()
+        super().close()
         self._pump.join(PATIENCE)
 
     def _move(self) -> None:
@@ -101,14 +121,14 @@ class FileOutlet(AbstractOutlet):
 class ViewerOutlet(AbstractOutlet):
     """Streams to a viewer that is open at `HOST`, `HOST:PORT`, or the viewer's own URL."""
 
-    def __init__(self, address: str, recording: str, *, blueprint: rrb.Blueprint):
-        self.stream = _stream(recording, rr.ChunkBatcherConfig(flush_tick=TICK))
-        self.stream.connect_grpc(url_of(address), default_blueprint=blueprint)
+    def __init__(self, address: str, recording: str):
+        super().__init__(recording, tick=TICK)
+        self.stream.connect_grpc(url_of(address))
 
     def close(self) -> None:
         with contextlib.suppress(Exception):  # a viewer that was closed
             self.stream.flush(timeout_sec=PATIENCE)
-        self.stream.disconnect()
+        super().close()
 
 
 def url_of(address: str) -> str:
@@ -124,8 +144,9 @@ def url_of(address: str) -> str:
         ) from None
 
 
-def _stream(recording: str, batches: rr.ChunkBatcherConfig) -> rr.RecordingStream:
-    stream = rr.RecordingStream(APPLICATION, recording_id=recording, batcher_config=batches)
-    stream.set_log_time_enabled(False)
-    stream.set_log_tick_enabled(False)
-    return stream
+def _name_parts(part: rrb.Container | rrb.View, path: str = "") -> None:
+    """The same identities for the same places of a layout."""
+    part.id = uuid5(NAMESPACE_OID, path)
+    for i, inner in enumerate(getattr(part, "contents", ())):
+        if isinstance(inner, rrb.Container | rrb.View):
+            _name_parts(inner, f"{path}/{i}")

@@ -101,7 +101,7 @@ class Series(AbstractTimeline):
         colour = ARMS.get(name.split("_")[0], SELECTED)
         step = rr.components.InterpolationMode.StepAfter
         line = rr.SeriesLines(names=name.replace("_", " "), colors=colour, interpolation_mode=step)
-        canvas.log(path, line, static=True)
+        canvas.log(path, line, rr.SeriesPoints(colors=colour, marker_sizes=4.0), static=True)
 
 
 class RowErrorTimeline(AbstractTimeline):

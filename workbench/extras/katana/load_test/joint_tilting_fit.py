@@ -125,7 +125,7 @@ def fit_tilting(
         left = [0.0 if n in problem.names else known[n] for n in wide.names]
         considered = Considered(wide, np.array(left))
     algorithm = Opt2(limit=MAX_STEPS)
-    fit = Fit.of(algorithm, problem, algorithm.search(problem), considered=considered)
+    fit = Fit(algorithm=algorithm, problem=problem, search=algorithm.search(problem), considered=considered)
     found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
     return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(requested, key=lambda j: j.joint)))
 

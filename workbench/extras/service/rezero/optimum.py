@@ -86,7 +86,7 @@ class Optimum:
 
     def quantile(self, level: float) -> float:
         """Standard deviations within which an unknown lies; Student's where the fit gives the noise."""
-        known = self.measured or noises.given_by_rows(self.problem) is noises.StatedNoise.ALL
+        known = self.measured or noises.share_stated(self.problem) == 1.0
         tail = 0.5 + 0.5 * level
         return float(special.ndtri(tail) if known else special.stdtrit(self.spare, tail))
 

@@ -1,52 +1,22 @@
 """The panels of the page; each says its tab and its place in it itself."""
 
-from workbench.parts import parts
-from workbench.views.page.panels.arm import ArmPanel
-from workbench.views.page.panels.columns import ColumnsPanel
-from workbench.views.page.panels.compare import ComparePanel
-from workbench.views.page.panels.data import DataPanel
-from workbench.views.page.panels.diagnose import DiagnosePanel
-from workbench.views.page.panels.display_options import LookPanel
-from workbench.views.page.panels.files import FilesPanel
-from workbench.views.page.panels.fit import FitDetailsPanel, FitPanel
-from workbench.views.page.panels.history import HistoryPanel
-from workbench.views.page.panels.index import DetailsPanel, IndexPanel
-from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
-from workbench.views.page.panels.joints import JointsPanel
-from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.plate import ImprovePanel, NoisePanel, PlateFilesPanel
-from workbench.views.page.panels.region import RegionPanel
-from workbench.views.page.panels.row_errors import RowErrorsPanel
-from workbench.views.page.panels.selected_target import BranchesPanel, TargetsPanel
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
 
-PANELS: tuple[type[AbstractPanel], ...] = (
-    ArmPanel,
-    JogPanel,
-    ToolPanel,
-    CapturedPanel,
-    LookPanel,
-    TargetsPanel,
-    BranchesPanel,
-    IndexPanel,
-    DetailsPanel,
-    ImprovePanel,
-    PlateFilesPanel,
-    NoisePanel,
-    HistoryPanel,
-    RegionPanel,
-    DataPanel,
-    ColumnsPanel,
-    FitPanel,
-    DiagnosePanel,
-    RowErrorsPanel,
-    JointsPanel,
-    FitDetailsPanel,
-    ComparePanel,
-    FilesPanel,
-)
-"""The built-in ones, in no order."""
+from workbench.parts import parts
+from workbench.views.page.panels.panel import AbstractPanel
+
+
+@cache
+def own_panels() -> tuple[type[AbstractPanel], ...]:
+    """Those of this folder that name a tab; the others stand beside the tabs."""
+    for module in iter_modules(__path__):
+        import_module(f"{__name__}.{module.name}")
+    kinds = (kind for kind in AbstractPanel.__subclasses__() if kind.__module__.startswith(__name__))
+    return tuple(kind for kind in kinds if "order" in vars(kind))
 
 
 def panels() -> tuple[type[AbstractPanel], ...]:
     """All panels: ours, and those of extras and other packages."""
-    return PANELS + parts("panels", AbstractPanel, classes=True)
+    return own_panels() + parts("panels", AbstractPanel, classes=True)

@@ -1,5 +1,7 @@
 """Which arm, from the list or a file, and what is known of it."""
 
+from contextlib import suppress
+
 import numpy as np
 import viser
 
@@ -8,6 +10,8 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.envelope import maximum_reach
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
+from workbench.base.errors import WorkbenchError
+from workbench.plate.plate import Plate
 from workbench.session.commands.arm import LARGEST_ARCHIVE, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Tab
@@ -46,9 +50,7 @@ class ArmPanel(AbstractPanel):
             "go to the Measure tab.",
             endings=MODELS,
             maximum=LARGEST_ARCHIVE,
-            question=Question(
-                LOST, lambda content: "" if b"[[target]]" in content else self._lost(), "Open it"
-            ),
+            question=Question(LOST, self._lost_by, "Open it"),
         )
         self.html(lambda s: block(facts(s.robot), testid="arm", style="margin:6px 0"))
 
@@ -61,6 +63,12 @@ class ArmPanel(AbstractPanel):
             self._worker.submit(ChooseRobot(name))
             return
         ask(event, LOST, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
+
+    def _lost_by(self, name: str, content: bytes) -> str:
+        """What this file puts away; nothing if it can't be read, which its refusal then says."""
+        with suppress(WorkbenchError):
+            return "" if isinstance(LoadModel(name, content).model(), Plate) else self._lost()
+        return ""
 
     def _lost(self) -> str:
         """What another robot puts away; empty if nothing."""

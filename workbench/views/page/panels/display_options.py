@@ -8,12 +8,14 @@ import viser
 
 from workbench.session.commands.compare import SetDark
 from workbench.session.commands.drag import MoveTarget, SelectTarget
+from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, pairs
-from workbench.views.page.panels.panel import AbstractPanel, sheet
+from workbench.views.page.panels.panel import AbstractPanel
 
+TITLE = "How to use this page"
 BRAND = (37, 99, 235)
 MOUSE = (
     ("Drag an arrow or a ring", "moves or turns the selected target"),
@@ -47,9 +49,8 @@ class LookPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Page"):
             self.form(SetDark, self.checkbox("Dark", "Dark colours.", lambda s: s.page.is_dark))
-            title = "How to use this page"
-            show = partial(sheet, title=title, content=help_sheet())
-            self.press("Help and keys", show, viser.Icon.HELP, f"{title}, and its keyboard shortcuts.")
+            hint = f"{TITLE}, and its keyboard shortcuts."
+            self.press("Help and keys", show_help, viser.Icon.HELP, hint)
         self._keys(gui)
 
     def show(self, session: Session) -> None:
@@ -63,6 +64,8 @@ class LookPanel(AbstractPanel):
         add, send = gui.add_command, self.sending
         add(Undo.title, hotkey="Z", modifier="cmd/ctrl").on_trigger(send(lambda _: Undo()))
         add(Redo.title, hotkey="Z", modifier="cmd/ctrl+shift").on_trigger(send(lambda _: Redo()))
+        for tab in Tab:
+            add(f"Open the tab {tab}").on_trigger(send(lambda _, tab=tab: OpenTab(tab)))  # type: ignore[misc]
         add("Back to the best plate", hotkey="B").on_trigger(send(lambda _: RestoreBest()))
         add("Next target", hotkey="N").on_trigger(send(lambda _: self._step(1)))
         add("Previous target", hotkey="P").on_trigger(send(lambda _: self._step(-1)))
@@ -82,8 +85,15 @@ class LookPanel(AbstractPanel):
         return SelectTarget((session.selected + by) % len(session.plate))
 
 
-def help_sheet() -> str:
-    parts = (("Mouse", MOUSE), ("Keys", KEYS))
-    lines = "".join(heading(title) + pairs(rows) for title, rows in parts)
+def show_help(event: viser.GuiEvent) -> None:
+    """A sheet over the page of the user who pressed, until it is closed."""
+    if event.client is None:
+        return
+    lines = "".join(heading(title) + pairs(rows) for title, rows in (("Mouse", MOUSE), ("Keys", KEYS)))
     sentence = "Hover over a control for an explanation."
-    return block(f'{lines}<div style="color:{MUTED};margin-top:8px">{sentence}</div>', testid="help")
+    below = f'<div style="color:{MUTED};margin-top:8px">{sentence}</div>'
+    gui = event.client.gui
+    with (made := gui.add_modal(TITLE)):
+        gui.add_html(block(lines + below, testid="help"))
+        close = gui.add_button("Close", color="gray", hint="Close this sheet.")
+        close.on_click(lambda _: made.close())

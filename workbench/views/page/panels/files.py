@@ -15,6 +15,7 @@ from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
     exported_as,
+    fixture_zip,
     measurements_csv,
     plate_toml,
     report_zip,
@@ -23,6 +24,7 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.plate import PARTS
 
 FORMATS = (
     "TOML is for this program, with all effects; URDF for others, geometry alone; the report is a web page."
@@ -82,6 +84,7 @@ class FilesPanel(AbstractPanel):
             self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
             self._add_arm()
         with gui.add_folder("Plate and measurements"):
+            self.download("Plate to make (ZIP)", fixture_zip, PARTS)
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
             self.download(
                 "Measurements (CSV)",

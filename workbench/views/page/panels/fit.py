@@ -31,7 +31,7 @@ from workbench.views.page.panels.result_card import result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 WHY = "Why? Each change, in mm at the tool"
-HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add causes fits both."
+HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
 HELD, CONFOUNDED = "fixed under Options", "not distinguishable from the pose of camera or board"
 """Why a joint's zero was not identified from pictures."""
 FRAMES = {
@@ -66,7 +66,7 @@ class FitPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
-        steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add causes": AddEffects}
+        steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add effects": AddEffects}
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=_has_rows)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 
+import numpy as np
 import viser
 
 from workbench.base.wording import capital
@@ -26,6 +27,8 @@ TINTS = {
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 AWAY = 'style="float:right;margin-left:8px;color:inherit;text-decoration:none"'
+CREEP = 0.08
+"""How far a bar goes beyond what was reported, at most: a round of a search reports a tenth at once."""
 PLAYING = "The demo is playing; any input ends it."
 
 
@@ -99,9 +102,12 @@ class Messages(AbstractPanel):
 
 
 def _progress(session: Session) -> float:
-    """How much of the long work is done, in percent, of which a little is always seen."""
-    job = session.page.job
-    return 0.0 if job is None else 100.0 * min(max(job.fraction, 0.02), 1.0)
+    """How much of the long work is done, in percent; between two reports it creeps on as fast as so far."""
+    if (job := session.page.job) is None:
+        return 0.0
+    pace = job.fraction / max(job.since - job.begun, 0.1)
+    ahead = CREEP * (1.0 - np.exp(-pace * (time.monotonic() - job.since) / CREEP))
+    return 100.0 * min(max(job.fraction + np.nan_to_num(ahead), 0.02), 1.0)
 
 
 def _verdict(session: Session) -> str:

@@ -66,12 +66,12 @@ class Question(NamedTuple):
 
     Args:
         title: What is to be decided.
-        about: The question for these contents; empty if nothing has to be asked.
+        about: The question for a file of this name and contents; empty if nothing has to be asked.
         answer: The way on.
     """
 
     title: str
-    about: Callable[[bytes], str]
+    about: Callable[[str, bytes], str]
     answer: str
 
 
@@ -176,14 +176,16 @@ class AbstractPanel(AbstractControls):
         @made.on_upload
         async def _(event: viser.GuiEvent) -> None:
             file = event.target.value
+            name, content = file.name, bytes(file.content)
             if len(file.content) > maximum:
                 self._worker.submit(Tell(f"{too_large(file.name, len(file.content), maximum)} here"))
                 return
             await asyncio.sleep(ARRIVED)
             forget_uploads(self._gui)
-            send = partial(self.send, partial(command, file.name, bytes(file.content)))
-            if question is not None and (problem := question.about(bytes(file.content))):
-                ask(event, question.title, problem, question.answer, send)
+            send = partial(self.send, partial(command, name, content))
+            about = "" if question is None else await asyncio.to_thread(question.about, name, content)
+            if question is not None and about:
+                ask(event, question.title, about, question.answer, send)
             else:
                 send()
 
@@ -252,14 +254,3 @@ def ask(
     def _(_: object) -> None:
         dialogue.close()
         do()
-
-
-def sheet(event: viser.GuiEvent, title: str, content: str) -> None:
-    """Show HTML in a sheet over the page of the user who pressed, until it is closed."""
-    if event.client is None:
-        return
-    gui = event.client.gui
-    with (made := gui.add_modal(title)):
-        gui.add_html(content)
-        close = gui.add_button("Close", color="gray", hint="Close this sheet.")
-        close.on_click(lambda _: made.close())

@@ -8,6 +8,9 @@ from workbench.session.page_state import Tab
 from workbench.views.page.panels.form import DEGREE
 from workbench.views.page.panels.panel import AbstractPanel
 
+PARTS = "STL, STEP, a drawing and the list of targets."
+"""What is in the workshop's file."""
+
 
 class ImprovePanel(AbstractPanel):
     """The one button that makes the plate better."""
@@ -33,7 +36,7 @@ class PlateFilesPanel(AbstractPanel):
     tab, order = Tab.PLATE, 51
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.download("Plate to make (ZIP)", fixture_zip, "STL, STEP, a drawing and the list of targets.")
+        self.download("Plate to make (ZIP)", fixture_zip, PARTS)
 
 
 class NoisePanel(AbstractPanel):

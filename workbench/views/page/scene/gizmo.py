@@ -1,8 +1,8 @@
 """Handles on the selected target: arrows along the base's axes, and rings about the tool's.
 
-Whoever grabs a handle owns the target until releasing it. Drags from other pages are reverted at once, and
-nudged once more at their end, because viser does not send a pose that it already has. Callbacks only send
-commands; while a handle is dragged its own pose is left alone, everything else follows the session.
+Whoever grabs a handle owns the target until releasing it; drags from other pages are reverted at once.
+Callbacks only send commands; while a handle is dragged its own pose is left alone, everything else follows
+the session.
 """
 
 from dataclasses import replace
@@ -19,10 +19,9 @@ from workbench.session.cube_fields import are_shown, shown_layer
 from workbench.session.state import CubeView, Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
-from workbench.views.page.scene.node import put
+from workbench.views.page.viser_internals import set_pose
 
 ARROWS, RINGS = "arrows", "rings"
-NUDGE = 1e-3
 
 
 class Gizmo:
@@ -52,14 +51,14 @@ class Gizmo:
             if self._dragged is None or self._dragged[0] != kind:
                 self._put(kind)
 
-    def _put(self, kind: str, *, off: float = 0.0) -> None:
-        """Put a handle at the target, or a little off in place [m] and angle [rad]."""
-        target = self._session.plate.targets[self._session.selected]
-        turned = None
-        if kind == RINGS and (off or target.rpy.tobytes() != self._turned):
-            turned = target.pose[:3, :3] @ se3.rotvec_to_matrix(np.full(3, off))
-            self._turned = b"" if off else target.rpy.tobytes()
-        put(self.handles[kind], target.xyz + off, turned)
+    def _put(self, kind: str, *, is_elsewhere: bool = False) -> None:
+        """Put a handle at the target; also where it `is_elsewhere` on a page and the server has it there."""
+        target, handle = self._session.plate.targets[self._session.selected], self.handles[kind]
+        if is_elsewhere or not np.array_equal(handle.position, target.xyz):
+            set_pose(handle, target.xyz)
+        if kind == RINGS and (is_elsewhere or target.rpy.tobytes() != self._turned):
+            set_pose(handle, wxyz=se3.matrix_to_quaternion(target.pose[:3, :3]))
+            self._turned = target.rpy.tobytes()
 
     def _listen(self, kind: str, handle: viser.TransformControlsHandle) -> None:
         @handle.on_update
@@ -72,9 +71,7 @@ class Gizmo:
                 self._dragged = (kind, client)
                 self._worker.submit(GrabTarget(self._session.selected, client + 1))
             if self._dragged != (kind, client):  # the page of one who does not own the target
-                if event.phase == "end":
-                    self._put(kind, off=NUDGE)
-                self._put(kind)
+                self._put(kind, is_elsewhere=True)
             elif event.phase == "end":
                 self._release(client)
             elif event.phase == "update":
@@ -141,7 +138,7 @@ class Corners:
             handle = self._handles[name]
             handle.visible = view.corners if name in CORNERS else has_cubes and view.cut is not None
             if name != self._dragged:
-                put(handle, place)
+                set_pose(handle, place)
 
     def _listen(self, name: str, handle: viser.TransformControlsHandle) -> None:
         @handle.on_update
@@ -149,7 +146,6 @@ class Corners:
             session, place = self._worker.session, np.array(event.target.position)
             if event.phase == "end":
                 self._dragged, self._shown = None, ()
-                put(handle, place + 1e-3)
                 self.show(session)
                 return
             if not np.isfinite(place).all():

@@ -21,8 +21,8 @@ from workbench.session.played_motion import AbstractMotion, Played
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.scene_contents import in_motion, on_page
-from workbench.views.drawables.viewpoint import first_view, from_outside
-from workbench.views.page.camera import aim_all, look_at
+from workbench.views.drawables.viewpoint import first_view, from_outside, view_of
+from workbench.views.page.camera import aim, aim_all
 from workbench.views.page.scene.gizmo import Corners, Gizmo
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import name_pages
@@ -194,7 +194,7 @@ class Player:
             return
         path, arm = motion.view(), np.outer([0.0, HIGH * reach], [0.0, 0.0, 1.0])
         for client in self._server.get_clients().values():
-            look_at(client, np.vstack([path, arm]), along=from_outside(path))
+            aim(client, *view_of(np.vstack([path, arm]), along=from_outside(path)))
 
 
 @final

@@ -1,7 +1,6 @@
 """The page as a sink: a viser node for every drawable, of which only what has changed is sent.
 
-viser compares every pose with the one that it has, which takes longer than all else here: poses are set only
-where they differ. There are no shadows, so that computers without a graphics card keep up.
+Poses are set only where they differ. There are no shadows, so that computers without a graphics card keep up.
 """
 
 import itertools
@@ -14,6 +13,7 @@ import numpy as np
 import viser
 
 from workbench.base import se3
+from workbench.base.types import Matrix4
 from workbench.views.appearance.bodies import Body
 from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
@@ -31,8 +31,9 @@ from workbench.views.drawables.drawable import (
 )
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.page.scene.cube_mesh import add_cubes
-from workbench.views.page.scene.node import Node, Ray, place_out_of_sight, put
+from workbench.views.page.scene.node import Node, Ray
 from workbench.views.page.scene.picking import picked
+from workbench.views.page.viser_internals import set_pose
 
 REDRAWN = 0.25
 """Minimum time between two drawings of what can wait [s]."""
@@ -96,8 +97,7 @@ def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh) -> Node:
         receive_shadow=False,
     )
     if mesh.pose is not None:
-        place_out_of_sight(node)
-        put(node, mesh.pose[:3, 3], mesh.pose[:3, :3])
+        _put(node, mesh.pose)
 
     def change(old: Mesh, new: Mesh) -> bool:
         changed = differences(old, new)
@@ -108,10 +108,14 @@ def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh) -> Node:
         if "colour" in changed:
             node.color = new.colour
         if "pose" in changed and new.pose is not None:
-            put(node, new.pose[:3, 3], new.pose[:3, :3])
+            _put(node, new.pose)
         return True
 
     return Node(node, change)
+
+
+def _put(node: viser.SceneNodeHandle, pose: Matrix4) -> None:
+    set_pose(node, pose[:3, 3], se3.matrix_to_quaternion(pose[:3, :3]))
 
 
 def _add_arm(server: viser.ViserServer, name: str, arm: Arm) -> Node:
@@ -119,7 +123,6 @@ def _add_arm(server: viser.ViserServer, name: str, arm: Arm) -> Node:
     root = server.scene.add_frame(name, show_axes=False)
     bodies = [server.scene.add_frame(f"{name}/body{i}", show_axes=False) for i in range(len(arm.bodies))]
     for node, body in zip(bodies, arm.bodies, strict=True):
-        place_out_of_sight(node)
         for j, part in enumerate(_parts(arm, body)):
             _add_mesh(server, f"{node.name}/part{j}", part)
 
@@ -128,9 +131,9 @@ def _add_arm(server: viser.ViserServer, name: str, arm: Arm) -> Node:
         moved = np.flatnonzero((old[:, :3, 3] != new[:, :3, 3]).any(axis=1))
         turned = np.flatnonzero((old[:, :3, :3] != new[:, :3, :3]).any(axis=(1, 2)))
         for i in moved:
-            bodies[i].position = new[i, :3, 3]
+            set_pose(bodies[i], new[i, :3, 3])
         for i, wxyz in zip(turned, se3.matrix_to_quaternion(new[turned, :3, :3]), strict=True):
-            bodies[i].wxyz = wxyz
+            set_pose(bodies[i], wxyz=wxyz)
 
     def change(old: Arm, new: Arm) -> bool:
         changed = differences(old, new) - {"frames"}

@@ -1,0 +1,106 @@
+"""What is wrong with all rows, or with some together, is named, and nothing else is taken for such."""
+
+import numpy as np
+import pytest
+import round_trip as trip
+from checks import with_errors
+from generator import three_parallel
+from refusals import refuses
+from slow import slow
+
+import workbench as wb
+from tests.identification.test_missing_units import poses_of_ur5e
+from workbench import Dataset, identify
+from workbench.base.errors import DataError
+from workbench.identification.checks.instrument_scale import instrument_scale
+from workbench.identification.rows.two_places import two_places
+
+
+def warned(factor: float, errors: float, *, seed: int, rows: int = 80, span: float = 1.5) -> str:
+    """What is said of points of a UR5 by other code, whose parts differ by errors [m, rad]."""
+    rng = np.random.default_rng(seed)
+    q, wrong = rng.uniform(-span, span, (rows, 6)), rng.normal(0.0, errors, (6, 6))
+    here = np.eye(4)
+    for k, (before, driven, after) in enumerate(three_parallel().parts(q)):
+        here = here @ before @ driven @ after @ trip.placed(wrong[k, :3], wrong[k, 3:])
+    points = factor * (here @ [0.03, 0.0, 0.1, 1.0])[:, :3] + rng.normal(0.0, 3e-5, (rows, 3))
+    return instrument_scale(wb.load_robot("ur5"), Dataset(q=q, position=points))
+
+
+@pytest.mark.parametrize(("factor", "what"), [(1.02, "longer"), (0.99, "shorter")])
+def test_a_board_printed_too_large_is_named(factor, what):
+    said = warned(factor, 4e-4, seed=1)
+    percent, _, rest = said.removeprefix("all lengths are ").partition(" % ")
+    assert float(percent) == pytest.approx(100.0 * abs(factor - 1.0), abs=0.2)
+    assert rest.startswith(what)
+
+
+@pytest.mark.parametrize("rows", [6, 20, 80])
+@pytest.mark.parametrize("span", [0.5, 1.0, 2.5])
+def test_errors_of_an_arm_are_no_scale(rows, span):
+    """Two long links that err alike look like one, of half a percent."""
+    assert not any(warned(1.0, 1e-3, seed=seed, rows=rows, span=span) for seed in range(40))
+
+
+def measured(shift, away, *, noise=5e-5):
+    rng, nominal = np.random.default_rng(3), wb.load_robot("ur5e").bare
+    arm = with_errors(nominal, 5e-4 * rng.normal(size=len(nominal.default_free)))
+    q = rng.uniform(-2.0, 2.0, (90, 6))
+    points = arm.predict(q)[:, :3, 3] + rng.normal(0.0, noise, (90, 3))
+    return Dataset(q=q, position=points + away[:, None] * np.asarray(shift))
+
+
+@pytest.mark.parametrize(
+    ("shift", "away", "text"),
+    [
+        ((0.0, 3e-3, 0.0), np.arange(90) % 3 == 0, "every 3rd, from row 0"),
+        ((1e-3, 0.0, -1e-3), np.arange(90) >= 60, "rows 60"),
+        ((2e-3, 0.0, 0.0), np.random.default_rng(1).random(90) < 0.2, "rows "),
+    ],
+)
+def test_rows_that_lie_off_together_are_named(shift, away, text):
+    found = wb.identify("ur5e", measured(shift, away), held_out=0.0)
+    (said,) = [w for w in found.warnings if "together" in w]
+    assert said.startswith(f"{away.sum()} of 90 fitted rows (")
+    assert text in said
+    stated = [float(v) for v in said.split("together, by ")[1].split(" mm in")[0].split(", ")]
+    assert stated == pytest.approx([1e3 * v for v in shift], abs=0.1)
+
+
+@pytest.mark.parametrize("noise", [5e-5, 2e-3])
+def test_noise_makes_no_two_groups(noise):
+    found = wb.identify("ur5e", measured((0, 0, 0), np.zeros(90, bool), noise=noise), held_out=0.0)
+    assert two_places(found.best.fit) == ""
+
+
+def moved_rows(seed, moved_at, *, of=60):
+    """Joints and points of a UR5e, of which the instrument is carried elsewhere after some rows."""
+    rng = np.random.default_rng(seed)
+    q, poses = poses_of_ur5e(rng, of)
+    points = poses[:, :3, 3]
+    points[moved_at:] += 0.5, 0.2, 0.0
+    return q, points + rng.normal(0.0, 3e-5, points.shape)
+
+
+@pytest.mark.parametrize("moved_at", [slow(15), 30, slow(44)])
+def test_both_parts_are_named(moved_at):
+    q, points = moved_rows(3, moved_at)
+    with refuses(DataError, f"data rows 0–{moved_at - 1} fit", f"and {moved_at}–59 to", "session"):
+        identify("ur5e", Dataset(q, points))
+    names = np.where(np.arange(60) < moved_at, "before", "after")
+    found = identify("ur5e", Dataset(q, points, session=names))
+    assert found.best.held_out.position_mm.mean < 0.2
+
+
+def test_rows_that_fit_nowhere_after_some_are_said_alone():
+    q, points = moved_rows(4, 60)
+    points[35:] = np.random.default_rng(0).permutation(points[35:])
+    with refuses(DataError, "data rows 0–34 fit", "those after them don't"):
+        identify("ur5e", Dataset(q, points))
+
+
+def test_nothing_is_said_of_rows_in_no_order():
+    q, points = moved_rows(5, 60)
+    with refuses(DataError, "off with the best base and tool") as caught:
+        identify("ur5e", Dataset(q, np.random.default_rng(1).permutation(points)))
+    assert "data rows" not in str(caught.value)

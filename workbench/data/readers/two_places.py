@@ -1,0 +1,67 @@
+"""Places that a table holds twice, as measured and as the controller has them: which count must be said.
+
+Where headings tell neither, both sets follow one motion: one is the other moved, turned and scaled.
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Mapping
+
+import numpy as np
+
+from workbench.base.errors import DataError
+from workbench.base.hand_eye import nearest_rotation
+from workbench.base.remedy import remedy
+from workbench.base.units import parse_heading
+from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.headings import is_commanded, is_of_measurement, normalised
+from workbench.data.readers.table import NUMBER, Table
+
+MIN_ROWS, ALIKE = 6, 0.02
+"""Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
+_CONTROLLER = re.compile(r"(^|_)(tcp|robot|ee|flange|fk|calc|theo|model|sim|o_t_ee)(_|$)")
+
+
+def refuse_two_places(table: Table, places: Mapping[str, int], unread: Mapping[int, str]) -> None:
+    """Raise where columns left out may be the measured places as well as those that are taken.
+
+    Args:
+        places: Columns of x, y and z.
+        unread: Headings of the columns left out, by their number.
+    """
+    taken = [table.headings[k] for k in places.values()]
+    said = any(table.names[k] != table.headings[k] for k in places.values())
+    if len(places) < 3 or said or any(is_of_measurement(heading) for heading in taken):
+        return
+    own = _numbers(table, [places[axis] for axis in "xyz"])
+    for other in _triples(table, unread):
+        theirs = _numbers(table, other)
+        rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
+        if rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows]):
+            names = ", ".join(f"'{table.headings[k]}'" for k in other)
+            how = " or ".join(f"columns='x[mm]={table.headings[k]}, …'" for k in (other[0], places["x"]))
+            how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
+            both = f"{', '.join(taken)} and {names} are places of one motion"
+            raise DataError(f"{table.source}: {both}: say which were measured, {how}")
+
+
+def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:
+    """Columns whose headings differ in x, y, z alone, none of a controller."""
+    stems = defaultdict[tuple[str, str], dict[str, int]](dict)
+    for index, heading in unread.items():
+        name = normalised(parse_heading(heading).name)
+        if not (is_commanded(heading) or _CONTROLLER.search(name) or table.names[index] == IGNORED):
+            for found in re.finditer("[xyz]", name):
+                stems[name[: found.start()], name[found.end() :]].setdefault(found[0], index)
+    return [[own[axis] for axis in "xyz"] for own in stems.values() if len(own) == 3]
+
+
+def _numbers(table: Table, columns: list[int]) -> np.ndarray:
+    cells = (table.columns[k] for k in columns)
+    return np.array([[float(c) if NUMBER.fullmatch(c) else np.nan for c in column] for column in cells]).T
+
+
+def _follow_each_other(one: np.ndarray, other: np.ndarray) -> bool:
+    one, other = ((p - p.mean(0)) / max(float(np.linalg.norm(p - p.mean(0))), 1e-300) for p in (one, other))
+    turn = nearest_rotation(one.T @ other)
+    return bool(np.linalg.norm(one @ turn - other) < ALIKE)
