@@ -96,7 +96,6 @@ def motion_of(robot: Robot, rows: int = 9, seed: int = 0) -> Motion:
         temperature=rng.uniform(15.0, 35.0, rows),
         payload=rng.uniform(0.0, 2.0, rows),
         wrench=rng.uniform(-5.0, 5.0, (rows, 6)),
-        row=np.arange(rows),
     )
 
 

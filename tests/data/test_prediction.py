@@ -18,10 +18,7 @@ def robot():
 def measured(robot, q, shift, turn):
     poses = tool_poses(robot, Motion(q))
     return Dataset(
-        q=q,
-        row=np.arange(len(q)),
-        position=poses[:, :3, 3] + shift,
-        rotation=se3.rotvec_to_matrix(turn) @ poses[:, :3, :3],
+        q=q, position=poses[:, :3, 3] + shift, rotation=se3.rotvec_to_matrix(turn) @ poses[:, :3, :3]
     )
 
 

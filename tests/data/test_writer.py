@@ -47,7 +47,6 @@ def columns(draw):
     exclude[0] = False
     return dict(  # noqa: C408
         q=rng.normal(0, 3, (rows, joints)),
-        row=np.arange(rows),
         position=size * rng.normal(0, 1, (rows, 3)),
         rotation=maybe(Rotation.from_rotvec(rng.normal(0, 2, (rows, 3))).as_matrix()),
         markers=maybe(rng.normal(0, 1, (rows, 2, 3))),

@@ -189,7 +189,6 @@ def _table(seen, state, known, observation):
     """The rows as a file would hold them."""
     return Dataset(
         q=state.q,
-        row=np.arange(len(seen)),
         position=seen[:, :3, 3],
         rotation=seen[:, :3, :3] if observation == "pose" else None,
         time=state.time,

@@ -18,12 +18,7 @@ COUNT = 5
 def at(problem, q):
     """The geometric problem on other joint positions; what is measured there does not matter."""
     rows = len(q)
-    data = Dataset(
-        q=q,
-        row=np.arange(rows),
-        position=np.zeros((rows, 3)),
-        rotation=np.broadcast_to(np.eye(3), (rows, 3, 3)),
-    )
+    data = Dataset(q=q, position=np.zeros((rows, 3)), rotation=np.broadcast_to(np.eye(3), (rows, 3, 3)))
     return Problem.build(problem.robot, data, noise=problem.noise)
 
 

@@ -38,7 +38,6 @@ def join(*parts, sessions):
     session = np.repeat(sessions, [len(p) for p in parts])
     return Dataset(
         q=np.concatenate([p.q for p in parts]),
-        row=np.arange(len(session)),
         position=np.concatenate([p.position for p in parts]),
         rotation=np.concatenate([p.rotation for p in parts]),
         session=session,
@@ -54,10 +53,7 @@ def distances(arm, rng, rows, noise=0.0):
     which = np.arange(rows) % 3
     length = np.linalg.norm(arm.pose(q)[:, :3, 3] - ANCHORS[which], axis=1)
     return Dataset(
-        q=q,
-        row=np.arange(rows),
-        distance=length + noise * rng.standard_normal(rows),
-        anchor=np.array(list("ABC"))[which],
+        q=q, distance=length + noise * rng.standard_normal(rows), anchor=np.array(list("ABC"))[which]
     )
 
 

@@ -26,8 +26,6 @@ def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
     poses = nominal.perturbed(rng, length=5e-4, angle=1e-3).pose(q)
     data = Dataset(
         q=q + off * np.eye(nominal.dof)[1],
-        row=np.arange(60),
-        source="rows.csv",
         position=poses[:, :3, 3] + rng.normal(0.0, 3e-5, (60, 3)),
         rotation=poses[:, :3, :3] @ se3.rotvec_to_matrix(rng.normal(0.0, 1e-4, (60, 3))),
     )

@@ -29,7 +29,6 @@ def problem_of(katana, rows, *, seed=0, turned=False, noise=0.0):
     poses = tool_poses(actual, Motion(q))
     data = Dataset(
         q=q,
-        row=np.arange(rows),
         position=poses[:, :3, 3] + rng.normal(size=(rows, 3)) * noise,
         rotation=poses[:, :3, :3] if turned else None,
     )

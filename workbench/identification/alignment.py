@@ -61,25 +61,18 @@ def align(
             rough = align(robot, some, freedom, noise=noise, known=known, limit=limit)
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
             return _with_gravity_of(robot, problem.robot_at(Opt2(limit=limit).search(problem).x))
-    best, minimum = robot, np.inf
+    best, minimum, points = robot, np.inf, data.position
+    if points is not None and (len(points) < MIN_CERTAIN_ROWS or not np.isfinite(points).all()):
+        points = None
     for start in starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
         search = Opt2(limit=limit).search(problem)
         if search.history[-1] < minimum:
             best, minimum = problem.robot_at(search.x), search.history[-1]
-        if _is_certain(problem, search.x):
-            break
+        off = problem.physical(problem.residual(search.x))[~problem.component_channels]
+        if points is not None and (off**2).sum() < UNEXPLAINED**2 * ((points - points.mean(0)) ** 2).sum():
+            break  # it explains where the points lie: no other start finds another one
     return _with_gravity_of(robot, best)
-
-
-def _is_certain(problem: Problem, x: Float[np.ndarray, " p"]) -> bool:
-    """Whether a solution explains where the measured points lie: no other start finds another one."""
-    points = problem.data.position
-    if points is None or len(points) < MIN_CERTAIN_ROWS or not np.isfinite(points).all():
-        return False
-    off = problem.physical(problem.residual(x))[~problem.component_channels]
-    scatter = points - points.mean(0)
-    return bool((off**2).sum() < UNEXPLAINED**2 * (scatter**2).sum())
 
 
 def _with_gravity_of(given: Robot, found: Robot) -> Robot:

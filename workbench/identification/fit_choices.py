@@ -1,6 +1,7 @@
 """Choices for a fit, for identification and diagnosis: rows, frames, free constants, noise."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
@@ -21,7 +22,9 @@ from workbench.plate.region import Region
 
 def _held_out(value: Any, given: Any) -> Any:
     """A share, a file or sessions from text, as in `--held-out`."""
-    share = _share_of(value) if isinstance(value, str) else value
+    share = value
+    with suppress(ValueError, AttributeError):  # 0.2 or 20%
+        share = float(value.strip().removesuffix("%")) / (100.0 if value.strip().endswith("%") else 1.0)
     if isinstance(share, int | float) and not 0.0 <= share < 1.0:
         raise OptionError(
             f"the held-out fraction must be at least 0 and less than 1, got {share:g}",
@@ -33,14 +36,6 @@ def _held_out(value: Any, given: Any) -> Any:
     if share.startswith("session:"):
         return share.removeprefix("session:").split(",")
     return as_dataset(share) if Path(share).suffix else (share,)
-
-
-def _share_of(text: str) -> float | str:
-    """The number in a text such as `0.2` or `20%`; the text itself if it is none."""
-    try:
-        return float(text.strip().removesuffix("%")) / (100.0 if text.strip().endswith("%") else 1.0)
-    except ValueError:
-        return text
 
 
 def _by_hand(value: Any, given: Any) -> Any:

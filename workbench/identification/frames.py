@@ -22,7 +22,6 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
-from workbench.data.observations import AbstractObservation
 from workbench.identification.algorithms.identifier import SearchOutcome, factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
@@ -137,12 +136,8 @@ def visible_parts(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Parts of base and tool that are observable in the rows."""
     kinds = carried(data)
-
-    def fixed_places(kind: type[AbstractObservation]) -> bool:
-        unknowns = kind.of(data.take(kinds[kind])).unknowns
-        return bool(known) and all(name in (known or {}) for name in unknowns)
-
-    base = FRAME_PARTS if any(kind.sees_base or fixed_places(kind) for kind in kinds) else ()
+    fixed = (known and {*kind.of(data.take(own)).unknowns} <= known.keys() for kind, own in kinds.items())
+    base = FRAME_PARTS if any(kind.sees_base for kind in kinds) or any(fixed) else ()
     if any(kind.sees_tool_rotation for kind in kinds):
         return base, FRAME_PARTS
     without = all(kind.is_tool_free or not kind.sees_tool for kind in kinds)

@@ -202,7 +202,11 @@ def prepare(
     else:
         rows = rows.noted(*identifiability.notes)
     if own is not None and preparation_of(rows.held_out_data) is own:
-        rows = _exclude_incomparable(rows, own, problem.data)
+        comparable = own.comparable(rows.held_out_data, problem.data)
+        notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
+        if (lost := _excluded(comparable)) and not rows.is_one_file:
+            notes.append(f"{plural(len(lost), 'held-out row')} ignored: {next(iter(lost.values()))}")
+        rows = replace(rows, held_out_data=comparable).without_held_out(lost).noted(*notes)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
     new = tuple[str, ...]()
     if len(rows.held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
@@ -274,16 +278,6 @@ def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: Abstra
         excluded=(*rows.excluded, *((int(suited.row[i]), why) for i, why in lost.items())),
         notes=(*rows.notes, *(note for note in suited.notes if note not in rows.notes)),
     )
-
-
-def _exclude_incomparable(rows: _Split, own: AbstractPreparation, fitted: Dataset) -> _Split:
-    """The rows without held-out ones that can't be compared with the fitted ones."""
-    comparable = own.comparable(rows.held_out_data, fitted)
-    notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
-    lost = _excluded(comparable)
-    if lost and not rows.is_one_file:
-        notes.append(f"{plural(len(lost), 'held-out row')} ignored: {next(iter(lost.values()))}")
-    return replace(rows, held_out_data=comparable).without_held_out(lost).noted(*notes)
 
 
 def _excluded(data: Dataset) -> dict[int, str]:

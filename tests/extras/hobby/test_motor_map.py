@@ -27,11 +27,7 @@ def recorded(arm, count=20, run=2):
     """What one recording brings, as `map_motors` takes it."""
     counts, board = arm.measured(count, run)
     return wb.Dataset(
-        q=arm.angles(counts),
-        position=board[:, :3, 3],
-        rotation=board[:, :3, :3],
-        row=np.arange(count),
-        source="poses.csv",
+        q=arm.angles(counts), position=board[:, :3, 3], rotation=board[:, :3, :3], source="poses.csv"
     )
 
 

@@ -276,7 +276,6 @@ def recalibrated(request, tmp_path_factory):
         turn = se3.rotvec_to_matrix(rng.normal(0.0, 1e-4, (count, 3)))
         return wb.Dataset(
             q=q,
-            row=np.arange(count),
             source="rows.csv",
             position=pose[:, :3, 3] + rng.normal(0.0, noise, (count, 3)),
             rotation=pose[:, :3, :3] @ turn if turned else None,

@@ -62,8 +62,7 @@ class InfluenceBased(AbstractIdentifier):
     def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
         order = np.argsort(rows := problem.component_rows, kind="stable")
         _, starts, counts = np.unique(rows[order], return_index=True, return_counts=True)
-        firsts = ((starts[counts == c], c) for c in np.unique(counts))  # poses with as many components
-        stacks = [order[first[:, None] + np.arange(c)] for first, c in firsts]
+        stacks = [order[starts[counts == c][:, None] + np.arange(c)] for c in np.unique(counts)]  # alike
         units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])
 
         def averaged(x, at, factor, cost):

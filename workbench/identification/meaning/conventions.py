@@ -110,10 +110,7 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
 
 
 def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Float[np.ndarray, "rows 3 3"], str]]:
-    """Orientations of pairs A X B = Z in which both sides turn alike and places fit, and what isn't declared.
-
-    The turn from one row to another is as large on both sides, whatever X is.
-    """
+    """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared."""
     ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in (a, b)]
     if len(a) != len(b) or not all(ways):
         return [(np.asarray(data.rotation), "") for data in (a, b)]

@@ -9,7 +9,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.fit import Fit
-from workbench.identification.report.parameters import Identified, identified, unseen
+from workbench.identification.report.parameters import identified, unseen
 from workbench.identification.result import Evaluation, Identification, order_of_measuring
 from workbench.report.chart import Bar, Bars, Chart, Marks
 from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
@@ -101,22 +101,15 @@ def constant_bars(fit: Fit) -> Bars:
     """The largest as bars in mm with their change; what the others amount to each at most."""
     found = changed_constants(fit)
     told = {each.name: each for each in identified(fit)}
-    rows = [_bar(one, told[one.name], fit) for one in found[:MAX_BARS]]
+    rows = []
+    for one in found[:MAX_BARS]:
+        (_, change, std, unit), known = told[one.name].shown, told[one.name].std
+        colour = CALIBRATED if known is None or abs(one.change) > 2.0 * known else NOMINAL
+        size = f"{change} {std}" if std else change
+        joint, _, constant = one.name.partition(".")
+        plain = "zero" if one.name in fit.problem.robot.joint_offsets else PLAIN.get(constant, constant)
+        name = f"{joint.replace('joint', 'Joint ')}: {plain}"
+        rows.append(Bar(name, 1e3 * one.moved, colour, f"{size} {unit.split()[0]}"))
     if others := found[MAX_BARS:]:
         rows.append(Bar(f"Each of {len(others)} others, at most", 1e3 * others[0].moved, NOMINAL))
     return Bars(rows, TITLE, testid="constants")
-
-
-def _text(one: ChangedConstant, fit: Fit) -> str:
-    joint, _, constant = one.name.partition(".")
-    is_zero = one.name in fit.problem.robot.joint_offsets
-    return f"{joint.replace('joint', 'Joint ')}: {'zero' if is_zero else PLAIN.get(constant, constant)}"
-
-
-def _bar(one: ChangedConstant, told: Identified, fit: Fit) -> Bar:
-    _, change, std, unit = told.shown
-    is_certain = told.std is None or abs(one.change) > 2.0 * told.std
-    size = f"{change} {std}" if std else change
-    return Bar(
-        _text(one, fit), 1e3 * one.moved, CALIBRATED if is_certain else NOMINAL, f"{size} {unit.split()[0]}"
-    )

@@ -5,6 +5,7 @@ tool. Then, among the rows to fit only, those that stand out from a robust fit. 
 and kept.
 """
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -25,6 +26,7 @@ from workbench.identification.fit_choices import FitChoices
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import Problem
 from workbench.identification.rows.outlying_rows import find_outliers, limits, robust_fit, row_sizes
+from workbench.identification.rows.row_selection import placing_rows
 from workbench.identification.rows.undecided_rows import UNDECIDED, undecided_rows
 
 GROSS_RATIO = 10.0
@@ -55,8 +57,10 @@ def prepare_without_gross_outliers(
     gross: list[int] = []
     ready = prepare(robot, data, choices, **options)
     for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
-        fitted, held = (rows.position for rows in ready.nominal_rows)
-        limit = max(GROSS_RATIO * Spread.of(fitted).median, GROSS_REACH_SHARE * robot.reach)
+        usual = Spread.of(ready.nominal_rows[0].position).median
+        both = zip(ready.nominal_rows, (ready.problem.data, ready.held_out_data), strict=True)
+        fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
+        limit = max(GROSS_RATIO * usual, GROSS_REACH_SHARE * robot.reach)
         own = held if ready.is_one_file else held[:0]
         found = np.concatenate(
             [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
@@ -84,7 +88,8 @@ def prepare_without_outliers(
         if problem.count <= len(problem.names):
             break
         expected, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        found = ready.train_rows[find_outliers(expected, robust_fit(expected, first.x), everything)]
+        out = find_outliers(expected, robust_fit(expected, first.x), everything)
+        found = ready.train_rows[out & _is_tested(problem, problem.data)]
         if not len(found):
             break
         outlying = np.append(outlying, found)
@@ -97,6 +102,15 @@ def prepare_without_outliers(
             choices = _without(choices, used.row[between], UNDECIDED)
             ready = prepare(robot, data, choices, held_rows=held, **options)
     return ready, outlying
+
+
+def _is_tested(problem: Problem, rows: Dataset) -> Bool[np.ndarray, " rows"]:
+    """Whether enough fitted ones place a row's session: else none of them tells which row is wrong."""
+    fitted = problem.data
+    if fitted.session is None or rows.session is None or not problem.frames.base_per_session:
+        return np.ones(len(rows), bool)
+    count = Counter(fitted.session.tolist())
+    return np.array([count[name] > placing_rows(fitted) for name in rows.session.tolist()], bool)
 
 
 def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:

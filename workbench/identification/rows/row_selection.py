@@ -111,7 +111,12 @@ def hold_out_share(
     everything = np.arange(len(data))
     if fraction == 0.0:
         return everything, everything[:0]
-    labels = pose_units(data)
+    labels, keep, names = pose_units(data), placing_rows(data), np.zeros(len(data), int)
+    if data.session is not None:
+        names = np.unique(data.session, return_inverse=True)[1]
+        units = np.bincount(np.unique([names, labels], axis=1)[0])
+        if units.max(initial=0) <= keep:  # none can spare a unit: whole sessions are held out
+            labels, names = names, np.zeros(len(data), int)
     count = int(labels.max()) + 1 if len(labels) else 0
     if count < 2:
         raise DataError(f"{data.source}: {count} poses or groups are too few to hold some out; use share 0")
@@ -119,12 +124,9 @@ def hold_out_share(
     centre = np.stack([np.bincount(labels, column) / weight for column in data.q.T], axis=1)
     centre = centre / np.maximum(np.ptp(data.q, axis=0), 1e-9)
     session = np.zeros(count, int)
-    if data.session is not None:
-        session[labels] = np.unique(data.session, return_inverse=True)[1]
-    if np.bincount(session).max() < 2:
-        session[:] = 0  # sessions of one unit each: whole sessions are held out
+    session[labels] = names
     held = np.zeros(count, bool)
-    for s, number in enumerate(_shares(np.bincount(session), fraction)):
+    for s, number in enumerate(_shares(np.bincount(session), fraction, keep if session.any() else 1)):
         for cell in cells(centre, np.flatnonzero(session == s), int(number)):
             held[rng.choice(cell)] = True
     mask = held[labels]
@@ -148,13 +150,18 @@ def hold_out_sessions(
     return np.flatnonzero(~mask), np.flatnonzero(mask)
 
 
-def _shares(sizes: np.ndarray, fraction: float) -> np.ndarray:
-    """Number of units held out per session: the total share, divided as evenly as possible."""
+def placing_rows(data: Dataset) -> int:
+    """Rows that place a session and tell something beyond, where each has a base of its own."""
+    return 1 if data.session is None or data.position is None else 3 if data.rotation is None else 2
+
+
+def _shares(sizes: np.ndarray, fraction: float, keep: int) -> np.ndarray:
+    """Number of units held out per session: the total share, divided as evenly as possible; so many stay."""
     total = max(round(fraction * int(sizes.sum())), 1)
-    shares = np.minimum(np.floor(fraction * sizes), sizes - 1).astype(int)
+    shares = np.clip(np.floor(fraction * sizes), 0, np.maximum(sizes - keep, 0)).astype(int)
     wanting = fraction * sizes - shares
     for s in np.argsort(-wanting, kind="stable"):
-        if shares.sum() < total and shares[s] < sizes[s] - 1:
+        if shares.sum() < total and shares[s] < sizes[s] - keep:
             shares[s] += 1
     return shares
 
