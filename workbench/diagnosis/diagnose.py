@@ -122,7 +122,8 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
         causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
     followed, correction = _followed(search, causes, remaining)
     tilted = gravity_direction_causes(saved.fit, given, remaining.noise, causes)
-    causes = largest_first(*causes, *tilted)[:MAX_CAUSES]
+    found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
+    causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
     residual_map = _residual_map(search, saved, causes)
     verdict, message = Verdict.NO_EFFECT, search.too_few or ""
     if search.too_few is None:

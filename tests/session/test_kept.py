@@ -1,6 +1,7 @@
-"""Poses kept while jogging, before and after calibration."""
+"""Poses kept while jogging, before and after calibration; how long what extras keep in the session stays."""
 
 import csv
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ from workbench import Motion, tool_poses
 from workbench.base import se3
 from workbench.session import replay
 from workbench.session.commands.arm import CapturePose, Jog
-from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.data import MeasureVirtualArm, with_data
 from workbench.session.commands.identify import Identify
 from workbench.session.export import captured, captured_csv
+from workbench.session.part import AbstractPart, GoesWith
 
 ONE, TWO = (0.2, 0.6, -0.4, 0.1, 0.5, -0.3), (-0.4, 0.9, -0.9, 0.3, 0.2, 1.0)
 
@@ -37,3 +39,29 @@ def test_they_are_saved_with_units(do):
     assert [float(row[f"q{i}[deg]"]) for i in range(1, 7)] == pytest.approx(np.rad2deg(ONE))
     found = [float(row[f"nominal_{axis}[mm]"]) for axis in "xyz"]
     assert found == pytest.approx(1e3 * captured(session).nominal[0, :3, 3])
+
+
+@dataclass(frozen=True)
+class OfRows(AbstractPart):
+    goes_with = GoesWith.MEASUREMENTS
+    value: int = 0
+
+
+@dataclass(frozen=True)
+class OfPlate(AbstractPart):
+    value: int = 0
+
+
+def test_parts_are_kept_by_type_and_leave_earlier_sessions_alone(first):
+    session = first.with_part(OfRows(1)).with_part(OfPlate(2))
+    assert session.with_part(OfRows(3)).part(OfRows) == OfRows(3)
+    assert (session.part(OfRows), session.part(OfPlate)) == (OfRows(1), OfPlate(2))
+    assert first.part(OfRows) is None
+    assert session.without_part(OfRows).part(OfRows) is None
+    assert session.without_part(OfRows).part(OfPlate) == OfPlate(2)
+
+
+def test_what_goes_with_the_measurements_leaves_with_them(first):
+    session = with_data(first.with_part(OfRows(1)).with_part(OfPlate(2)), None)
+    assert session.part(OfRows) is None
+    assert session.part(OfPlate) == OfPlate(2)

@@ -1,6 +1,8 @@
-"""A chart is drawn where its numbers say."""
+"""A chart is drawn where its numbers say; results say what they show, themselves or by their report."""
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -29,3 +31,29 @@ def test_bars_are_as_long_as_their_numbers():
     assert lengths[0] == pytest.approx(4.0 * lengths[1], rel=1e-2)
     assert "left &lt;1&gt;" in svg
     assert Bars([]).svg() == ""
+
+
+REGISTERED = """
+import os
+import scipy.optimize
+import workbench as wb
+from workbench.report.result_display import AbstractReported, blocks_of
+
+def below(kind):
+    return {kind}.union(*map(below, kind.__subclasses__()))
+
+for verb in ("identify", "evaluate", "diagnose", "score", "optimise_plate"):
+    if child := os.fork():
+        assert os.waitpid(child, 0)[1] == 0, verb
+        continue
+    getattr(wb, verb)
+    kinds = [k for k in below(AbstractReported) if not k.__name__.startswith("Abstract")]
+    assert kinds
+    assert not [k for k in kinds if blocks_of.dispatch(k) is blocks_of.dispatch(object)], kinds
+    break
+"""
+
+
+def test_a_verb_brings_the_report_of_its_results():
+    done = subprocess.run([sys.executable, "-c", REGISTERED], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
