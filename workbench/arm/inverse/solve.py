@@ -1,8 +1,8 @@
 """Inverse kinematics: every branch that reaches a pose, the reason if there is none, and fast following.
 
 `solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), and names
-them (`branches`). `follow` is one warm-started damped Newton run within the
-limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
+them (`branch_names`). `follow` is one warm-started damped Newton run within the limits, for drags
+(`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
 exactly.
 
 A deflected arm (`Robot.effects`) has the branches of its geometry, each refined so that the deflected arm
@@ -104,7 +104,7 @@ def solve_many(
     targets, limits = check_poses(poses), _limits(robot, limits)
     solutions = all_solutions(arm, targets, task=task, limits=limits, rng=rng)
     states = [None if motion is None else motion.take(np.array([i])) for i in range(len(targets))]
-    later = deepcopy(rng)  # for `explain`, whatever the order of use
+    later = deepcopy(rng)  # for `_explain`, whatever the order of use
     return [
         _result(robot, target, x, task=task, limits=limits, rng=later, motion=state)
         for target, x, state in zip(targets, solutions, states, strict=True)

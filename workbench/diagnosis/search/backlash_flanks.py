@@ -37,7 +37,7 @@ PATTERNS = 12
 NO_GAIN = 0.999
 """The search ends if the misfit exceeds this multiple of the smallest one so far."""
 LOST = Outcome.CANCELLED, Outcome.DIVERGED
-"""Number of fits without such a gain after which the search ends."""
+"""Ends of a fit whose flanks tell nothing."""
 SWEEPS, DAMPING = 40, 0.5
 """Maximum number of rounds of expectation propagation, and its damping."""
 CONVERGED = 1e-3

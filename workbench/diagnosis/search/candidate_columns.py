@@ -52,7 +52,7 @@ def candidate_columns(
 
     Yields:
         A block of the problem, and the derivative of its residual components in coefficients, then in all of
-        the problem's `inertia_tolerance` through each of `weighed`. Columns of events are plain.
+        the problem's `inertia_tolerance` through each of `loaded`. Columns of events are plain.
     """
 
     def columns(arm: tuple[RowBlock, Robot, Motion]) -> Columns:
