@@ -16,7 +16,7 @@ from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
-from workbench.identification.meaning.usable_rows import MIN_ROWS, usable
+from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
@@ -76,6 +76,7 @@ def as_read(
 def _as_read(
     robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
+    data = without_still_turns(robot, data)
     meaning = read_rows(robot, data)
     if data.missing_units:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)

@@ -14,7 +14,7 @@ from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import CLEAR, FEW_POINTS, SURE, ReadingSearch
 from workbench.identification.meaning.unexplained import one_constant, parts_in_order
-from workbench.identification.meaning.usable_rows import few_each, usable
+from workbench.identification.meaning.usable_rows import few_each, usable, without_still_turns
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
@@ -30,6 +30,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         data: Rows; those of the session, and of the point, that has most are looked at.
         likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
     """
+    data = without_still_turns(robot, data)
     rows, sessions = usable(data), 1
     if rows is None:
         rows, sessions = few_each(data)

@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Int
 
+from workbench.arm import chain as chains
+from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 
 MIN_ROWS = 6
 """Minimum number of rows with a point to search for readings."""
 MIN_BEYOND = 30
 """The same of numbers, of sessions with fewer rows, beyond those that place each of them."""
+STAYS = 0.1
+"""Change of a rotation matrix's entries that an arm's own turn exceeds."""
 PLACED_ROWS = 60
 """Rows that are enough to place a reading."""
 
@@ -36,6 +40,18 @@ def usable(data: Dataset) -> Dataset | None:
     away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
     near = away <= 20.0 * np.median(away) + 1e-9
     return kept if near.all() else kept.take(near)
+
+
+def without_still_turns(robot: Robot, data: Dataset) -> Dataset:
+    """The rows without an orientation that stays to the last digit while the arm turns: it was not measured."""
+    if data.rotation is None or data.joints != robot.dof or not (rows := data.included).any():
+        return data
+    seen = data.rotation[rows & np.isfinite(data.rotation).all((1, 2)) & np.isfinite(data.q).all(1)]
+    own = chains.poses(robot.bare.chain, data.q[rows & np.isfinite(data.q).all(1)])[:, :3, :3]
+    if len(seen) < MIN_ROWS or np.ptp(seen, axis=0).max() > 0.0 or np.ptp(own, axis=0).max() < STAYS:
+        return data
+    note = "the orientation is the same in all rows, while the arm turns: it wasn't measured, and is left out"
+    return replace(data, rotation=None, written=None, notes=(*data.notes, note))
 
 
 def few_each(data: Dataset) -> tuple[Dataset, int]:
