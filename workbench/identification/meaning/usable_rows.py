@@ -43,7 +43,7 @@ def usable(data: Dataset) -> Dataset | None:
 
 
 def without_still_turns(robot: Robot, data: Dataset) -> Dataset:
-    """The rows without an orientation that stays to the last digit while the arm turns: it was not measured."""
+    """The rows without an orientation that stays the same while the arm turns: it was not measured."""
     if data.rotation is None or data.joints != robot.dof or not (rows := data.included).any():
         return data
     seen = data.rotation[rows & np.isfinite(data.rotation).all((1, 2)) & np.isfinite(data.q).all(1)]
