@@ -20,6 +20,10 @@ MIN_NUMBERS_PER_UNKNOWN = 3.0
 """Minimum measured numbers per unknown to separate effects from geometry."""
 
 
+MAX_RIGID_SHARE = 0.05
+"""Change of distances between markers, as a share of the error, below which they count as one body."""
+
+
 @beside("whether the rows suffice for effects", None)
 def too_few_rows(fit: Fit) -> str | None:
     """A sentence if the rows are too few to separate effects from geometry, and how many are missing."""
@@ -30,6 +34,11 @@ def too_few_rows(fit: Fit) -> str | None:
             "joint space, too few to separate effects from geometry, so no effects were tried; measure poses "
             "spread over all joints."
         )
+    if _are_one_body(fit):
+        return (
+            "The markers of a row move as one rigid body, to a small part of the error: they are one pose, "
+            "so no effects were tried; give x, y, z and an orientation, or markers as they were measured."
+        )
     if fit.problem.count >= MIN_NUMBERS_PER_UNKNOWN * unknowns:
         return None
     per_row = fit.problem.count / max(len(fit.problem.data), 1)
@@ -38,6 +47,16 @@ def too_few_rows(fit: Fit) -> str | None:
         f"{len(fit.problem.data)} rows for {unknowns} unknowns are too few to separate effects from "
         f"geometry, so no effects were tried; measure about {missing} more poses, spread over all joints."
     )
+
+
+def _are_one_body(fit: Fit) -> bool:
+    """Whether markers were fitted to a body, or seen so well that all their errors are the arm's alike."""
+    markers, problem = fit.problem.data.markers, fit.problem
+    if markers is None or markers.shape[1] < 3:
+        return False
+    gaps = np.linalg.norm(markers - np.roll(markers, 1, axis=1), axis=2)
+    errors = problem.physical(problem.residual(fit.x)[: problem.size])
+    return bool(np.nanstd(gaps, axis=0).max() < MAX_RIGID_SHARE * np.sqrt((errors**2).mean()))
 
 
 def loads_vary(data: Dataset) -> bool:

@@ -255,7 +255,7 @@ class Diagnosis(AbstractReported):
     def verdict_text(self) -> str:
         """The verdict for people; an error without a named cause is not called explained."""
         if not self.is_tried:
-            return "too few rows to look for effects"
+            return "no effects were looked for"
         if self.residual_map is not None and not self.causes:
             partly = "partly " if self.verdict is Verdict.PARTLY else ""
             return f"{partly}predicted, but no cause is named"

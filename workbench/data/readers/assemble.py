@@ -68,6 +68,8 @@ def assemble(
     """
     if beside is None and {"u", "v", "id"} <= set(fields.values):
         raise FileError("is a table of pixels: give --camera and --target as well", path=fields.source)
+    if fields.told_twice:
+        raise DataError(fields.told_twice)
     q = joint_columns(fields, joints)
     cells = [str(word).strip().lower() for word in fields.values.get("exclude", [""] * fields.rows)]
     if (row := next((k for k, word in enumerate(cells) if word not in _TRUE | _FALSE), None)) is not None:

@@ -29,6 +29,7 @@ _TOLD_BY_ROWS = re.compile(r"q\d+|[xyz]|roll|pitch|yaw|r[xyz]|m\d+[xyz]")
 """Columns whose unit rows of a known arm tell."""
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are likeliest where numbers are larger than the others would have them."""
+_DIGIT = re.compile(r"\d")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
@@ -83,7 +84,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
-            numbers = [c for c in (column, other) if any(map(NUMBER.fullmatch, table.columns[c.index]))]
+            numbers = [c for c in (column, other) if any(map(_DIGIT.search, table.columns[c.index]))]
             if len(numbers) == 1:  # the other holds words
                 seen[column.key] = numbers[0]
                 left = column if numbers[0] is other else other

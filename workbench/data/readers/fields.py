@@ -13,7 +13,7 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.wording import of_cell
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
-from workbench.data.readers.two_places import refuse_two_places
+from workbench.data.readers.two_places import told_twice
 
 MISSING = re.compile(
     r"[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]|null|none|missing|fehlt|k\. ?a\.|invalid", re.IGNORECASE
@@ -38,6 +38,7 @@ class Fields:
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         unread: Text of columns that are left out, by the file's text over them.
         missing_units: What is wrong where units are missing that the rows may tell.
+        told_twice: What is wrong where places stand there twice.
     """
 
     source: str
@@ -50,6 +51,7 @@ class Fields:
     notes: tuple[str, ...] = ()
     unread: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     missing_units: str = ""
+    told_twice: str = ""
 
     @property
     def rows(self) -> int:
@@ -115,7 +117,6 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
     if time is not None and time.conversion is None:
         values["time"], began = _seconds(table, time.index)
     unread = {c.index: c.heading for c in columns if c.key is None and c.heading}
-    refuse_two_places(table, {a: used[a].index for a in "xyz" if a in used}, unread)
     return Fields(
         source=table.source,
         lines=table.lines,
@@ -126,6 +127,7 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         notes=table.notes + decisions(columns),
         unread={heading: tuple(table.columns[k]) for k, heading in unread.items()},
         missing_units=str(next(iter(problems(columns, units_from_rows=False)), "")),
+        told_twice=told_twice(table, {a: used[a].index for a in "xyz" if a in used}, unread),
     )
 
 

@@ -31,6 +31,7 @@ _COMMAND = "goal|target|cmd|command|commanded|desired|nominal|nom|soll|setpoint|
 _COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
 _AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
 """What may stand before and behind a name of what was measured."""
+_MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
 COMMAND = re.compile(rf"^(?:{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:{_COMMAND})(?=\s*(?:[\[(]|$))", re.I)
 """What stands with joints as commanded, which count where none were read."""
@@ -141,10 +142,10 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
 
 
 def _have_unit_length(columns: Sequence[Sequence[str]]) -> bool:
-    """Whether numbers side by side have squares that sum to 1 in every row that holds them all."""
+    """Whether numbers side by side have squares that sum to 1 in nearly every row that holds them all."""
     sums = [sum(_number(cell) ** 2 for cell in row) for row in zip(*columns, strict=False)]
-    off = [abs(size - 1.0) for size in sums if size == size]
-    return max(off, default=1.0) < SQUARE_ERROR
+    off = [abs(size - 1.0) < SQUARE_ERROR for size in sums if size > 0.0]  # zeros: it wasn't seen
+    return sum(off) > 0.9 * len(off)
 
 
 def _number(cell: str) -> float:
@@ -184,7 +185,7 @@ def is_commanded(name: str) -> bool:
 
 def is_of_measurement(name: str) -> bool:
     """Whether a heading says that it was measured, or by which instrument."""
-    return bool(_AROUND.search(normalised(parse_heading(name).name)))
+    return bool(_MEASURED_BY.search(normalised(parse_heading(name).name)))
 
 
 _QUANTITIES = (

@@ -9,40 +9,41 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.remedy import remedy
 from workbench.base.units import parse_heading
-from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.columns_option import IGNORED, NamedUnit
 from workbench.data.readers.headings import is_commanded, is_of_measurement, normalised
 from workbench.data.readers.table import NUMBER, Table
 
 MIN_ROWS, ALIKE = 6, 0.02
 """Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
-_CONTROLLER = re.compile(r"(^|_)(tcp|robot|ee|flange|fk|calc|theo|model|sim|o_t_ee)(_|$)")
+_CONTROLLER = re.compile(r"(^|_)(tcp|robot|fk|calc|theo|sim|o_t_ee)(_|$)")
 
 
-def refuse_two_places(table: Table, places: Mapping[str, int], unread: Mapping[int, str]) -> None:
-    """Raise where columns left out may be the measured places as well as those that are taken.
+def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str]) -> str:
+    """What to say where columns left out may be the measured places as well as those taken; empty if not.
 
     Args:
         places: Columns of x, y and z.
         unread: Headings of the columns left out, by their number.
     """
     taken = [table.headings[k] for k in places.values()]
-    said = any(table.names[k] != table.headings[k] for k in places.values())
-    if len(places) < 3 or said or any(is_of_measurement(heading) for heading in taken):
-        return
-    own = _numbers(table, [places[axis] for axis in "xyz"])
+    said = all(table.names[k] != table.headings[k] for k in places.values())
+    if len(places) < 3 or said or any(map(is_of_measurement, taken)):
+        return ""
+    own, unit = _numbers(table, [places[axis] for axis in "xyz"]), parse_heading(taken[0]).unit
     for other in _triples(table, unread):
-        theirs = _numbers(table, other)
+        theirs, names = _numbers(table, other), [table.headings[k] for k in other]
         rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
         if rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows]):
-            names = ", ".join(f"'{table.headings[k]}'" for k in other)
-            how = " or ".join(f"columns='x[mm]={table.headings[k]}, …'" for k in (other[0], places["x"]))
-            how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
-            both = f"{', '.join(taken)} and {names} are places of one motion"
-            raise DataError(f"{table.source}: {both}: say which were measured, {how}")
+            bare = [parse_heading(name).name for name in names]
+            new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip("xyz", bare, strict=True))
+            how = f"columns='{new}' or columns='{','.join(f'{b}=-' for b in bare)}' (--columns)"
+            how = remedy(how, page="in the Measure tab, under 'Columns of the file'")
+            both = f"{', '.join(taken)} and {', '.join(names)} are places of one motion"
+            return f"{table.source}: {both}: say which were measured, {how}"
+    return ""
 
 
 def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:
@@ -50,7 +51,11 @@ def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:
     stems = defaultdict[tuple[str, str], dict[str, int]](dict)
     for index, heading in unread.items():
         name = normalised(parse_heading(heading).name)
-        if not (is_commanded(heading) or _CONTROLLER.search(name) or table.names[index] == IGNORED):
+        if not (
+            is_commanded(heading)
+            or _CONTROLLER.search(name)
+            or parse_heading(table.names[index]).name == IGNORED
+        ):
             for found in re.finditer("[xyz]", name):
                 stems[name[: found.start()], name[found.end() :]].setdefault(found[0], index)
     return [[own[axis] for axis in "xyz"] for own in stems.values() if len(own) == 3]

@@ -19,7 +19,7 @@ from jaxtyping import Float
 from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.units import parse_heading
-from workbench.base.wording import listed
+from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
 from workbench.data.readers.arrays import arrays_of_json, table_of, unpacked_arrays
 from workbench.data.readers.columns_option import IGNORED
@@ -71,6 +71,12 @@ def read_pairs(path: Path) -> tuple[Poses, Poses, bool, tuple[str, ...]]:
     grid = table_of(arrays, path) if arrays else read_grid(path)
     sides = [_poses(grid, seen) for seen in (False, True)]
     poses, notes = list[Poses](), list[str]()
+    numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
+    whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)
+    if not whole.all():
+        rows = np.flatnonzero(whole)
+        notes.append(f"{plural(len(whole) - len(rows), 'row')} without both poses left out")
+        sides = [(own.take(rows), is_inverse) for own, is_inverse in sides]
     found = turning_alike(sides[0][0], sides[1][0])
     for name, (own, is_inverse), (turns, told) in zip(SIDES, sides, found, strict=True):
         pose = se3.pose(turns, np.asarray(own.position))

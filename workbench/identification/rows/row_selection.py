@@ -115,7 +115,8 @@ def hold_out_share(
     if data.session is not None:
         names = np.unique(data.session, return_inverse=True)[1]
         units = np.bincount(np.unique([names, labels], axis=1)[0])
-        if units.max(initial=0) <= keep:  # none can spare a unit: whole sessions are held out
+        spare = np.maximum(units - keep, 0).sum()
+        if len(units) > 1 and spare < max(round(fraction * units.sum()), 1):  # whole sessions are held out
             labels, names = names, np.zeros(len(data), int)
     count = int(labels.max()) + 1 if len(labels) else 0
     if count < 2:
