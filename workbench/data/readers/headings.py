@@ -143,13 +143,13 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
 
 def _have_unit_length(columns: Sequence[Sequence[str]]) -> bool:
     """Whether numbers side by side have squares that sum to 1 in nearly every row that holds them all."""
-    sums = [sum(_number(cell) ** 2 for cell in row) for row in zip(*columns, strict=False)]
+    sums = [sum(number_in(cell) ** 2 for cell in row) for row in zip(*columns, strict=False)]
     off = [abs(size - 1.0) < SQUARE_ERROR for size in sums if size > 0.0]  # zeros: it wasn't seen
     return sum(off) > 0.9 * len(off)
 
 
-def _number(cell: str) -> float:
-    """Of a cell; NaN where it is none."""
+def number_in(cell: str) -> float:
+    """The number in a cell; NaN where there is none."""
     with suppress(ValueError):
         return float(cell.replace("\u2212", "-"))
     return float("nan")
@@ -163,7 +163,7 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:
-            constant[name] = _number(cells[0])
+            constant[name] = number_in(cells[0])
         if (entry := _ENTRY.fullmatch(name)) is not None and meaning(name) is None:
             stems.setdefault(entry[1], {})[entry[2] + (entry[3] or "")] = name
     for (stem, own), numbers in product(stems.items(), _NUMBERED):

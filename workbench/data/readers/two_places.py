@@ -13,8 +13,8 @@ from workbench.base.hand_eye import nearest_rotation
 from workbench.base.remedy import remedy
 from workbench.base.units import parse_heading
 from workbench.data.readers.columns_option import IGNORED, NamedUnit
-from workbench.data.readers.headings import is_commanded, is_of_measurement, normalised
-from workbench.data.readers.table import NUMBER, Table
+from workbench.data.readers.headings import is_commanded, is_of_measurement, normalised, number_in
+from workbench.data.readers.table import Table
 
 MIN_ROWS, ALIKE = 6, 0.02
 """Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
@@ -62,8 +62,7 @@ def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:
 
 
 def _numbers(table: Table, columns: list[int]) -> np.ndarray:
-    cells = (table.columns[k] for k in columns)
-    return np.array([[float(c) if NUMBER.fullmatch(c) else np.nan for c in column] for column in cells]).T
+    return np.array([[number_in(cell) for cell in table.columns[k]] for k in columns]).T
 
 
 def _follow_each_other(one: np.ndarray, other: np.ndarray) -> bool:

@@ -44,11 +44,11 @@ def usable(data: Dataset) -> Dataset | None:
 
 def without_still_turns(robot: Robot, data: Dataset) -> Dataset:
     """The rows without an orientation that stays the same while the arm turns: it was not measured."""
-    if data.rotation is None or data.joints != robot.dof or not (rows := data.included).any():
+    if data.rotation is None or data.joints != robot.dof:
         return data
-    seen = data.rotation[rows & np.isfinite(data.rotation).all((1, 2)) & np.isfinite(data.q).all(1)]
-    own = chains.poses(robot.bare.chain, data.q[rows & np.isfinite(data.q).all(1)])[:, :3, :3]
-    if len(seen) < MIN_ROWS or np.ptp(seen, axis=0).max() > 0.0 or np.ptp(own, axis=0).max() < STAYS:
+    rows = data.included & np.isfinite(data.rotation).all((1, 2)) & np.isfinite(data.q).all(1)
+    is_still = rows.sum() >= MIN_ROWS and not np.ptp(data.rotation[rows], axis=0).any()
+    if not is_still or np.ptp(chains.poses(robot.bare.chain, data.q[rows])[:, :3, :3], axis=0).max() < STAYS:
         return data
     note = "the orientation is the same in all rows, while the arm turns: it wasn't measured, and is left out"
     return replace(data, rotation=None, written=None, notes=(*data.notes, note))
