@@ -7,6 +7,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -100,12 +101,14 @@ def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
 
 
 def report_zip(session: Session) -> File:
-    """The report of the identification as a folder in a ZIP file."""
+    """The report of the identification, after the causes that were found, as a folder in a ZIP file."""
+    from workbench.diagnosis.report.document import causes, verdict
     from workbench.identification.report.page import write_identification
 
-    found = _identified(session)
-    wanted = session.choices.wanted
-    content, _ = _written("report", lambda folder: write_identification(found, folder, wanted=wanted))
+    found, diagnosis = _identified(session), session.results.diagnosis
+    first = [] if diagnosis is None else [*verdict(diagnosis), *causes(diagnosis)]
+    write = partial(write_identification, found, wanted=session.choices.wanted, first=first)
+    content, _ = _written("report", write)
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 

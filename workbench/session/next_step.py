@@ -196,7 +196,8 @@ def _diagnosed(session: Session) -> NextStep | None:
         return NextStep(_promise(found), tone, ADD if found.causes else CORRECT, poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
-    text = f"{left} left, all of it noise: the geometric model is sufficient."
+    rest = "all of it noise" if found.known_noise is not None else "and nothing found in it"
+    text = f"{left} left, {rest}: the geometric model is sufficient."
     return NextStep(text, Tone.GOOD, TAKE, COMPARE)
 
 
