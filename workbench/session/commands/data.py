@@ -350,7 +350,8 @@ def with_other_data(session: Session, loaded: Loaded | None) -> Session:
     if before is None or (session.results.identification is None and session.results.diagnosis is None):
         return with_data(session, loaded)
     text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
-    return with_data(begin_step(session, session), loaded).with_message(Severity.WARNING, text)
+    after = with_data(begin_step(session, session), loaded)
+    return after.with_message(Severity.WARNING, text, refused="Identify")  # the next one ends it
 
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
