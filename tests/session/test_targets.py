@@ -16,6 +16,7 @@ from workbench.plate.plate import Kind
 from workbench.plate.tolerances import Production
 from workbench.session import start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.edit import MovePlate
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.live_score import score
@@ -122,6 +123,19 @@ def test_noise_scales_the_prediction_of_now_and_then(do, first):
     session = do(SetNoise(2 * first.noise.position, 2 * first.noise.rotation))
     assert session.score.position == pytest.approx(2 * first.score.position)
     assert session.history.first.score.position == pytest.approx(session.score.position)
+
+
+def test_the_plate_is_put_elsewhere_with_all_its_targets(do, first):
+    xyz, turn = np.add(first.plate.xyz, (0.02, -0.03, -0.04)), 0.1
+    session = do(
+        MovePlate(tuple(xyz.tolist()), (*first.plate.rpy[:2].tolist(), float(first.plate.rpy[2]) + turn))
+    )
+    assert session.plate.heights == pytest.approx(first.plate.heights, abs=1e-12)
+    arms = session.plate.poses[:, :2, 3] - xyz[:2], first.plate.poses[:, :2, 3] - first.plate.xyz[:2]
+    angles = [np.arctan2(arm[:, 1], arm[:, 0]) for arm in arms]
+    assert np.cos(angles[0] - angles[1]) == pytest.approx(np.cos(turn), abs=1e-9)
+    assert_reached(session, 3)
+    assert do(Undo()).plate is first.plate
 
 
 def test_reset_can_be_undone(do, first):

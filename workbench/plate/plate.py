@@ -221,6 +221,17 @@ class Plate:
         asked = self.production if self.production.position or self.production.angle else USUAL
         return replace(self, production=replace(asked, play=PIN_PLAY if self.has_seats else (0.0, 0.0)))
 
+    def moved(self, xyz: Vector3, rpy: Vector3) -> "Plate":
+        """The same plate elsewhere, with all its targets; their branches are to be chosen anew."""
+        there = replace(self, xyz=xyz, rpy=rpy)
+        poses = there.pose @ se3.inverse(self.pose) @ self.poses
+        places = ((frozen(pose[:3, 3]), frozen(se3.matrix_to_rpy(pose[:3, :3]))) for pose in poses)
+        targets = (
+            replace(target, xyz=place, rpy=turn, branch=AUTO, q=None)
+            for target, (place, turn) in zip(self.targets, places, strict=True)
+        )
+        return replace(there, targets=tuple(targets))
+
     def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
         """The same plate, each target measured at its row of joint angles and in its named branch."""
         targets = tuple(

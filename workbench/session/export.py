@@ -117,16 +117,31 @@ def fixture_zip(session: Session) -> NotedFile:
 
     Its targets are to be measured as the arm stands on the page.
     """
-    from workbench.plate.export import export_plate
+    from workbench.plate.export import ExportedPlate, export_plate
 
     targets = tuple(
         replace(target, q=state.q, branch=state.branch) if state.reached else target
         for target, state in zip(session.plate.targets, session.states, strict=True)
     )
     plate = replace(session.plate, targets=targets)
-    content, made = _written("fixture", lambda folder: export_plate(plate, folder))
+
+    def write(folder: Path) -> ExportedPlate:
+        made = export_plate(plate, folder)
+        (folder / "poses.csv").write_text(_poses_csv(session))
+        return made
+
+    content, made = _written("fixture", write)
     lacking = (f"{name} is not written: {why}" for name, why in made.missing.items())
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
+
+
+def _poses_csv(session: Session) -> str:
+    """Joint positions to measure the targets with, in their order; without those out of reach."""
+    reached = [(k, state) for k, state in enumerate(session.states, start=1) if state.reached]
+    q = np.array([state.q for _, state in reached]).reshape(-1, session.robot.dof)
+    shown = shown_joints(session.robot, q).round(4).tolist()
+    rows = ([*row, k, state.branch] for row, (k, state) in zip(shown, reached, strict=True))
+    return _csv([*_headings(session.robot), "target", "branch"], rows)
 
 
 def _identified(session: Session) -> Identification:

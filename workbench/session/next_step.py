@@ -14,6 +14,7 @@ from workbench.base.wording import capital, plural
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.result import implausible_text, judged
+from workbench.plate.plate import AUTO
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
@@ -21,6 +22,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
@@ -282,8 +284,11 @@ def _plate(session: Session) -> NextStep:
     history, count = session.history, len(session.plate)
     improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(len(history.past)))
     if bad := [i for i, state in enumerate(session.states) if not state.measurable]:
-        why = f"target {bad[0] + 1} is {session.states[bad[0]].obstacle}"
-        show = Action(f"Show target {bad[0] + 1}", Tab.PLATE, SelectTarget(bad[0]))
+        i = session.selected if session.selected in bad else bad[0]
+        why = f"target {i + 1} is {session.states[i].obstacle}"
+        show = Action(f"Show target {i + 1}", Tab.PLATE, SelectTarget(i))
+        if i == session.selected and session.plate.targets[i].branch != AUTO:
+            show = Action("Choose its branch anew", Tab.PLATE, ChooseBranch(i, AUTO))
         text = f"{count - len(bad)} of {count} targets can be measured; {why}."
         return NextStep(text, Tone.BAD, show, improve)
     if _takes_next_poses(session):

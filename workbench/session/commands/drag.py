@@ -118,7 +118,7 @@ class MoveTarget(AbstractChange):
         check_unlocked(session, self.target)
         if self.client == NOBODY:
             check_free(session)
-        check_place(self.target, self.xyz, self.rpy)
+        check_place(f"target {self.target + 1}", self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
         if session.drag is not None and not self._is_part_of(session.drag):
@@ -166,12 +166,12 @@ class DropTarget(AbstractChange):
         return commit_step(replace(session, states=with_item(session.states, index, state)))
 
 
-def check_place(number: int, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:
+def check_place(what: str, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:
     """Refuse a position that is not finite or too far away."""
     if not np.isfinite((*xyz, *rpy)).all():
-        raise OptionError(f"the coordinates of target {number + 1} must be finite numbers")
+        raise OptionError(f"the coordinates of {what} must be finite numbers")
     if max(abs(v) for v in xyz) > MAX_TARGET_DISTANCE:
         raise OptionError(
-            f"target {number + 1} would be {max(abs(v) for v in xyz):.3g} m from the base; "
+            f"{what} would be {max(abs(v) for v in xyz):.3g} m from the base; "
             f"the limit is {MAX_TARGET_DISTANCE:g} m"
         )
