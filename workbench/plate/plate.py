@@ -171,14 +171,10 @@ class Plate:
     def known(self) -> Float[np.ndarray, "targets 2"]:
         """Standard deviation of each target, position [m] and rotation [rad]: as stated, or from the
         tolerances."""
-        made = self.production.sigma(self.heights)
-        if self.anchors is not None:  # nothing is made where the targets are
-            made = np.zeros_like(made)
-        return frozen(
-            np.array(
-                [m if t.sigma is None else t.sigma for t, m in zip(self.targets, made, strict=True)]
-            ).reshape(-1, 2)
-        )
+        made = self.production.sigma(self.heights) * (self.anchors is None)  # else nothing is made there
+        for row, target in zip(made, self.targets, strict=True):
+            row[:] = row if target.sigma is None else target.sigma
+        return frozen(made)
 
     @cached_property
     def play(self) -> Float[np.ndarray, "targets 2"]:
