@@ -177,8 +177,8 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
     overlay = session().choices.overlay
     yield DemoScene(
-        f"All errors are drawn × {overlay.exaggeration:g}: grey is the arm of the data sheet, orange the "
-        "real one.",
+        f"All errors are drawn × {overlay.exaggeration:g}: blue and grey is the arm of the data sheet, "
+        "orange the real one.",
         (SetOverlay(replace(overlay, stage=ModelStage.NOMINAL)), *map(ShowRow, range(0, 120, 12))),
         seconds=10.0,
         tab=Tab.CALIBRATE,
