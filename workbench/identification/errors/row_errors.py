@@ -210,7 +210,7 @@ CHANCE, NOTHING = 0.5, 1e-6
 chance where the nominal arm is exact; errors below the second [mm or deg] are none."""
 
 
-def refusal(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
+def why_unusable(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
     """Why a model should not be used, as the end of a sentence; empty if it may.
 
     It is off further than any calibrated arm, or worse than the nominal arm.
