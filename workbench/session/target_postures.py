@@ -31,7 +31,7 @@ from workbench.plate.target_branches import choose_branches
 from workbench.session.target_state import TargetState
 
 TIGHT = 0.02
-"""Distance from the plate [m] below which it is said: an arm that is not calibrated may be off by as much."""
+"""Distance from the plate [m] up to which it is told: an arm that is not calibrated may be off by as much."""
 
 
 def solve_all_targets(
@@ -122,15 +122,16 @@ def from_limit(robot: Robot, q: Float[np.ndarray, " n"]) -> FromLimit:
     return FromLimit(float(left[joint]), joint, bool(sliding(robot)[joint]))
 
 
-def tight_place(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
-    """By how much the moving links clear the plate, in words; empty where that is `TIGHT` or more."""
-    if plate.size is None:
+def clearance(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
+    """By how much the moving links clear the plate, in words; empty without one."""
+    if plate.size is None or robot.dof < 3:
         return ""
     shape, solid = shape_of(robot), bodies_of(plate)[:1]
     at, links = shape.placements(q[None]), range(2, robot.dof)  # the first one turns about its own axis
     gaps = [shape.hull_distances(at, solid, checked=shape.bodies == k, far=TIGHT)[0] for k in links]
-    gap = min(gaps, default=TIGHT)
-    return f"link {links[gaps.index(gap)]} clears the plate by {1e3 * gap:.0f} mm" if gap < TIGHT else ""
+    gap = min(gaps)
+    who = f"link {links[gaps.index(gap)]}" if gap < TIGHT else "the arm"
+    return f"{who} clears the plate by {1e3 * gap:.0f} mm" + (" or more" if gap >= TIGHT else "")
 
 
 def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
