@@ -88,7 +88,7 @@ class PredictedError:
         return float(np.sqrt((self.squares[part] * self.covariance).sum()))
 
     @cached_property
-    def _lengths(self) -> list[tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]]:
+    def _lengths(self) -> list[tuple[Float[np.ndarray, " rows"], ...]]:
         """Of translation and rotation at each pose: root mean square and mean length of a normal vector."""
         found = []
         for moves in (self.twists[:, :3], self.twists[:, 3:]):

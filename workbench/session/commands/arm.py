@@ -32,7 +32,7 @@ from workbench.session.part import GoesWith
 from workbench.session.played_motion import Played
 from workbench.session.start import default_plate, is_default_plate, start
 from workbench.session.state import Focus, Session, UndoStep
-from workbench.session.target_steps import instrument_for
+from workbench.session.target_steps import check_free, instrument_for
 
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
@@ -58,7 +58,7 @@ class ChooseRobot(AbstractTask[Session]):
     title = computed(lambda self: f"Choose the robot {self.name}")
 
     def check(self, session: Session) -> None:
-        _check_quiet(session)
+        check_free(session)
         if (
             self.keep
             and self._unread(session) is None
@@ -109,7 +109,7 @@ class LoadModel(AbstractTask[Session]):
     title = computed(lambda self: f"Open {safe_name(self.name)}")
 
     def check(self, session: Session) -> None:
-        _check_quiet(session)
+        check_free(session)
         largest = LARGEST_ARCHIVE if self._is_archive else LARGEST_MODEL
         if not 0 < len(self.content) <= largest:
             raise FileError(
@@ -309,11 +309,6 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]
     text = "; ".join([text, *checked])
     return begun.with_message(Severity.INFO, text)
-
-
-def _check_quiet(session: Session) -> None:
-    if session.drag is not None:
-        raise OptionError("a target is being dragged; wait until it is released")
 
 
 MAX_CAPTURED = 200

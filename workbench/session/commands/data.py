@@ -194,7 +194,10 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         if self.instrument and self.instrument not in (offered := virtual_instruments()):
             known = ", ".join(offered)
             raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
-        check_measurable(session)
+        if not any(state.measurable for state in session.states):
+            raise DataError(
+                "the arm reaches none of the targets; drag some within reach, or choose other branches"
+            )
 
     def compute(self, session: Session) -> Loaded:
         rng = np.random.default_rng(self.seed)
@@ -245,14 +248,6 @@ class ForgetData(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return with_other_data(session, None)
-
-
-def check_measurable(session: Session) -> None:
-    """Refuse if the arm reaches none of the targets."""
-    if not any(state.measurable for state in session.states):
-        raise DataError(
-            "the arm reaches none of the targets; drag some within reach, or choose other branches"
-        )
 
 
 def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: bool = False) -> Loaded:

@@ -12,7 +12,6 @@ from workbench.session.target_steps import (
     begin_step,
     check_free,
     commit_step,
-    first_difference,
     with_targets,
 )
 
@@ -113,6 +112,6 @@ def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Ses
 
 def go_to_step(session: Session, step: UndoStep) -> Session:
     """The session with the targets of a step, the first one that differs selected."""
-    return commit_step(
-        with_targets(session, step.plate, step.states, selected=first_difference(session.plate, step.plate))
-    )
+    pairs = enumerate(zip(session.plate.targets, step.plate.targets, strict=False))
+    other = next((i for i, (now, then) in pairs if now is not then), None)
+    return commit_step(with_targets(session, step.plate, step.states, selected=other))

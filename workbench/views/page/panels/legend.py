@@ -149,12 +149,10 @@ def things(session: Session, *, is_alone: bool = False) -> str:
         ("nominal error", NOMINAL, is_bent and overlay.arrows and focus in (Focus.ROW, Focus.JOG)),
         ("other branches", BRANCH, overlay.ghosts and focus is Focus.TARGET),
     )
-    content = "".join(_mark(label, colour) for label, colour, is_seen in marks if is_seen)
+    style = "white-space:nowrap;margin-right:10px"
+    seen = ((label, colour) for label, colour, is_seen in marks if is_seen)
+    content = "".join(f'<span style="{style}">{_dot(colour)} {label}</span> ' for label, colour in seen)
     return content and f'<div data-testid="things" {"" if is_alone else MORE}>{content}</div>'
-
-
-def _mark(label: str, colour: tuple[int, int, int]) -> str:
-    return f'<span style="white-space:nowrap;margin-right:10px">{_dot(colour)} {label}</span> '
 
 
 def _dot(colour: tuple[int, int, int]) -> str:
