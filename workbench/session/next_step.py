@@ -172,10 +172,10 @@ def _added(session: Session) -> NextStep | None:
     found = session.results.diagnosis
     if not session.results.accepted:
         return None
-    if found is None or found.is_good:
-        left, tone = "The model now describes the arm as measured", Tone.GOOD
-    elif not found.is_named:
+    if found is not None and not found.is_named:
         left, tone = "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
+    elif found is None or found.is_good:
+        left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
