@@ -18,9 +18,7 @@ def test_a_mapping_is_stored_and_used_again(tmp_path, run):
     text = (tmp_path / "m.toml").read_text()
     assert '"Achse 1 [deg]" = "q1[deg]"' in text
     assert 'Unbekannt = "-"' in text
-    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace(
-        '"temp[degC]" = "temperature[degC]"', '"temp[degC]" = "-"'
-    )
+    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace('"temperature[degC]"', '"-"')
     (tmp_path / "m.toml").write_text(text)
     mapping = read_mapping(tmp_path / "m.toml")
     data = wb.read_measurements(tmp_path / "a.csv", columns=mapping.columns)

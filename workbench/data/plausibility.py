@@ -163,10 +163,8 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
             )
     still = (np.flatnonzero(np.ptp(q, axis=0) < NO_DIFFERENCE) + 1).tolist()
     if len(q) > 1 and still:
-        names = ", ".join(map(str, still))
-        notes.append(
-            f"joint(s) {names} never move: their errors can't be distinguished from their neighbours'"
-        )
+        why = "their errors can't be distinguished from their neighbours'"
+        notes.append(f"joint(s) {', '.join(map(str, still))} never move: {why}")
     if len(q) > 4 and np.abs(q).max() < np.radians(2.0 * np.pi) and len(still) < q.shape[1]:
         notes.append("all joints stay within 6.3° of zero: are these rad labelled deg?")
     return notes
