@@ -304,59 +304,61 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
         fixed: Values of all elements, their sines and cosines.
         place: Column of each element's twist; -1 for none.
         ends: Numbers of elements before each frame of `out`, in increasing order.
+
+    `pose` holds the transform up to an element, `step` that element's value, its sine and cosine.
     """
     rows, size = out.shape[0], twist.shape[2]
-    t, now = np.empty((12, LANES)), np.empty((3, LANES))
+    pose, step = np.empty((12, LANES)), np.empty((3, LANES))
     lines, columns = np.empty((size, 6, LANES)), np.zeros((6, size, LANES))  # 0 outside the part
     for start in range(0, rows, LANES):
         for i in range(12):
             for n in range(LANES):
-                t[i, n] = 1.0 if i % 5 == 0 else 0.0
+                pose[i, n] = 1.0 if i % 5 == 0 else 0.0
         frame = 0
         for k in range(axes.shape[0]):
             axis, column = axes[k], place[k]
-            frame = _store(t, k, ends, frame, out[start : start + LANES])
+            frame = _store(pose, k, ends, frame, out[start : start + LANES])
             if column >= 0:
                 for i in range(3):
                     for n in range(LANES):
-                        lines[column, i, n] = t[4 * i + 3, n]
-                        lines[column, i + 3, n] = t[4 * i + axis % 3, n]
+                        lines[column, i, n] = pose[4 * i + 3, n]
+                        lines[column, i + 3, n] = pose[4 * i + axis % 3, n]
             if axis == 6:
                 c = constants[k]
                 for i in range(0, 12, 4):
                     for n in range(LANES):
-                        x, y, z = t[i, n], t[i + 1, n], t[i + 2, n]
+                        x, y, z = pose[i, n], pose[i + 1, n], pose[i + 2, n]
                         for j in range(3):
-                            t[i + j, n] = x * c[0, j] + y * c[1, j] + z * c[2, j]
-                        t[i + 3, n] += x * c[0, 3] + y * c[1, 3] + z * c[2, 3]
+                            pose[i + j, n] = x * c[0, j] + y * c[1, j] + z * c[2, j]
+                        pose[i + 3, n] += x * c[0, 3] + y * c[1, 3] + z * c[2, 3]
                 continue
             driver, is_moved = drivers[k], False
             if driver >= 0 or shift.shape[0] > 0:
                 for n in range(LANES):
                     row = min(start + n, rows - 1)
-                    now[0, n] = fixed[0, k] + (positions[row, driver] if driver >= 0 else 0.0)
-                    now[0, n] += shift[row, k] if shift.shape[0] > 0 else 0.0
-                    is_moved |= now[0, n] != fixed[0, k]
+                    step[0, n] = fixed[0, k] + (positions[row, driver] if driver >= 0 else 0.0)
+                    step[0, n] += shift[row, k] if shift.shape[0] > 0 else 0.0
+                    is_moved |= step[0, n] != fixed[0, k]
             if is_moved and axis < 3:
-                _sines(now)
+                _sines(step)
             elif not is_moved and fixed[0, k] == 0.0:
                 continue
             elif not is_moved:
                 for i in range(3):
                     for n in range(LANES):
-                        now[i, n] = fixed[i, k]
+                        step[i, n] = fixed[i, k]
             if axis < 3:
                 a, b = (axis + 1) % 3, (axis + 2) % 3
                 for i in range(0, 12, 4):
                     for n in range(LANES):
-                        x, y = t[i + a, n], t[i + b, n]
-                        t[i + a, n] = x * now[2, n] + y * now[1, n]
-                        t[i + b, n] = y * now[2, n] - x * now[1, n]
+                        x, y = pose[i + a, n], pose[i + b, n]
+                        pose[i + a, n] = x * step[2, n] + y * step[1, n]
+                        pose[i + b, n] = y * step[2, n] - x * step[1, n]
             else:
                 for i in range(0, 12, 4):
                     for n in range(LANES):
-                        t[i + 3, n] += t[i + axis - 3, n] * now[0, n]
-        _store(t, axes.shape[0], ends, frame, out[start : start + LANES])
+                        pose[i + 3, n] += pose[i + axis - 3, n] * step[0, n]
+        _store(pose, axes.shape[0], ends, frame, out[start : start + LANES])
         for k in range(axes.shape[0]):
             column = place[k]
             if column < 0:
@@ -364,9 +366,9 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
             for n in range(LANES):
                 x, y, z = lines[column, 3, n], lines[column, 4, n], lines[column, 5, n]
                 if axes[k] < 3:
-                    u = t[3, n] - lines[column, 0, n]
-                    v = t[7, n] - lines[column, 1, n]
-                    w = t[11, n] - lines[column, 2, n]
+                    u = pose[3, n] - lines[column, 0, n]
+                    v = pose[7, n] - lines[column, 1, n]
+                    w = pose[11, n] - lines[column, 2, n]
                     columns[0, column, n], columns[3, column, n] = y * w - z * v, x
                     columns[1, column, n], columns[4, column, n] = z * u - x * w, y
                     columns[2, column, n], columns[5, column, n] = x * v - y * u, z
@@ -382,13 +384,13 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
 
 @njit(cache=True, inline="always")
 @no_type_check
-def _store(t, k, ends, frame, out):
-    """Write the transforms t of some rows to their frames that stand after k elements; the next frame."""
+def _store(pose, k, ends, frame, out):
+    """Write the transforms of some rows to their frames that stand after k elements; the next frame."""
     while frame < ends.shape[0] and ends[frame] == k:
         for n in range(out.shape[0]):
             for i in range(3):
                 for j in range(4):
-                    out[n, frame, i, j] = t[4 * i + j, n]
+                    out[n, frame, i, j] = pose[4 * i + j, n]
                 out[n, frame, 3, i] = 0.0
             out[n, frame, 3, 3] = 1.0
         frame += 1

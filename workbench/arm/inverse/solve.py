@@ -1,8 +1,8 @@
 """Inverse kinematics: every branch that reaches a pose, the reason if there is none, and fast following.
 
 `solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), and names
-them (`branch_names`). `follow` is one warm-started damped Newton run within the limits, for drags
-(`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
+them (`branch_names`). `follow`, in a module of its own, is one warm-started damped Newton run within the
+limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
 exactly.
 
 A deflected arm (`Robot.effects`) has the branches of its geometry, each refined so that the deflected arm
