@@ -207,9 +207,8 @@ class Plate:
 
     def made(self, production: Production) -> "Plate":
         """The same plate with other tolerances."""
-        return replace(
-            self, production=production, targets=tuple(replace(t, sigma=None) for t in self.targets)
-        )
+        targets = tuple(replace(target, sigma=None) for target in self.targets)
+        return replace(self, production=production, targets=targets)
 
     @property
     def made_as_drawn(self) -> "Plate":
@@ -220,12 +219,9 @@ class Plate:
     def moved(self, xyz: Vector3, rpy: Vector3) -> "Plate":
         """The same plate elsewhere, with all its targets; their branches are to be chosen anew."""
         there = replace(self, xyz=xyz, rpy=rpy)
-        poses = there.pose @ se3.inverse(self.pose) @ self.poses
-        places = ((frozen(pose[:3, 3]), frozen(se3.matrix_to_rpy(pose[:3, :3]))) for pose in poses)
-        targets = (
-            replace(target, xyz=place, rpy=turn, branch=AUTO, q=None)
-            for target, (place, turn) in zip(self.targets, places, strict=True)
-        )
+        moved = map(Target.at, there.pose @ se3.inverse(self.pose) @ self.poses)
+        both = zip(self.targets, moved, strict=True)
+        targets = (replace(t, xyz=at.xyz, rpy=at.rpy, branch=AUTO, q=None) for t, at in both)
         return replace(there, targets=tuple(targets))
 
     def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
