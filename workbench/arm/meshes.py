@@ -1,8 +1,8 @@
 """Visual meshes of a URDF's links, as triangles in the frames of the links.
 
-Meshes are searched at the path in the file, in its folder and the parent folder, and for `package://name/…`
-in every folder above the file. If they are missing, elsewhere or too large, the arm is drawn from its
-geometry.
+Meshes are searched at the path in the file, in its folder and the parent folder, and for `package://name/…`,
+or its end, in every folder above the file. If they are missing, elsewhere or too large, the arm is drawn from
+its geometry.
 """
 
 import logging
@@ -68,8 +68,8 @@ def find_mesh(name: str, urdf: Path) -> str:
     relative = name.removeprefix(SCHEME).removeprefix("file://")
     folders = urdf.resolve().parents
     if name.startswith(SCHEME):
-        inside = relative.partition("/")[2]
-        places = [(folder, folder / part) for folder in folders[:-1] for part in (relative, inside)]
+        parts = Path(relative).parts  # whatever of the path is there, as of a package without its repository
+        places = [(f, f.joinpath(*parts[k:])) for k in range(max(len(parts) - 1, 1)) for f in folders[:-1]]
     else:
         places = [(folders[min(1, len(folders) - 1)], folders[0] / relative)]
     for folder, candidate in places:

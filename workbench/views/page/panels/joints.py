@@ -1,6 +1,5 @@
 """Residuals along each joint's motion, plotted over its position, with the law of an effect."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,6 @@ import viser
 
 from workbench.arm.joint_units import joint_titles, shown_joints, shown_units
 from workbench.report.chart import Chart, Marks
-from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, law_along_joints, shown_effect
 from workbench.session.page_state import Tab
@@ -41,10 +39,7 @@ class JointsPanel(AbstractPanel):
                 visible=lambda s: s.results.diagnosis is not None and s.results.diagnosis.effects,
             )
             self.html(_plots)
-        self.form(self._choose, law)
-
-    def _choose(self, law: str) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.choices.overlay, law=law))
+        self.form(lambda law: self.overlaid(law=law), law)
 
 
 def _has_errors(session: Session) -> bool:
