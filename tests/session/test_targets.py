@@ -126,14 +126,11 @@ def test_noise_scales_the_prediction_of_now_and_then(do, first):
 
 
 def test_the_plate_is_put_elsewhere_with_all_its_targets(do, first):
-    xyz, turn = np.add(first.plate.xyz, (0.02, -0.03, -0.04)), 0.1
-    session = do(
-        MovePlate(tuple(xyz.tolist()), (*first.plate.rpy[:2].tolist(), float(first.plate.rpy[2]) + turn))
-    )
+    x, y, z = np.add(first.plate.xyz, (0.02, -0.03, -0.04)).tolist()
+    session = do(MovePlate((x, y, z), (0.0, 0.0, 0.1)))
+    (x1, y1), (x0, y0) = (plate.poses[3, :2, 3] - plate.xyz[:2] for plate in (session.plate, first.plate))
+    assert np.arctan2(y1, x1) - np.arctan2(y0, x0) == pytest.approx(0.1 - first.plate.rpy[2], abs=1e-9)
     assert session.plate.heights == pytest.approx(first.plate.heights, abs=1e-12)
-    arms = session.plate.poses[:, :2, 3] - xyz[:2], first.plate.poses[:, :2, 3] - first.plate.xyz[:2]
-    angles = [np.arctan2(arm[:, 1], arm[:, 0]) for arm in arms]
-    assert np.cos(angles[0] - angles[1]) == pytest.approx(np.cos(turn), abs=1e-9)
     assert_reached(session, 3)
     assert do(Undo()).plate is first.plate
 

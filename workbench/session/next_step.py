@@ -90,9 +90,8 @@ def next_step(session: Session) -> NextStep:
         tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
         step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
     here = Action("", session.page.tab) if session.page.tab is not None else None
-    following, other = (
-        None if at is not None and replace(at, label="") == here else at for at in (step.next, step.other)
-    )
+    is_new = lambda at: at is not None and replace(at, label="") != here  # noqa: E731
+    following, other = (at if is_new(at) else None for at in (step.next, step.other))
     return replace(step, next=following, other=other)
 
 
@@ -222,9 +221,8 @@ def _identified(session: Session) -> NextStep | None:
     if doubts := found.doubts(found.runs[session.results.fit]):
         return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
     if known is not None and known.refused:
-        return NextStep(
-            f"No parameter was identified: {known.advice or known.refused}.", Tone.CAREFUL, MORE, COMPARE
-        )
+        text = f"No parameter was identified: {known.advice or known.refused}."
+        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
     if known is not None:
         return NextStep(f"{errors}; {known.title} identified.", Tone.GOOD, TAKE, COMPARE)
     if times <= BEYOND_NOISE:
@@ -330,11 +328,8 @@ def _predicted(session: Session) -> str:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    began = (
-        f", {compared(first)} mm at the start"
-        if np.isfinite(first) and compared(first) != compared(now)
-        else ""
-    )
+    is_other = np.isfinite(first) and compared(first) != compared(now)
+    began = f", {compared(first)} mm at the start" if is_other else ""
     return f"predicted error after calibration {compared(now)} mm rms{began}"
 
 
@@ -343,7 +338,5 @@ def _takes_next_poses(session: Session) -> bool:
     if session.results.diagnosis is None or session.playback.focus is not Focus.TARGET:
         return False
     wanted = [np.asarray(q) for q in session.results.diagnosis.measure_next]
-    return any(
-        target.q is not None and any(np.array_equal(target.q, q) for q in wanted)
-        for target in session.plate.targets
-    )
+    taken = (target.q for target in session.plate.targets if target.q is not None)
+    return any(np.array_equal(q, other) for q in taken for other in wanted)

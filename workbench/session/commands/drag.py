@@ -43,9 +43,8 @@ class SelectTarget(AbstractChange):
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         if session.drag is not None and session.drag.target != self.target:
-            raise OptionError(
-                f"target {session.drag.target + 1} is being dragged; select another one once it is released"
-            )
+            held = f"target {session.drag.target + 1} is being dragged"
+            raise OptionError(f"{held}; select another one once it is released")
 
     def apply(self, session: Session) -> Session:
         return replace(session, selected=self.target).updated("playback", focus=Focus.TARGET)
@@ -170,8 +169,6 @@ def check_place(what: str, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> No
     """Refuse a position that is not finite or too far away."""
     if not np.isfinite((*xyz, *rpy)).all():
         raise OptionError(f"the coordinates of {what} must be finite numbers")
-    if max(abs(v) for v in xyz) > MAX_TARGET_DISTANCE:
-        raise OptionError(
-            f"{what} would be {max(abs(v) for v in xyz):.3g} m from the base; "
-            f"the limit is {MAX_TARGET_DISTANCE:g} m"
-        )
+    if (far := max(abs(v) for v in xyz)) > MAX_TARGET_DISTANCE:
+        limit = f"the limit is {MAX_TARGET_DISTANCE:g} m"
+        raise OptionError(f"{what} would be {far:.3g} m from the base; {limit}")

@@ -109,9 +109,8 @@ class MovePlate(AbstractTargetStep):
         check_place("the plate", self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
-        return place_plate(
-            session, session.plate.moved(frozen(np.array(self.xyz)), frozen(np.array(self.rpy)))
-        )
+        xyz, rpy = frozen(np.array(self.xyz)), frozen(np.array(self.rpy))
+        return place_plate(session, session.plate.moved(xyz, rpy))
 
 
 def free_place(session: Session) -> tuple[float, float, float]:
@@ -152,6 +151,5 @@ class ChooseBranch(AbstractChange):
         target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
         state = place(session.robot, target, session.states[self.target].q)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
-        return move_targets(
-            session, plate, with_item(session.states, self.target, state), selected=self.target
-        )
+        states = with_item(session.states, self.target, state)
+        return move_targets(session, plate, states, selected=self.target)
