@@ -13,7 +13,6 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.state import Drag, Focus, Session
 from workbench.session.target_postures import branches_to, follow_target, with_branch_name
@@ -122,7 +121,8 @@ class MoveTarget(AbstractChange):
     def apply(self, session: Session) -> Session:
         if session.drag is not None and not self._is_part_of(session.drag):
             return session
-        target = self._moved(session)
+        old = session.plate.targets[self.target]
+        target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
         before = session.states[self.target] if self.start is None else self.start.state
         state = follow_target(session.robot, target, before)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
@@ -140,10 +140,6 @@ class MoveTarget(AbstractChange):
 
     def _is_part_of(self, drag: Drag) -> bool:
         return (drag.client, drag.target) == (self.client, self.target)
-
-    def _moved(self, session: Session) -> Target:
-        old = session.plate.targets[self.target]
-        return replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
 
 
 class DropTarget(AbstractChange):
