@@ -135,9 +135,8 @@ def test_makers_angles_are_read(axes, expected):
 
 def test_tables_are_read_as_they_stand_in_books(tmp_path):
     path = tmp_path / "table.csv"
-    path.write_text(
-        "theta[deg],d[mm],a[mm],alpha[rad],type\n0,20,0,0,fixed\nq1-90,100,0,pi/2,r\nθ2,0,425,-2*π/3,p\n"
-    )
+    rows = "0,20,0,0,fixed\nq1-90,100,0,pi/2,r\nθ2,0,425,-2*π/3,p\n"
+    path.write_text(f"theta[deg],d[mm],a[mm],alpha[rad],type\n{rows}")
     with refuses(FileError, "deg", "rad", path=str(path)):
         read_joint_table(path)
     path.write_text(path.read_text().replace("[deg]", "[rad]").replace("q1-90", "q1 − pi/2"))

@@ -111,6 +111,7 @@ def assemble(
         notes=(*fields.notes, *notes, *rounded, *moved, *_row_notes(fields, excluded, found, reasons)),
         joint_units=joint_units(fields),
         missing_units=fields.missing_units,
+        unread={name: np.array(cells) for name, cells in fields.unread.items()},
         **_plain(fields, q.shape[1]),
     )
     lines = fields.lines
@@ -124,7 +125,7 @@ def assemble(
 def excluded_rows(fields: Fields) -> Mask:
     """Rows that the file leaves out in a column `exclude`."""
     cells = [str(word).strip().lower() for word in fields.values.get("exclude", [""] * fields.rows)]
-    if (row := next((k for k, word in enumerate(cells) if word not in _TRUE | _FALSE), None)) is not None:
+    for row in (k for k, word in enumerate(cells) if word not in _TRUE | _FALSE):
         raise fields.error(f"'{cells[row]}' is neither true nor false", row, "exclude")
     return np.array([word in _TRUE for word in cells], bool)
 

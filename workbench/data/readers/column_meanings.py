@@ -172,10 +172,9 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
         for c in columns
         if c.remark == f"'{c.heading}' is read as {c.key}" and re.fullmatch(r"q\d+", str(c.key))
     }
-    notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if len(renamed) > 1 else []
-    notes += [
-        c.remark for c in columns if c.remark and not (len(renamed) > 1 and f"'{c.heading}'" in renamed)
-    ]
+    renamed = renamed if len(renamed) > 1 else {}
+    notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if renamed else []
+    notes += [c.remark for c in columns if c.remark and f"'{c.heading}'" not in renamed]
     units: dict[tuple[str, Quantity], list[str]] = {}
     for column in columns:
         if column.conversion is not None and column.unit:

@@ -149,11 +149,11 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         FileError: the file holds no pairs.
         DataError: there are too few pairs, they are no poses, or they contradict `mounted`.
     """
-    source, told, inverting, notes = "pairs", (True, True), False, tuple[str, ...]()
+    source, told, inverting, given = "pairs", (True, True), False, tuple[str, ...]()
     if isinstance(pairs, Path):
         source = str(pairs)
-        *pairs, told, inverting, notes = read_pairs(pairs)
-    (robot, target), notes = _checked(pairs, source, notes)
+        *pairs, told, inverting, given = read_pairs(pairs)
+    (robot, target), notes = _checked(pairs, source, given)
     fits = {Mount.TOOL: _fit(robot, target), Mount.WORLD: _fit(se3.inverse(robot), target)}
     size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
     score = {mount: float(fit.left @ (1.0 / size, 1.0)) for mount, fit in fits.items()}

@@ -65,7 +65,7 @@ SIDES = ("robot", "target")
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, ...], bool, tuple[str, ...]]:
+def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, bool], bool, tuple[str, ...]]:
     """Robot's and target's poses, whether names say which way round each side's are, whether their writer
     inverts the robot's for a camera in the cell, and what was decided."""
     data, text, arrays = read_bytes(path), "", dict[str, Any]()
@@ -95,7 +95,7 @@ def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, ...], bool, tuple[
         pose = se3.pose(turns, np.asarray(own.position))
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
         notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
-    told = tuple(way is not None for _, way in sides)
+    told = sides[0][1] is not None, sides[1][1] is not None
     return poses[0], poses[1], told, bool(EASY_HANDEYE.search(text)), tuple(notes)
 
 

@@ -165,20 +165,20 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
     rows: list[tuple[list[str], list[str], list[str]]] = []
     for text in texts:
         left, _, right = text.replace("\u2212", "-").partition("=")
-        q, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
-        is_right = len(q) == joints and len(pose) in (6, 7) and all(map(TYPED.fullmatch, q + pose))
+        own, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
+        is_right = len(own) == joints and len(pose) in (6, 7) and all(map(TYPED.fullmatch, own + pose))
         if not is_right or (rows and len(pose) != 3 + len(rows[0][2])):
             raise OptionError(
                 f"the pose '{text}' must be {joints} joint positions, =, x, y, z and three angles or a "
                 "quaternion, with commas"
             )
-        rows.append((q, pose[:3], pose[3:]))
+        rows.append((own, pose[:3], pose[3:]))
     if not rows:
         raise OptionError("no poses are typed; give them as q1,…,qn = x,y,z,a,b,c")
     cells = [np.array(part) for part in zip(*rows, strict=True)]
-    joints, xyz, turn = (part.astype(float) for part in cells)
-    first, second, third = map(_last_digits, cells, (joints, xyz, turn))
-    return Displayed(joints=joints, xyz=xyz, turn=turn, steps=(first, second, third), rows=range(len(rows)))
+    q, xyz, turn = (part.astype(float) for part in cells)
+    first, second, third = map(_last_digits, cells, (q, xyz, turn))
+    return Displayed(joints=q, xyz=xyz, turn=turn, steps=(first, second, third), rows=range(len(rows)))
 
 
 def of_dataset(data: Dataset) -> Displayed:

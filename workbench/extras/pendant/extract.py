@@ -186,7 +186,7 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
     with part_of(0.0, 0.7):
         run, *left, allowed = _identified(arm, data)
         rounded = as_dataset(counted, shown, reading, commanded=False)
-        if left[1] > allowed and not np.array_equal(rounded.sigma, data.sigma):
+        if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
             data = rounded  # the joints' whole degrees were not commanded, but are all that is shown
             run, *left, allowed = _identified(arm, data)
     nominal, best = left

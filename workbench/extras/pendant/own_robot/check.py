@@ -95,7 +95,7 @@ def _row(cells: dict[str, str], grid: Grid, number: int) -> dict[str, Any]:
 
 def _number(text: str) -> float | None:
     """A number, a share of pi such as `-pi/2`, or the constant of `q2-90`; None if it is none of these."""
-    text = text.lower().translate(str.maketrans({"−": "-", "π": "pi", " ": "", "°": ""}))
+    text = re.sub("[ °]", "", text.lower()).replace("−", "-").replace("π", "pi")
     constant = DRIVE.sub("", text)
     if constant != text and not constant:
         return 0.0
