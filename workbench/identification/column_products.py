@@ -119,8 +119,10 @@ def joined(
     for _, group in groupby(tables, lambda t: (t[1].shown.shape[1:], t[1].order.tobytes())):
         while some := list(islice(group, BLOCKS_AT_ONCE)):
             rows, parts = zip(*some, strict=True)
-            wide = (np.concatenate([getattr(p, n) for p in parts]) for n in ("plain", "shown", "laws"))
-            yield np.concatenate(rows), Columns(*wide, parts[0].element, parts[0].order)
+            plain, shown, laws = (
+                np.concatenate([getattr(p, n) for p in parts]) for n in ("plain", "shown", "laws")
+            )
+            yield np.concatenate(rows), Columns(plain, shown, laws, parts[0].element, parts[0].order)
 
 
 def inner_products(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "p1 p1"]:

@@ -229,8 +229,8 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
     except MALFORMED:
         raise FileError("is not a journal: its first line names no schema", path=str(path)) from None
     if name != NAME or kind > NUMBER:
-        text = f"has the schema {header['schema']}, and this version reads {SCHEMA}"
-        raise FileError(f"{text}; install a newer workbench", path=str(path))
+        why = f"has the schema {header['schema']}, and this version reads {SCHEMA}"
+        raise FileError(f"{why}; install a newer workbench", path=str(path))
     if not isinstance(header.get("numbers"), dict):
         raise FileError("the first line has no table of numbers", path=str(path), line=1)
     if header.pop(codec.CHECK, None) is None:
@@ -293,8 +293,10 @@ def _line(text: bytes, step: int, path: Path) -> JournalLine:
         return JournalLine(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
     except (*MALFORMED, WorkbenchError, codec.LostFile) as error:
         why = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
-        text = f"step {step} can't be read ({why}); --step {step - 1} opens the session before it"
-        raise FileError(text, path=str(path), line=step + 1) from None
+        remedy = f"--step {step - 1} opens the session before it"
+        raise FileError(
+            f"step {step} can't be read ({why}); {remedy}", path=str(path), line=step + 1
+        ) from None
 
 
 def _load(folder: Path, name: str) -> bytes:
