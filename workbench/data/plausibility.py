@@ -110,10 +110,8 @@ def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -
         is_length = unit and conversion(unit, Quantity.ANGLE, Quantity.LENGTH).quantity is Quantity.LENGTH
         if is_length != slides and unit not in ("", "rad"):
             kind, wanted = ("slides", "mm") if slides else ("turns", "deg")
-            raise DataError(
-                f"{source}: joint {joint} {kind}, but its column is q{joint}[{unit}]: "
-                f"write q{joint}[{wanted}]"
-            )
+            wrong = f"joint {joint} {kind}, but its column is q{joint}[{unit}]"
+            raise DataError(f"{source}: {wrong}: write q{joint}[{wanted}]")
 
 
 def _check_points(dataset: Dataset, reach: float) -> tuple[str, ...]:
