@@ -100,7 +100,7 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
     column = TableColumn(index=index, heading=text)
-    if name == IGNORED:
+    if IGNORED in (name, key):
         return column
     if key is None or not (unit is None or suits(unit, key)):
         key = meaning(name)

@@ -52,6 +52,11 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
             key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
             return replace(meaning, parts=text, remedy=f"give columns='{key}={heading}' (--columns)")
+    if not meaning.is_found and rows.rotation is not None and _fits(robot, rows):
+        text = (
+            f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations are in another frame"
+        )
+        return replace(meaning, parts=text, remedy="leave their columns out, columns='rx=-,…' (--columns)")
     for ahead in () if meaning.is_found else (1, -1, 2, -2):
         if _fits(robot, replace(rows, q=np.roll(rows.q, ahead, axis=0)).take(np.arange(2, len(rows) - 2))):
             where = "before" if ahead > 0 else "after"
@@ -71,15 +76,12 @@ def parts_in_order(robot: Robot, data: Dataset) -> str:
         if (length := _part_that_fits(robot, rows)) in (0, len(rows)):
             continue
         own, other = rows.take(np.arange(length)), rows.take(np.arange(length, len(rows)))
-        text = f"data rows {_span(own)} fit to {in_mm(_misfit(robot, own))}"
+        first, second = (f"{part.row.min()}–{part.row.max()}" for part in (own, other))
+        text = f"data rows {first} fit to {in_mm(_misfit(robot, own))}"
         if len(other) >= MIN_PART and _fits(robot, other):
-            return f"{text}, and {_span(other)} to {in_mm(_misfit(robot, other))} {ELSEWHERE}"
+            return f"{text}, and {second} to {in_mm(_misfit(robot, other))} {ELSEWHERE}"
         return f"{text}, those {'after' if is_begin else 'before'} them don't"
     return ""
-
-
-def _span(data: Dataset) -> str:
-    return f"{data.row.min()}–{data.row.max()}"
 
 
 def _part_that_fits(robot: Robot, data: Dataset) -> int:
