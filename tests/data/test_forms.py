@@ -74,11 +74,8 @@ def workbook(sheets):
     return buffer.getvalue()
 
 
-TABLE = [
-    ["q1[deg]", "x[m]", "y[m]", "z[m]", "session"],
-    [90, 1.0, 2.5, 3.0, "a"],
-    [45.5, 1.0, None, 3.0, "b"],
-]
+TABLE = [["q1[deg]", "x[m]", "y[m]", "z[m]", "session"], [90, 1.0, 2.5, 3.0, "a"]]
+TABLE.append([45.5, 1.0, None, 3.0, "b"])
 
 
 def test_workbook_with_gap_and_labels(read):

@@ -15,6 +15,7 @@ from workbench.data.readers.headings import (
     COMMAND,
     JOINT,
     is_commanded,
+    is_of_measurement,
     known_together,
     meaning,
     normalised,
@@ -85,7 +86,9 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
             numbers = [c for c in (column, other) if any(map(_DIGIT.search, table.columns[c.index]))]
-            if len(numbers) == 1:  # the other holds words
+            if len(numbers) == 2:
+                numbers = [c for c in numbers if is_of_measurement(c.heading)]
+            if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 left = column if numbers[0] is other else other
                 columns[left.index] = TableColumn(index=left.index, heading=left.heading)
