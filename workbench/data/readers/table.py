@@ -260,9 +260,9 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         found = ({c: side for c in cells if name in (c, parse_heading(c).name)} for name, side in sides)
         named = next(filter(None, found), {})
         if not named and ours.name != IGNORED:
+            pair, known = f"{theirs.name}={ours.name}", listed(cells)
             raise OptionError(
-                f"{grid.source}: '{theirs.name}={ours.name}' names no known column of the file: "
-                f"the headings are {listed(cells)}"
+                f"{grid.source}: '{pair}' names no known column of the file: the headings are {known}"
             )
         said |= {cell: with_unit(side, parse_heading(cell).unit).heading() for cell, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
