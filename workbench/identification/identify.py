@@ -193,9 +193,8 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
     if not fit.outcome.ok:
         found.append(f"{title}: {fit.outcome}")
     if fit.at_bounds:
-        found.append(
-            f"{title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if they are too tight"
-        )
+        known = ", ".join(fit.at_bounds)
+        found.append(f"{title}: at a bound: {known}; widen the bounds if they are too tight")
     if fit.beyond_bounds:
         found.append(f"{title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
     return tuple(found)
