@@ -77,9 +77,8 @@ def find_mesh(name: str, urdf: Path) -> str:
         if path.is_relative_to(folder) and path.is_file():
             size = path.stat().st_size
             if size > MAX_MESH_BYTES:
-                raise FileError(
-                    f"is larger than {MAX_MESH_BYTES // 2**20} MiB; give a coarser mesh", path=str(path)
-                )
+                most = MAX_MESH_BYTES // 2**20
+                raise FileError(f"is larger than {most} MiB; give a coarser mesh", path=str(path))
             if _faces(path, size) > MAX_FACES:
                 raise FileError(f"has more than {MAX_FACES} triangles; give a coarser mesh", path=str(path))
             return str(path)

@@ -230,9 +230,8 @@ class Worker:
         self._task = task
         self._cancel.clear()
         # other work begins: older errors would come back behind its news
-        self._session = self._session.without_messages(
-            lambda m: m.severity is Severity.ERROR or m.refused == type(task).__name__
-        )
+        is_older = lambda m: m.severity is Severity.ERROR or m.refused == type(task).__name__  # noqa: E731
+        self._session = self._session.without_messages(is_older)
         self._show(job=RunningJob(task.title, time.monotonic()))
         self._start(task, basis, self._cancel)
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.base.assets import assets
-from workbench.base.wording import capital
+from workbench.diagnosis.result import Diagnosis, judged
+from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
@@ -172,8 +173,8 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
     overlay = session().choices.overlay
     yield DemoScene(
-        f"All errors are drawn × {overlay.exaggeration:g}: grey is the arm of the data sheet, orange the "
-        "real one.",
+        f"All errors are drawn × {overlay.exaggeration:g}: blue and grey is the arm of the data sheet, "
+        "orange the real one.",
         (SetOverlay(replace(overlay, stage=ModelStage.NOMINAL)), *map(ShowRow, range(0, 120, 12))),
         seconds=10.0,
     )
@@ -187,20 +188,25 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     found = session().results.diagnosis
     causes = "" if found is None else " and ".join(cause.plain for cause in found.causes)
     if found is not None and found.effects:
-        rest = "; a correction learned from the rows takes part of the rest"
-        yield DemoScene(
-            f"Found: {causes or 'no named cause'}{rest if found.residual_map else ''}. With these effects, "
-            "the error falls further.",
-            seconds=8.0,
-        )
+        yield DemoScene(f"Found: {_found(found, causes)}", seconds=8.0)
         yield DemoScene(
             "One button adds them, and the model moves to where the real arm is.",
             (AddEffects(), *map(ShowRow, range(0, 120, 12))),
             seconds=10.0,
         )
-    why = f"{capital(causes)}, and the geometry was off. " if causes else ""
+    why = f"The geometry was off{f', and {causes}' if causes else ''}. "
     bare = SetOverlay(replace(session().choices.overlay, **BARE))
     yield DemoScene(f"{why}{END}", (bare,), seconds=1.0)
+
+
+def _found(found: Diagnosis, causes: str) -> str:
+    """What the causes explain, and what is learned without a name: each with the error that it leaves."""
+    before, after = (compared(judged(e).position_mm.mean) for e in (found.before, found.after))
+    if found.residual_map is None:
+        return f"{causes}. With that, {before} mm fall to {after} mm."
+    named = f"{causes} ({before} → {compared(found.residual_map.before.position_mm.mean)} mm)"
+    rest = f"What is left has no name; with a correction learned from the rows {after} mm remain."
+    return f"{named if causes else 'no cause'}. {rest}"
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

@@ -11,7 +11,7 @@ from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, law_along_joints, shown_effect
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.appearance.colours import BLAMED, css, stage_colours
+from workbench.views.appearance.colours import BLAMED, STAGE_COLOURS, css
 from workbench.views.page.html import MUTED, badge, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -120,8 +120,7 @@ def _means(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _inks(rows: Comparison) -> dict[int, str]:
     """Colours of the known stages, by their number."""
-    colours = map(css, stage_colours(len(rows.stages)))
-    return dict(zip(map(STAGES.index, rows.stages), colours, strict=True))
+    return {STAGES.index(stage): css(STAGE_COLOURS[stage]) for stage in rows.stages}
 
 
 def _legend(rows: Comparison, law: str) -> str:
