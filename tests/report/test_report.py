@@ -35,7 +35,7 @@ def test_bars_are_as_long_as_their_numbers():
 
 REGISTERED = """
 import os
-import scipy.optimize
+import numba, pydantic, rich.console, scipy.optimize, scipy.spatial.transform, scipy.sparse.csgraph
 import workbench as wb
 from workbench.report.result_display import AbstractReported, blocks_of
 

@@ -112,11 +112,6 @@ class Chain:
         return np.concatenate([q, q[:, [e.follows for e in mine]] * [e.ratio for e in mine]], axis=1)
 
     @cached_property
-    def varying(self) -> tuple[Int[np.ndarray, " _"], ...]:
-        """Of `_varying`, where no effect shifts anything."""
-        return _varying(self.drivers, NO_SHIFT)
-
-    @cached_property
     def driven(self) -> Int[np.ndarray, " n"]:
         """Element driven by each joint; 0 for a joint without one."""
         return frozen(np.array([int(np.argmax(self.drivers == j)) for j in range(self.dof)], np.int64))
@@ -129,11 +124,8 @@ class Chain:
     @cached_property
     def constants(self) -> Float[np.ndarray, "k 4 4"]:
         """Matrices of the constant elements; identities elsewhere."""
-        matrices = np.tile(np.eye(4), (len(self.elements), 1, 1))
-        for matrix, element in zip(matrices, self.elements, strict=True):
-            if element.matrix is not None:
-                matrix[:] = element.matrix
-        return frozen(matrices)
+        matrices = [np.eye(4) if e.matrix is None else e.matrix for e in self.elements]
+        return frozen(np.array(matrices).reshape(-1, 4, 4))
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -160,14 +152,23 @@ class Chain:
         other = Chain(self.elements, self.dof)
         shared = {
             name: getattr(self, name)
-            for name in ("axes", "drivers", "varying", "driven", "followers", "constants", "index")
+            for name in ("axes", "drivers", "driven", "followers", "constants", "index")
         }
         other.__dict__.update(shared, values=frozen(values.copy()))
         return other
 
 
-LANES, BLOCK = 8, 1024
-"""Rows that the loop takes at a time, and those whose results stay in the processor's cache."""
+LANES = 8
+"""Rows that the loop takes at a time."""
+QUARTERS = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+SINE = (
+    1.58962301576546568060e-10, -2.50507477628578072866e-8, 2.75573136213857245213e-6,
+    -1.98412698295895385996e-4, 8.33333333332211858878e-3, -1.66666666666666307295e-1,
+)  # fmt: skip
+COSINE = (
+    -1.13585365213876817300e-11, 2.08757008419747316778e-9, -2.75573141792967388112e-7,
+    2.48015872888517045348e-5, -1.38888888888730564116e-3, 4.16666666666665929218e-2,
+)  # fmt: skip
 NO_SHIFT = np.zeros((0, 0))
 NO_SHIFT.setflags(write=False)
 WHOLE = slice(None)
@@ -190,9 +191,7 @@ def poses(
         shift: Increments by effects, per element; an empty array for none.
         part: Elements between the two frames, if not all.
     """
-    out = np.empty((len(q), 4, 4))
-    _walk(chain, q, values, shift, part, np.full(len(chain.axes[part]), -1), out, np.empty((len(q), 6, 0)))
-    return out
+    return twists(chain, q, chain.driven[:0], values=values, shift=shift, part=part)[0]
 
 
 def frames(
@@ -204,12 +203,9 @@ def frames(
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows f 4 4"]:
     """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
-    out = np.empty((len(q), len(after), 4, 4))
-    current, start = np.broadcast_to(np.eye(4), (len(q), 4, 4)), 0
-    for column, last in enumerate(after):
-        step = poses(chain, q, values=values, shift=shift, part=slice(start, last + 1))
-        out[:, column] = current = current @ step
-        start = last + 1
+    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after) + 1
+    part = slice(0, int(ends[-1]))
+    _walk(chain, q, values, shift, part, np.full(part.stop, -1), ends, out, np.empty((len(q), 6, 0)))
     return out
 
 
@@ -241,7 +237,8 @@ def twists(
     pose_out, twist_out = out or (np.empty((len(q), 4, 4)), np.empty((len(q), 6, len(columns))))
     place = np.full(len(chain.elements), -1, np.int64)
     place[columns] = np.arange(len(columns))
-    _walk(chain, q, values, shift, part, place[part], pose_out, twist_out)
+    here = place[part]
+    _walk(chain, q, values, shift, part, here, np.array([len(here)]), pose_out[:, None], twist_out)
     return pose_out, twist_out
 
 
@@ -264,92 +261,104 @@ def _walk(
     shift: np.ndarray,
     part: slice,
     place: np.ndarray,
+    ends: np.ndarray,
     pose_out: np.ndarray,
     twist_out: np.ndarray,
 ) -> None:
-    """Fill poses, and twists of elements that have a place among the columns; arguments as of `twists`."""
-    values = frozen(chain.values if values is None else values)[part]
-    varying, driven, drivers, where = (
-        chain.varying if part == WHOLE and not len(shift) else _varying(chain.drivers[part], shift[:, part])
-    )
-    positions = chain.positions(q)
+    """Fill poses after so many elements, and twists of those with a place; other arguments as of `twists`."""
+    values = (chain.values if values is None else values)[part]
     fixed = np.array([values, np.sin(values), np.cos(values)])
-    for start in range(0, len(q), BLOCK):
-        rows = slice(start, min(start + BLOCK, len(q)))
-        size = rows.stop - start
-        moved = np.zeros((3, len(varying), -(-size // LANES) * LANES))
-        now = moved[0, :, :size]
-        now[:] = values[varying, None]
-        now[driven] += positions[rows].T[drivers]
-        if len(shift):
-            now += shift[rows, part].T[varying]
-        with np.errstate(invalid="ignore"):  # infinite positions have no pose
-            np.sin(moved[0], out=moved[1])
-            np.cos(moved[0], out=moved[2])
-        out = pose_out[rows], twist_out[rows]
-        _lanes(chain.axes[part], where, fixed, moved, chain.constants[part], place, *out)
+    rows = frozen(chain.positions(q)), frozen(shift[:, part])
+    given = chain.constants[part], place, ends, pose_out, twist_out
+    _lanes(chain.axes[part], chain.drivers[part], fixed, *rows, *given)
 
 
-def _varying(drivers: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Elements that differ from row to row; the driven ones among them; their drivers; the place of each."""
-    varying = np.flatnonzero((drivers >= 0) | shift.any(axis=0) if len(shift) else drivers >= 0)
-    driven = np.flatnonzero(drivers[varying] >= 0)
-    where = np.full(len(drivers), -1)
-    where[varying] = np.arange(len(varying))
-    return varying, driven, drivers[varying[driven]], where
+@njit(cache=True, inline="always", error_model="numpy", fastmath={"contract"})
+@no_type_check
+def _sines(lanes):
+    """Sines and cosines of a row of lanes into the next two: numpy takes them one by one, five times as long.
+
+    Source: S. Moshier, Cephes (1989), sin.c: rest of a quarter turn in three parts, polynomials to 1 ulp.
+    """
+    for n in range(lanes.shape[1]):
+        x = lanes[0, n]
+        turns = np.rint(x * 0.6366197723675814)
+        r = ((x - turns * QUARTERS[0]) - turns * QUARTERS[1]) - turns * QUARTERS[2]
+        z = r * r
+        s, c = SINE[0], COSINE[0]
+        for i in range(1, 6):
+            s, c = s * z + SINE[i], c * z + COSINE[i]
+        s, c = r + r * z * s, 1.0 - 0.5 * z + z * z * c
+        quarter = turns - 4.0 * np.floor(0.25 * turns)
+        odd = quarter == 1.0 or quarter == 3.0
+        lanes[1, n] = (c if odd else s) * (-1.0 if quarter > 1.5 else 1.0)
+        lanes[2, n] = (s if odd else c) * (-1.0 if abs(quarter - 1.5) < 1.0 else 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 @no_type_check
-def _lanes(axes, where, fixed, moved, constants, place, out, twist):
+def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, twist):
     """Eight rows at a time: every inner loop runs over them and becomes SIMD.
 
     Args:
-        where: Row of `moved` for elements that differ from row to row; -1 for the others.
         fixed: Values of all elements, their sines and cosines.
-        moved: Of those that differ, filled up to whole steps of eight rows.
         place: Column of each element's twist; -1 for none.
+        ends: Numbers of elements before each frame of `out`, in increasing order.
+
+    `pose` holds the transform up to an element, `step` that element's value, its sine and cosine.
     """
-    size = twist.shape[2]
-    t, now = np.empty((12, LANES)), np.empty((3, LANES))
+    rows, size = out.shape[0], twist.shape[2]
+    pose, step = np.empty((12, LANES)), np.empty((3, LANES))
     lines, columns = np.empty((size, 6, LANES)), np.zeros((6, size, LANES))  # 0 outside the part
-    for start in range(0, out.shape[0], LANES):
+    for start in range(0, rows, LANES):
         for i in range(12):
             for n in range(LANES):
-                t[i, n] = 1.0 if i % 5 == 0 else 0.0
+                pose[i, n] = 1.0 if i % 5 == 0 else 0.0
+        frame = 0
         for k in range(axes.shape[0]):
             axis, column = axes[k], place[k]
+            frame = _store(pose, k, ends, frame, out[start : start + LANES])
             if column >= 0:
                 for i in range(3):
                     for n in range(LANES):
-                        lines[column, i, n] = t[4 * i + 3, n]
-                        lines[column, i + 3, n] = t[4 * i + axis % 3, n]
+                        lines[column, i, n] = pose[4 * i + 3, n]
+                        lines[column, i + 3, n] = pose[4 * i + axis % 3, n]
             if axis == 6:
                 c = constants[k]
                 for i in range(0, 12, 4):
                     for n in range(LANES):
-                        x, y, z = t[i, n], t[i + 1, n], t[i + 2, n]
+                        x, y, z = pose[i, n], pose[i + 1, n], pose[i + 2, n]
                         for j in range(3):
-                            t[i + j, n] = x * c[0, j] + y * c[1, j] + z * c[2, j]
-                        t[i + 3, n] += x * c[0, 3] + y * c[1, 3] + z * c[2, 3]
+                            pose[i + j, n] = x * c[0, j] + y * c[1, j] + z * c[2, j]
+                        pose[i + 3, n] += x * c[0, 3] + y * c[1, 3] + z * c[2, 3]
                 continue
-            at = where[k]
-            if at < 0 and fixed[0, k] == 0.0:
-                continue
-            for i in range(3):
+            driver, is_moved = drivers[k], False
+            if driver >= 0 or shift.shape[0] > 0:
                 for n in range(LANES):
-                    now[i, n] = moved[i, at, start + n] if at >= 0 else fixed[i, k]
+                    row = min(start + n, rows - 1)
+                    step[0, n] = fixed[0, k] + (positions[row, driver] if driver >= 0 else 0.0)
+                    step[0, n] += shift[row, k] if shift.shape[0] > 0 else 0.0
+                    is_moved |= step[0, n] != fixed[0, k]
+            if is_moved and axis < 3:
+                _sines(step)
+            elif not is_moved and fixed[0, k] == 0.0:
+                continue
+            elif not is_moved:
+                for i in range(3):
+                    for n in range(LANES):
+                        step[i, n] = fixed[i, k]
             if axis < 3:
                 a, b = (axis + 1) % 3, (axis + 2) % 3
                 for i in range(0, 12, 4):
                     for n in range(LANES):
-                        x, y = t[i + a, n], t[i + b, n]
-                        t[i + a, n] = x * now[2, n] + y * now[1, n]
-                        t[i + b, n] = y * now[2, n] - x * now[1, n]
+                        x, y = pose[i + a, n], pose[i + b, n]
+                        pose[i + a, n] = x * step[2, n] + y * step[1, n]
+                        pose[i + b, n] = y * step[2, n] - x * step[1, n]
             else:
                 for i in range(0, 12, 4):
                     for n in range(LANES):
-                        t[i + 3, n] += t[i + axis - 3, n] * now[0, n]
+                        pose[i + 3, n] += pose[i + axis - 3, n] * step[0, n]
+        _store(pose, axes.shape[0], ends, frame, out[start : start + LANES])
         for k in range(axes.shape[0]):
             column = place[k]
             if column < 0:
@@ -357,9 +366,9 @@ def _lanes(axes, where, fixed, moved, constants, place, out, twist):
             for n in range(LANES):
                 x, y, z = lines[column, 3, n], lines[column, 4, n], lines[column, 5, n]
                 if axes[k] < 3:
-                    u = t[3, n] - lines[column, 0, n]
-                    v = t[7, n] - lines[column, 1, n]
-                    w = t[11, n] - lines[column, 2, n]
+                    u = pose[3, n] - lines[column, 0, n]
+                    v = pose[7, n] - lines[column, 1, n]
+                    w = pose[11, n] - lines[column, 2, n]
                     columns[0, column, n], columns[3, column, n] = y * w - z * v, x
                     columns[1, column, n], columns[4, column, n] = z * u - x * w, y
                     columns[2, column, n], columns[5, column, n] = x * v - y * u, z
@@ -367,15 +376,25 @@ def _lanes(axes, where, fixed, moved, constants, place, out, twist):
                     columns[0, column, n], columns[3, column, n] = x, 0.0
                     columns[1, column, n], columns[4, column, n] = y, 0.0
                     columns[2, column, n], columns[5, column, n] = z, 0.0
-        for n in range(min(LANES, out.shape[0] - start)):
+        for n in range(min(LANES, rows - start)):
             for i in range(6):
                 for column in range(size):
                     twist[start + n, i, column] = columns[i, column, n]
+
+
+@njit(cache=True, inline="always")
+@no_type_check
+def _store(pose, k, ends, frame, out):
+    """Write the transforms of some rows to their frames that stand after k elements; the next frame."""
+    while frame < ends.shape[0] and ends[frame] == k:
+        for n in range(out.shape[0]):
             for i in range(3):
                 for j in range(4):
-                    out[start + n, i, j] = t[4 * i + j, n]
-                out[start + n, 3, i] = 0.0
-            out[start + n, 3, 3] = 1.0
+                    out[n, frame, i, j] = pose[4 * i + j, n]
+                out[n, frame, 3, i] = 0.0
+            out[n, frame, 3, 3] = 1.0
+        frame += 1
+    return frame
 
 
 @njit(cache=True, inline="always")

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.frame import revised
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 
@@ -25,8 +26,7 @@ def clock_of(data: Dataset) -> tuple[Float[np.ndarray, " rows"], bool]:
     if time is None or not np.isfinite(time).all() or not len(time) or np.ptp(time) <= 0.0:
         return np.asarray(data.row, float), False
     if data.session is not None:
-        names = np.asarray(data.session)
-        spans = sorted((time[names == s].min(), time[names == s].max()) for s in data.sessions)
+        spans = sorted((t.min(), t.max()) for t in (time[data.in_session(s)] for s in data.sessions))
         if any(a[1] > b[0] for a, b in pairwise(spans)):
             return np.asarray(data.row, float), False
     return np.asarray(time, float), True
@@ -43,12 +43,12 @@ def beside(other: Dataset, data: Dataset) -> Dataset:
         return other
     times = [clock_of(rows) for rows in (data, other)]
     if not all(is_timed for _, is_timed in times):
-        return replace(other, is_of_later=True)
+        return revised(other, is_of_later=True)
     first, second = (np.sort(clock) for clock, _ in times)
     overlap = first[0] <= second[-1] and second[0] <= first[-1]
     nearest = np.diff(np.sort(np.concatenate([first, second]))).min()
     usual = min(np.diff(first).min(), np.diff(second).min())
-    return replace(other, is_of_later=not (overlap and nearest > SAME_RUN_SHARE * usual))
+    return revised(other, is_of_later=not (overlap and nearest > SAME_RUN_SHARE * usual))
 
 
 def split_sessions(data: Dataset, row: int) -> Dataset:
@@ -64,9 +64,8 @@ def split_sessions(data: Dataset, row: int) -> Dataset:
         DataError: no row has that number, or no session has rows on both sides of it.
     """
     if row not in data.row:
-        raise DataError(
-            f"{data.source}: there is no row {row}; rows are {data.row.min()} to {data.row.max()}", row=row
-        )
+        known = f"rows are {data.row.min()} to {data.row.max()}"
+        raise DataError(f"{data.source}: there is no row {row}; {known}", row=row)
     clock, _ = clock_of(data)
     is_after = clock >= clock[data.row == row].min()
     whole = np.full(len(data), f"before row {row}") if data.session is None else data.session

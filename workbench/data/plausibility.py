@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.built_in_arms import posed_arm
+from workbench.arm.frame import revised
 from workbench.arm.joint_units import implausible_joint, sliding
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -67,7 +68,7 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
         if len(seen) > 1 and turns.max() < 1e-4:
             alike = "all orientations are nearly the same"
             notes.append(f"{alike}: errors of joint orientation are barely observable")
-    return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
+    return revised(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
 
 
 def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
@@ -109,10 +110,8 @@ def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -
         is_length = unit and conversion(unit, Quantity.ANGLE, Quantity.LENGTH).quantity is Quantity.LENGTH
         if is_length != slides and unit not in ("", "rad"):
             kind, wanted = ("slides", "mm") if slides else ("turns", "deg")
-            raise DataError(
-                f"{source}: joint {joint} {kind}, but its column is q{joint}[{unit}]: "
-                f"write q{joint}[{wanted}]"
-            )
+            wrong = f"joint {joint} {kind}, but its column is q{joint}[{unit}]"
+            raise DataError(f"{source}: {wrong}: write q{joint}[{wanted}]")
 
 
 def _check_points(dataset: Dataset, reach: float) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ from workbench.identification.errors.row_errors import RowErrors, Spread, count_
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
-from workbench.identification.problem_blocks import carried
+from workbench.identification.problem_blocks import carried, of_rows
 from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
 
 SIGNIFICANCE = 1e-4
@@ -99,7 +99,7 @@ def choose_frames(
     """
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
-    trial, several = data.take(spread_rows(data, MAX_ALIGNED_ROWS)), len(data.sessions) > 1
+    trial, several = of_rows(data, spread_rows(data, MAX_ALIGNED_ROWS)), len(data.sessions) > 1
     (chosen, text), aligned = candidates[0], None
     first: SearchOutcome | None = None
     if len(candidates) > 1:
@@ -293,9 +293,8 @@ def _check_known_base(
     base, tool = visible_parts(data, known)
     if not base or not (off := _error(held, data, known)) > CLEAR_SHARE_OF_REACH * robot.reach:
         return
-    freer = replace(
-        freedom, base=base, tool=freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
-    )
+    free = tool if robot.tool.free is not Freedom.FIXED else ()
+    freer = replace(freedom, base=base, tool=freedom.tool or free)
     aligned = align(robot, data, freer, noise=noise, known=known)
     best, measured, unknown = _error(aligned, data, known), count_measured(data), len(base) + len(freer.tool)
     if off > MAX_BASE_ERROR_RATIO * best:

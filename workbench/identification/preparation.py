@@ -34,7 +34,7 @@ from workbench.identification.instrument_preparation import (
 from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
-from workbench.identification.problem_blocks import observed_kinds
+from workbench.identification.problem_blocks import observed_kinds, of_rows
 from workbench.identification.rows.row_selection import (
     check_enough,
     check_sessions,
@@ -242,23 +242,23 @@ class _Split(AbstractSplit):
 def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: list[int] | None) -> _Split:
     """The chosen rows, divided into fitted and held-out ones."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
-    used, other = data.take(rows), choices.held_out
+    used, other = of_rows(data, rows), choices.held_out
     if (instrument_preparation := preparation_of(used)) is not None:
         lost = instrument_preparation.contradicted(robot, used)
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
-        used = data.take(rows)
+        used = of_rows(data, rows)
     train, held = hold_out(used, other if held_rows is None else held_rows, choices.seed)
     held_out_data, again = used.take(held), list[str]()
     if isinstance(other, Dataset):
         robot.check_joints(other.q, other.source)
         other = with_drivers(robot, checked(robot, other))
-        other = other.take(choose_rows(robot, other, {}, choices.region)[0])
+        other = of_rows(other, choose_rows(robot, other, {}, choices.region)[0])
         held_out_data, again = without_fitted_rows(other, used)
         held_out_data = beside(held_out_data, used)
     warnings = robot.extrapolation_warnings(used.q, used.row)
     return _Split(
-        train_data=used.take(train),
+        train_data=of_rows(used, train),
         train_rows=rows[train],
         held_out_data=held_out_data,
         held_out_rows=rows[held],

@@ -129,18 +129,18 @@ class Problem:
         names = tuple(robot.default_free if free is None else free)
         kinds = observed_kinds(data)
         parameters = _arm_parameters(robot, names, effects, bounds)
-        weighing = tuple(robot.inertia) if inertia else ()
+        free_masses = tuple(robot.inertia) if inertia else ()
         parameters += [
             Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
-            for n in weighing
+            for n in free_masses
         ]
-        watching = any(tilts_beside(of_rows(data, rows), kind) for kind, rows in kinds)
-        bending = any(  # play depends on the sign of the load only
+        has_tilts = any(tilts_beside(of_rows(data, rows), kind) for kind, rows in kinds)
+        has_loads = any(  # play depends on the sign of the load only
             e.loads and not e.has_play for e in robot.effects
         )
-        standing = ((bool(weighing) and bending) or watching) and np.any(robot.gravity)
-        angles = dict.fromkeys(n for s in data.sessions for n in gravity_names(s, frames)) if standing else {}
-        parameters += [Parameter(n, "rad", 0.0, is_inertia=not watching) for n in angles]
+        free_gravity = ((bool(free_masses) and has_loads) or has_tilts) and np.any(robot.gravity)
+        angles = dict.fromkeys(n for s in data.sessions for n in gravity_names(s, frames) if free_gravity)
+        parameters += [Parameter(n, "rad", 0.0, is_inertia=not has_tilts) for n in angles]
         parameters += frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start, facts = instrument_start(robot, data, kinds, frames)
         parameters += [
@@ -153,7 +153,7 @@ class Problem:
             raise OptionError(text, option="bounds", found=min(stray))
         index = {p.name: i for i, p in enumerate(parameters)}
         shared = (frames, noise, index, unknown_start | known)
-        blocks = build_blocks(robot, data, kinds, names, effects, weighing, standing, *shared)
+        blocks = build_blocks(robot, data, kinds, names, effects, free_masses, free_gravity, *shared)
         problem = cls(
             robot=robot,
             data=data,
@@ -167,7 +167,7 @@ class Problem:
             facts=facts,
             known=known,
         )
-        spread = {n: robot.inertia_tolerance[n] for n in weighing}
+        spread = {n: robot.inertia_tolerance[n] for n in free_masses}
         if not frames.levelled:
             spread |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, MIN_DEVIATION))
         spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}

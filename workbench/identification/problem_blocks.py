@@ -381,7 +381,7 @@ def instrument_start(
 
 
 def build_blocks(
-    robot, data, kinds, names, effects, inertia, standing, frames, noise, index, values
+    robot, data, kinds, names, effects, inertia, free_gravity, frames, noise, index, values
 ) -> tuple[RowBlock, ...]:
     """Divide the rows by session, observation and size.
 
@@ -391,7 +391,7 @@ def build_blocks(
         names: Constants of the arm that are unknown.
         effects: Coefficients of its effects that are unknown.
         inertia: Masses and centres of its links that are unknown: all of them or none.
-        standing: Whether gravity's direction is unknown.
+        free_gravity: Whether gravity's direction is unknown.
         frames: Which parts of base and tool are unknown.
         noise: Standard deviations on top of the rows' own.
         index: Index of every unknown in x.
@@ -400,7 +400,7 @@ def build_blocks(
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
     sized = dict[tuple[float, ...], tuple[AbstractEffect, ...]]()
     loaded, nothing = any(e.loads for e in robot.effects), NO_PLACES
-    coefficients, weighing = (np.array([index[n] for n in some], np.int64) for some in (effects, inertia))
+    coefficients, free_masses = (np.array([index[n] for n in some], np.int64) for some in (effects, inertia))
     for session in data.sessions:
         in_session, arm = data.in_session(session), placed.in_session(session)
         elements, constants = list(arm.chain.indices(names)), [index[n] for n in names]
@@ -410,7 +410,7 @@ def build_blocks(
         ):
             elements += [arm.chain.index[f"{kind}.{part}"] for part in parts]
             constants += [index[f"{frame_name(kind, own, session)}.{part}"] for part in parts]
-        angles = np.array([index[n] for n in gravity_names(session, frames)] if standing else [], np.int64)
+        angles = np.array([index[n] for n in gravity_names(session, frames) if free_gravity], np.int64)
         acting = angles if loaded else nothing
         for observation, rows, mine in pieces(data, kinds, in_session):
             turned = nothing if observation.link is None else angles
@@ -423,7 +423,7 @@ def build_blocks(
                     q=np.ascontiguousarray(mine.q),
                     observation=observation,
                     elements=np.array(elements, np.int64),
-                    places=np.concatenate([constants, weighing, acting if loaded else turned]).astype(int),
+                    places=np.concatenate([constants, free_masses, acting if loaded else turned]).astype(int),
                     unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
                     known=np.array([values[n] for n in observation.unknowns], float),
                     inverse_sigma=inverse,
@@ -431,7 +431,7 @@ def build_blocks(
                     noise=noise,
                     turned=turned,
                     deflected=Deflected(
-                        arm, Motion.of(mine), tuple(effects), coefficients, weighing, acting, sized
+                        arm, Motion.of(mine), tuple(effects), coefficients, free_masses, acting, sized
                     )
                     if robot.effects
                     else None,

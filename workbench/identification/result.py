@@ -25,9 +25,9 @@ from workbench.identification.errors.row_errors import (
     degradation_warning,
     errors_frame,
     explains_little,
-    refusal,
     residuals_frame,
     row_errors,
+    why_unusable,
 )
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import MAX_NAMED_ROWS, Fit
@@ -146,7 +146,7 @@ class Run(AbstractReported):
     def refusals(self, nominal: Errors, reach: float, *, rows: int) -> dict[str, str]:
         """Why files should not be used, by format: those worse than nominal, whose errors on so many judging
         rows are given."""
-        found = {name: refusal(e, nominal, reach, rows=rows) for name, e in self.file_errors.items()}
+        found = {name: why_unusable(e, nominal, reach, rows=rows) for name, e in self.file_errors.items()}
         return {name: f"the {name} is {text}" for name, text in found.items() if text}
 
     @property

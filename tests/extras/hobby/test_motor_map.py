@@ -167,6 +167,13 @@ def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):
         assert (after["range_min"] + shift == before["range_min"]) or (
             after["range_max"] + shift == before["range_max"]
         )
+    for make, ended in (("dynamixel", 0), ("other", 64)):  # which differ in the sign of homing offsets
+        more = (*options[:4], "--make", make, "--lerobot", f"{make}.json")
+        assert run("hobby", "map", "poses.csv", *more)[0] == ended
+    other = json.loads((tmp_path / "dynamixel.json").read_text())
+    for name in NAMES[1:4]:
+        assert (new[name]["homing_offset"] + other[name]["homing_offset"] - 200) % 4096 == 0
+        assert new[name]["range_min"] == other[name]["range_min"]
     assert run("export", "mine.toml", "--urdf", "mine.urdf")[0] == 0
     assert run("export", "mine.toml", "--for", "mjcf", "--out", "mine.xml")[0] == 0
     q = files.drawn(100, 9)
@@ -205,15 +212,3 @@ def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
     found = [json.loads((tmp_path / f"{f}.csv.json").read_text())["joints"] for f in ("percent", "poses")]
     zeros = np.array([[j["offset"] for j in joints[1:4]] for joints in found])
     np.testing.assert_allclose(zeros[0], zeros[1], atol=1e-4)
-
-
-def test_the_makes_differ_in_the_sign_of_homing_offsets(run, files, tmp_path):
-    options = ("--robot", "so101", "--calibration", "follower.json", "--lerobot")
-    for make in ("feetech", "dynamixel"):
-        assert run("hobby", "map", "poses.csv", *options, f"{make}.json", "--make", make)[0] == 0
-    one, other = (json.loads((tmp_path / f"{m}.json").read_text()) for m in ("feetech", "dynamixel"))
-    for name in NAMES[1:4]:
-        turns = (one[name]["homing_offset"] - 100 + other[name]["homing_offset"] - 100) % 4096
-        assert turns == 0
-        assert one[name]["range_min"] == other[name]["range_min"]
-    assert run("hobby", "map", "poses.csv", *options, "x.json", "--make", "other")[0] == 64

@@ -9,6 +9,7 @@ frames right before each Z. A coupled joint moves by q_k + Σ ratio q_j in place
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import no_type_check
 from weakref import WeakKeyDictionary
 
@@ -17,7 +18,7 @@ from jaxtyping import Bool, Float
 from numba import njit
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import Axis, Chain
+from workbench.arm.chain import Axis
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import RobotError
@@ -93,27 +94,27 @@ def compile_arm(robot: Robot) -> ReducedArm:
 
 
 def _compile(robot: Robot) -> ReducedArm:
-    constants, slides, couplings = [], [], list[tuple[int, int, float]]()
-    current, axis = np.eye(4), None
-    for element in robot.chain.elements:
+    chain, drives, couplings, axis = robot.chain, list[int](), list[tuple[int, int, float]](), None
+    for place, element in enumerate(chain.elements):
         if element.joint is not None:
-            turn = ONTO_Z[element.axis % 3]
-            constants.append(current @ turn)
-            slides.append(not Axis(element.axis).turns)
-            current, axis = turn.T, element.axis
+            drives.append(place)
+            axis = element.axis
         elif element.follows is not None:
             if axis is not element.axis:
                 raise RobotError(
                     f"{element.name} of robot '{robot.name}' follows another joint and has none of its own; "
                     "inverse kinematics requires one for each axis"
                 )
-            couplings.append((len(slides) - 1, element.follows, element.ratio))
+            couplings.append((len(drives) - 1, element.follows, element.ratio))
         axis = axis if element.axis is axis else None
-        still = chains.Element(element.axis, element.name, element.value, matrix=element.matrix)
-        current = current @ chains.poses(Chain((still,), 0), np.zeros((1, 0)))[0]
-    fixed, moves = frozen(np.array([*constants, current])), frozen(np.array(slides, bool))
+    axes, zero = chain.axes[drives], np.zeros((1, robot.dof))
+    turns = [np.eye(4), *(ONTO_Z[axis % 3] for axis in axes), np.eye(4)]
+    between = pairwise([0, *drives, len(chain.elements)])
+    parts = (chains.poses(chain, zero, part=slice(*ends))[0] for ends in between)
+    fixed = [a.T @ part @ b for (a, b), part in zip(pairwise(turns), parts, strict=True)]
     coupled = frozen(np.array(couplings, float).reshape(-1, 3))
-    return ReducedArm(fixed, moves, coupled, robot.limits, max(robot.reach, 1e-3))
+    slides = frozen(axes > Axis.RZ)
+    return ReducedArm(frozen(np.array(fixed)), slides, coupled, robot.limits, max(robot.reach, 1e-3))
 
 
 @njit(cache=True)

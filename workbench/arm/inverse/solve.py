@@ -1,8 +1,8 @@
 """Inverse kinematics: every branch that reaches a pose, the reason if there is none, and fast following.
 
 `solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), and names
-them (`branch_names`). `follow` is one warm-started damped Newton run within the limits, for drags
-(`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
+them (`branch_names`). `follow`, in a module of its own, is one warm-started damped Newton run within the
+limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
 exactly.
 
 A deflected arm (`Robot.effects`) has the branches of its geometry, each refined so that the deflected arm
@@ -163,9 +163,8 @@ def _result(
     if robot.effects and len(q):
         rows = np.zeros(len(q), np.int64)
         state = None if motion is None else motion.take(rows)
-        q = refine_deflected(
-            robot, target[None][rows], q, task=task, limits=unlimited(arm.dof), motion=state
-        ).q
+        free = unlimited(arm.dof)
+        q = refine_deflected(robot, target[None][rows], q, task=task, limits=free, motion=state).q
     room = margins(q, limits).min(1, initial=np.inf).tolist()
     branches = tuple(
         Branch(

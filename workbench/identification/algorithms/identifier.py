@@ -80,10 +80,9 @@ def descend(
     at = problem.evaluate(x)
     history = [0.5 * float(at.residual @ at.residual)]
     for _ in range(limit):
-        if not np.isfinite(history[-1]):
-            return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
-        if cancelled():
-            return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
+        if not (is_finite := np.isfinite(history[-1])) or cancelled():
+            why = Outcome.CANCELLED if is_finite else Outcome.DIVERGED
+            return SearchOutcome(x, why, tuple(history))
         factor = factor_of(problem, at)
         if has_converged(factor, factor.predicted_decrease(), problem.count):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history), factor)

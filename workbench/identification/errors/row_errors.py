@@ -3,8 +3,9 @@
 Errors and residuals row by row as data frames, fitted rows before held-out ones.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -86,9 +87,8 @@ class RowErrors:
 
     def widened(self, position: float, rotation: float) -> "RowErrors":
         """The same with the model's own uncertainty at the tool [m], [rad] added in quadrature."""
-        return replace(
-            self, position=np.hypot(self.position, position), rotation=np.hypot(self.rotation, rotation)
-        )
+        wider = np.hypot(self.position, position), np.hypot(self.rotation, rotation)
+        return replace(self, position=wider[0], rotation=wider[1])
 
     @property
     def summary(self) -> "Errors | None":
@@ -209,7 +209,7 @@ CHANCE, NOTHING = 0.5, 1e-6
 chance where the nominal arm is exact; errors below the second [mm or deg] are none."""
 
 
-def refusal(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
+def why_unusable(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
     """Why a model should not be used, as the end of a sentence; empty if it may.
 
     It is off further than any calibrated arm, or worse than the nominal arm.
@@ -267,9 +267,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         for i, chosen in ((0, ~turns), (1 if observation.link is None else 2, turns)):
             square[i, rows] += (np.where(seen, residual, 0.0)[:, chosen] ** 2).sum(1)
             components[i, rows] += seen[:, chosen].sum(1)
-    vectors = np.maximum(
-        components / np.array([[3.0], [np.inf], [2.0]]), 1.0
-    )  # several markers, inclinometers
+    vectors = np.maximum(components / np.array([[3.0], [np.inf], [2.0]]), 1.0)  # markers, inclinometers
     errors = np.where(components > 0.0, np.sqrt(square / vectors), np.nan)
     if own is not None:
         errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
@@ -277,11 +275,11 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     return RowErrors(position, rotation, tilt, own)
 
 
-def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
-    """Every kind of observation, with the numbers of its rows."""
-    for kind, rows in observed_kinds(data):
-        for observation in kind.each(of_rows(data, rows)):
-            yield observation, rows
+@lru_cache(maxsize=8)
+def observations(data: Dataset) -> list[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
+    """Every kind of observation, with the numbers of its rows; kept for the next call."""
+    kinds = observed_kinds(data)
+    return [(each, rows) for kind, rows in kinds for each in kind.each(of_rows(data, rows))]
 
 
 def count_measured(data: Dataset) -> int:

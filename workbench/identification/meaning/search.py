@@ -211,7 +211,8 @@ class ReadingSearch:
         position, rotation = (float(np.sqrt((e[number][kept] ** 2).mean())) for e in (at.error, at.turn))
         flange = flange_poses(reading.robot, q + zero)
         wide = np.sqrt(((flange[:, :3, 3] - flange[:, :3, 3].mean(0)) ** 2).sum(1).mean()) + 1e-9
-        turned = np.sqrt(np.maximum(3.0 - grams(flange[None, :, :3, :3]).mean(), 1e-9))
+        count, summed = len(flange), (flange[:, :3, :3].sum(0) ** 2).sum()  # of all pairs of rotations
+        turned = np.sqrt(np.maximum(3.0 - (summed / count - 3.0) / (count - 1.0), 1e-9))
         return replace(
             reading,
             base=at.base[number],

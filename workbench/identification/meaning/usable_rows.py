@@ -87,10 +87,10 @@ def far_apart(data: Dataset, count: int) -> Int[np.ndarray, " k"]:
     points = np.asarray(data.position)
     table = np.column_stack([data.q / (data.q.std(0) + 1e-9), points / (points.std() + 1e-9)])
     table = np.clip(table - np.median(table, axis=0), -4.0, 4.0)
-    size, distance = (table**2).sum(1), np.full(len(table), np.inf)
-    chosen = [int(np.argmin(size))]
+    size, distance, twice = (table**2).sum(1), np.full(len(table), np.inf), 2.0 * table
+    chosen = [int(size.argmin())]
     for _ in range(count - 1):
         last = chosen[-1]
-        np.minimum(distance, size + (size[last] - 2.0 * (table @ table[last])), out=distance)
-        chosen.append(int(np.argmax(distance)))
+        np.minimum(distance, size + (size[last] - twice @ table[last]), out=distance)
+        chosen.append(int(distance.argmax()))
     return np.array(sorted(chosen))

@@ -17,7 +17,7 @@ from workbench.data.observations import ContactObservation, DistanceObservation,
 from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import pose_units, repeats, repeats_text
 from workbench.identification.errors.row_errors import count_measured
-from workbench.identification.problem_blocks import carried
+from workbench.identification.problem_blocks import carried, of_rows
 from workbench.plate.region import Region
 
 Excluded = list[tuple[int, str]]
@@ -76,7 +76,8 @@ def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, li
     Raises:
         DataError: all of them are fitted; errors on them would be those of the fit.
     """
-    if held_out.readings is not None or fitted.readings is not None:
+    is_read = held_out.readings is not None or fitted.readings is not None
+    if is_read or {*map(bytes, fitted.q + 0.0)}.isdisjoint(map(bytes, held_out.q + 0.0)):
         return held_out, []
     count, both = len(fitted), fitted.joined(held_out)
     again = [row - count for first, row in repeated_rows(both) if first < count <= row]
@@ -192,7 +193,7 @@ def check_sessions(data: Dataset) -> None:
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None, *, held_out: float = 0.0) -> None:
     """Refuse more parameters than measured numbers; one posture counts once, and a share was held out."""
-    once = data.take(np.unique(repeats(data), return_index=True)[1])
+    once = of_rows(data, np.unique(repeats(data), return_index=True)[1])
     count = len(robot.default_free if free is None else free)
     measured = count_measured(once)
     if measured < count:
