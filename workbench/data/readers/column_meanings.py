@@ -89,8 +89,8 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
                 numbers = [c for c in numbers if is_of_measurement(c.heading)]
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
-                left = column if numbers[0] is other else other
-                columns[left.index] = TableColumn(index=left.index, heading=left.heading)
+                worse = column if numbers[0] is other else other
+                columns[worse.index] = TableColumn(index=worse.index, heading=worse.heading)
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             text = f"{both} both mean {column.key}: remove or rename one"

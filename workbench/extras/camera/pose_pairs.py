@@ -72,7 +72,8 @@ def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, bool], bool, tuple
     try:
         if data.startswith(b"PK") and b"xl/" not in data:
             unpacked = unpacked_arrays(data, MAX_BYTES).items()
-            arrays = {name: a for name, a in unpacked if isinstance(a, np.ndarray)}
+            if not (arrays := {name: a for name, a in unpacked if isinstance(a, np.ndarray)}):
+                raise FileError(f"is an archive: unpack it, both poses in each row; {WANTED}", path=str(path))
         elif not data.startswith(b"PK") and _YAML.search(text := decode(data, path)[0]):
             arrays = arrays_of_json(data)
             arrays = arrays if any(isinstance(v, list) for v in arrays.values()) else _samples(text)
