@@ -237,11 +237,11 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         names, words = [] if joints is None or isinstance(joints, int) else joints, _words(grid, start)
         places = {joint_name(words.get(cell, parse_heading(cell).name)): cell for cell in cells}
         called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
-        said = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
-        if not names or len(said) < len(names):  # some of the robot's joints are called otherwise
-            said = {cell: key for cell, word in words.items() if (key := meaning(word)) and key[0] == "q"}
-            said = said if len(set(said.values())) == len(words) else {}
-        return {cell: _with_unit(key, parse_heading(cell).unit or "") for cell, key in said.items()}
+        keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
+        if not names or len(keys) < len(names):  # some of the robot's joints are called otherwise
+            keys = {cell: key for cell, word in words.items() if (key := meaning(word)) and key[0] == "q"}
+            keys = keys if len(set(keys.values())) == len(words) else {}
+        return {cell: _with_unit(key, parse_heading(cell).unit or "") for cell, key in keys.items()}
     said: dict[str, str] = {}
     for theirs, (ours, *_) in naming.pairs:
         sides = [(theirs.name, ours)]
