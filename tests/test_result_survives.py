@@ -19,7 +19,7 @@ from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify
 
 DESCRIBING = (
-    *("diagnosis/alternative_models.py", "diagnosis/claims/", "diagnosis/coverage.py", "diagnosis/notes.py"),
+    *("diagnosis/claims/", "diagnosis/coverage.py", "diagnosis/notes.py"),
     *("diagnosis/event_notes.py", "diagnosis/gravity_direction.py", "diagnosis/next_poses.py"),
     *(
         "diagnosis/remaining_error.py",

@@ -173,9 +173,8 @@ def test_the_fixed_point_is_one(arms):
     robot = robot.with_effects(*(sized(robot, CATALOGUE[n]) for n in ("joint-compliance", "link-flexure")))
     motion = motion_of(robot)
     deflected = deflect(robot, motion)
-    again = joint_wrenches(
-        robot, motion.q, payload=motion.payload, wrench=motion.wrench, shift=deflected.shift
-    )
+    given = {"payload": motion.payload, "wrench": motion.wrench, "shift": deflected.shift}
+    again = joint_wrenches(robot, motion.q, **given)
     np.testing.assert_allclose(again, deflected.wrenches, atol=1e-9)
     shift = np.zeros_like(deflected.shift)
     for effect in robot.effects:

@@ -15,7 +15,10 @@ def urdf(tmp_path):
     return tmp_path / "robot" / "urdf" / "arm.urdf"
 
 
-@pytest.mark.parametrize("name", ["near.stl", "../meshes/link.stl", "package://robot/meshes/link.stl"])
+@pytest.mark.parametrize(
+    "name",
+    ["near.stl", "../meshes/link.stl", *(f"package://{up}robot/meshes/link.stl" for up in ("", "all/"))],
+)
 def test_meshes_of_the_robot_are_found(urdf, name):
     assert meshes.find_mesh(name, urdf).endswith(".stl")
 

@@ -186,9 +186,7 @@ def test_calibrated_copies_are_read_back_exactly(file, tmp_path):
         np.testing.assert_allclose(read.pose, written.pose, atol=1e-12)
     twice = corrected(again, seed=1)
     path = write_urdf(twice, tmp_path / "twice.urdf")
-    np.testing.assert_allclose(
-        tool_poses(load_robot(path), Motion(q)), tool_poses(twice, Motion(q)), atol=1e-12
-    )
+    assert tool_poses(load_robot(path), Motion(q)) == pytest.approx(tool_poses(twice, Motion(q)), abs=1e-12)
 
 
 def everything_else(root, changed):

@@ -11,16 +11,13 @@ from workbench.data.readers.preview import preview
 
 
 def test_a_mapping_is_stored_and_used_again(tmp_path, run):
-    (tmp_path / "a.csv").write_text(
-        "Achse 1 [deg],Unbekannt,y[mm],z[mm],Halle,temp[degC]\n90,1,2,3,4,20\n45,1,2,4,5,21\n"
-    )
+    text = "Achse 1 [deg],Unbekannt,y[mm],z[mm],Halle,temp[degC]\n90,1,2,3,4,20\n45,1,2,4,5,21\n"
+    (tmp_path / "a.csv").write_text(text)
     write_mapping(preview(tmp_path / "a.csv"), tmp_path / "m.toml")
     text = (tmp_path / "m.toml").read_text()
     assert '"Achse 1 [deg]" = "q1[deg]"' in text
     assert 'Unbekannt = "-"' in text
-    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace(
-        '"temp[degC]" = "temperature[degC]"', '"temp[degC]" = "-"'
-    )
+    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace('"temperature[degC]"', '"-"')
     (tmp_path / "m.toml").write_text(text)
     mapping = read_mapping(tmp_path / "m.toml")
     data = wb.read_measurements(tmp_path / "a.csv", columns=mapping.columns)

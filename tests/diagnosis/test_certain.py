@@ -26,7 +26,6 @@ from workbench.diagnosis.search.evidence import Term, validated
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
 from workbench.diagnosis.search.rounds import Searched, Stage
-from workbench.diagnosis.search.stepwise_search import as_found
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.rows.excluded_outliers import prepare_without_gross_outliers
 
@@ -90,7 +89,7 @@ def searched_with(problem, candidate):
     fold = np.arange(rows) % 5
     grams = compress(problem, geometry.fit.x, [c.effect for c in offered], fold)
     stage = Stage(problem.data, np.ones(rows, bool), problem, geometry, np.zeros(rows, bool))
-    return Searched(stage, Catalogue(offered, ()), grams, as_found(grams, (Term(candidate),)), fold)
+    return Searched(stage, Catalogue(offered, ()), grams, (Term(candidate),), fold)
 
 
 @pytest.mark.parametrize("everywhere", [True, False])
@@ -104,8 +103,8 @@ def test_an_effect_that_a_tenth_of_the_rows_makes_does_not_survive(everywhere):
     q = case.data.q.copy()
     q[:, 1] -= size * np.sin(q[:, 1])
     searched = searched_with(geometric(replace(case, data=replace(case.data, q=q))), ECCENTRIC)
-    assert place_of(searched, searched.found.model).own > np.log(CERTAIN)
-    kept = survival(searched, searched.found.model, [], (), minimum=np.log(20.0))
+    assert place_of(searched, searched.model).own > np.log(CERTAIN)
+    kept = survival(searched, searched.model, [], (), minimum=np.log(20.0))
     assert kept.holds is everywhere
 
 
@@ -113,7 +112,7 @@ def test_a_laws_size_is_estimated_without_the_prior_that_selected_it():
     """It came out 5 % low, down to 17 %, and masses made up for it."""
     problem = geometric(make("none", 3))
     searched = searched_with(problem, ECCENTRIC)
-    grams, model = searched.grams, searched.found.model
+    grams, model = searched.grams, searched.model
     known, flat = (refit(problem, grams, model, flat=f).fit.problem for f in (False, True))
     mine = [known.names.index(n) for n in ECCENTRIC.names]
     sizes = [np.linalg.norm(p.prior[:, mine]) for p in (known, flat)]
@@ -136,15 +135,15 @@ def test_what_a_cause_explains_is_what_left_out_rows_lose(turned):
     q[:, 1] -= 4e-4 * np.sin(q[:, 1])
     data = replace(case.data, q=q, **({} if turned else {"rotation": None, "sigma": None}))
     searched = searched_with(geometric(replace(case, data=data)), ECCENTRIC)
-    grams, model = searched.grams, searched.found.model
-    (found,) = explained(searched, [model])
+    grams, model = searched.grams, searched.model
+    ((moved, tilted),) = explained(searched, [model])
     fall = (validated(grams, ()) - validated(grams, model)).sum()
     sigma = searched.stage.geometric_problem.typical_noise
-    parts = [found.position_mm / (1e3 * sigma.position)]
+    parts = [moved / (1e3 * sigma.position)]
     if turned:
-        parts.append(np.deg2rad(found.orientation_deg) / sigma.rotation)
+        parts.append(np.deg2rad(tilted) / sigma.rotation)
     assert np.square(parts).sum() * len(data) == pytest.approx(fall, rel=1e-6)
-    assert np.isnan(found.orientation_deg) is not turned
+    assert np.isnan(tilted) is not turned
 
 
 def test_what_a_load_explains_goes_with_its_masses(soft):
@@ -152,11 +151,11 @@ def test_what_a_load_explains_goes_with_its_masses(soft):
     case, _ = soft
     ready, _ = prepare_without_gross_outliers(case.robot, case.data, FitChoices(held_out=0.0))
     last = search_causes(case.robot, ready, np.random.default_rng(0)).rounds[-1]
-    model = last.found.model
-    (found,) = explained(last, [model])
+    model = last.model
+    ((moved, tilted),) = explained(last, [model])
     problem = last.stage.problem.with_noise(last.stage.geometric_problem.noise)
     fall = (validated(last.grams, ()) - validated(last.grams, model)).sum()
-    share = [found.position_mm / 1e3, np.deg2rad(found.orientation_deg)] / np.array(problem.typical_noise[:2])
+    share = [moved / 1e3, np.deg2rad(tilted)] / np.array(problem.typical_noise[:2])
     assert np.square(share).sum() * len(problem.data) == pytest.approx(fall, rel=0.02)
 
 

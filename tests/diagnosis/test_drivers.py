@@ -19,7 +19,7 @@ from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
+from workbench.diagnosis.drivers.driver import SLIPS, Driver, driver_of, path_of
 from workbench.diagnosis.drivers.gravity import LoadsByAxis
 from workbench.diagnosis.drivers.process import smooth, smooth_plane, wandering
 from workbench.diagnosis.search.evidence import Term, _inertia
@@ -61,26 +61,35 @@ def test_every_law_has_its_driver(name, settings, driver):
     assert driver_of(kind(() if kind.whole_arm else (0,), **settings)) is driver
 
 
-def test_sizes_of_motions_are_known_only_where_rows_followed_each_other():
-    case = make("none", 3)
-    whole = case.data
+def test_motions_are_known_only_where_rows_followed_each_other():
+    """A joint that goes far is wound up, one that returns is not."""
+    whole = make("none", 3).data
     path = path_of(whole.take(np.arange(5, 9)), whole)
     np.testing.assert_allclose(path.moves, np.diff(whole.q, axis=0)[4:8])
+    assert path.speed is None
     assert path_of(whole, replace(whole, time=None)) is None
     turned = replace(whole, direction=-whole.direction)
     assert path_of(turned, turned) is None
-
-
-def test_a_joint_that_goes_far_is_wound_up_and_one_that_returns_is_not():
-    case = make("none", 3)
-    q = np.zeros((6, 6))
-    q[:, 0] = [0.0, 1.0, 2.0, 3.0, 2.9, 2.8]
+    q = np.outer([0.0, 1.0, 2.0, 3.0, 2.9, 2.8], np.eye(6)[0])
     sign = np.sign(np.diff(q, axis=0, prepend=q[:1]))
-    data = replace(case.data.take(np.arange(6)), q=q, direction=sign, time=np.arange(6.0))
+    data = replace(whole.take(np.arange(6)), q=q, direction=sign, time=np.arange(6.0))
     wound = path_of(data, data).wound[:, 0]
-    slips = q[:, 0].std() * np.array([0.1, 0.3, 1.0])
     np.testing.assert_allclose(wound[3], 1.0)
-    np.testing.assert_allclose(wound[4], np.maximum(1.0 - 0.1 / slips, -1.0))
+    np.testing.assert_allclose(wound[4], np.maximum(1.0 - 0.1 / (q[:, 0].std() * SLIPS), -1.0))
+
+
+@pytest.mark.parametrize(("late", "play"), [(0.003, 0.0), (-1e-3, 0.0), (0.0, 5e-4)])
+def test_places_and_joints_of_different_times_are_told_from_play(late, play):
+    """Play of every joint and the tool's place were blamed, after two minutes."""
+    t, rng, arm = np.arange(0.0, 25.0, 0.1), np.random.default_rng(1), wb.load_robot("ur5e").bare
+    rates = rng.uniform(0.5, 1.3, 6)
+    q, seen = (0.7 * np.sin(np.multiply.outer(s, rates) + np.arange(6.0)) for s in (t, t - late))
+    seen[:, 2] += play * np.sign(np.gradient(q[:, 2]))
+    points = arm.predict(seen)[:, :3, 3] + rng.normal(0.0, 3e-5, (len(t), 3))
+    found = diagnose(arm, Dataset(q=q, position=points, time=t))
+    said = f"measured {1e3 * abs(late):.2g} ms {'before' if late > 0.0 else 'after'} its joints were read"
+    assert (said in found.message) is (late != 0.0)
+    assert [(c.kind, c.joints) for c in found.causes] == ([("backlash", (2,))] if play else [])
 
 
 def test_masses_act_through_a_law_and_its_rivals_alike():

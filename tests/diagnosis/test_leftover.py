@@ -33,12 +33,14 @@ def trembling(case, sigma, seed):
 
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("seed", range(2))
-def test_noisy_readings_are_recognised(arm, seed):
-    case = trembling(make("none", seed, arm), READINGS, seed)
-    found = joint_noise(fitted(case))
+def test_noisy_readings_are_recognised_and_noise_of_the_instrument_is_not_taken_for_them(arm, seed):
+    case = make("none", seed, arm)
+    found = joint_noise(fitted(trembling(case, READINGS, seed)))
     assert found is not None
     np.testing.assert_allclose(found.sigma, READINGS, rtol=0.15)
     assert found.share > 0.8
+    assert joint_noise(fitted(case)) is None
+    assert joint_noise(fitted(replace(case, data=replace(case.data, rotation=None)))) is None
 
 
 def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
@@ -50,15 +52,6 @@ def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
     trembled = trembling(case, READINGS, 1).data.q
     both = replace(case, data=replace(case.data, q=np.deg2rad(np.round(np.rad2deg(trembled), 2))))
     assert joint_noise(fitted(both)).digit == 0.0
-
-
-@pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("seed", range(2))
-def test_noise_of_the_instrument_is_not_taken_for_it(arm, seed):
-    case = make("none", seed, arm)
-    assert joint_noise(fitted(case)) is None
-    positions = replace(case, data=replace(case.data, rotation=None))
-    assert joint_noise(fitted(positions)) is None
 
 
 def test_every_joint_has_its_own_noise():

@@ -45,9 +45,8 @@ a = 0.3
 @pytest.fixture(scope="module")
 def soft():
     """An ARIA that gives way in joint 2, measured with a noise that its rows state."""
-    return wb.load_robot("aria"), measure_poses(
-        wb.load_robot("aria"), 40, effects=("joint-compliance:2:5e-5",), seed=3
-    )[1]
+    robot = wb.load_robot("aria")
+    return robot, measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=3)[1]
 
 
 def named(found):

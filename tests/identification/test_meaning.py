@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from generator import VirtualArm, shift, turn
-from refusals import mentions
+from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 from slow import slow
 
@@ -49,13 +49,9 @@ def measured(name: str, *, with_rotation: bool, seed: int = 3) -> tuple[Robot, D
     slides = tuple(kind == "p" for kind in kinds)
     seen = VirtualArm("dh", np.pad(made, ((0, 0), (0, 1))), base, tool, slides=slides).pose(q)
     xyz = seen[:, :3, 3] + rng.normal(0.0, 5e-5, (50, 3))
-    joints = [
-        {
-            "type": "prismatic" if kind == "p" else "revolute",
-            **dict(zip(("theta", "d", "a", "alpha"), row, strict=True)),
-        }
-        for row, kind in zip(table, kinds, strict=True)
-    ]
+    rows = (dict(zip(("theta", "d", "a", "alpha"), row, strict=True)) for row in table)
+    types = ("prismatic" if kind == "p" else "revolute" for kind in kinds)
+    joints = [{"type": kind, **row} for kind, row in zip(types, rows, strict=True)]
     rows = Dataset(q=q, position=xyz, rotation=seen[:, :3, :3] if with_rotation else None, source=name)
     return Robot.from_dh(joints, name=name), rows
 
@@ -134,9 +130,7 @@ def test_orientations_are_read_in_their_convention(kind):
 def test_units_axes_and_a_slide_that_mirrors(name, with_rotation, change, text):
     robot, data = measured(name, with_rotation=with_rotation)
     found = arm_match(robot, change(data))
-    assert found.is_foreign
-    assert found.has_reading
-    assert mentions(found.text, text)
+    assert (found.is_foreign, found.has_reading, mentions(found.text, text)) == (True, True, True)
 
 
 def test_the_pose_of_the_base_in_the_tool():
@@ -151,6 +145,20 @@ def test_rows_that_fit_are_read_in_silence(name):
     robot, data = measured(name, with_rotation=False)
     assert as_read(robot, data)[1] is data
     assert not arm_match(robot, data).is_foreign
+
+
+def test_a_column_that_was_left_out_tells_which_rows_belong_together():
+    robot, data = measured("puma", with_rotation=False)
+    later = np.arange(len(data)) >= 25
+    places, stations = data.position + 0.3 * later[:, None], {"Station": np.where(later, "S2", "S1")}
+    with refuses(DataError, "columns='session=Station'"):
+        as_read(robot, replace(data, position=places, unread=stations))
+    with refuses(DataError, "fits the joints 1 row after"):
+        as_read(robot, replace(data, q=np.roll(data.q, 1, axis=0)))
+    valid = np.arange(len(data)) % 6 > 0
+    stale = np.where(valid[:, None], data.position, np.roll(data.position, 1, axis=0))
+    _, read = as_read(robot, replace(data, position=stale, unread={"tracked": valid.astype(str)}))
+    assert read.included.tolist() == valid.tolist()
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -156,9 +156,8 @@ def test_cheap_instruments_improve_the_arm(observed):
     after = problem.residual(search.x)
     assert after @ after < 1e-6 * (before @ before)
     if observed != "contact":  # what touching shows leaves base and scale open
-        assert held_out_error(problem.robot_at(search.x), arm, rng) < (
-            1e-9 if observed == "distance" else 0.2
-        )
+        most = 1e-9 if observed == "distance" else 0.2
+        assert held_out_error(problem.robot_at(search.x), arm, rng) < most
 
 
 def _touching(arm, rng):

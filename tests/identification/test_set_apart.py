@@ -54,10 +54,8 @@ def test_a_fifth_of_the_rows_may_be_wrong():
 
 
 def test_clean_rows_are_left_alone():
-    outliers = [
-        len(identify(load_robot("aria"), rows_of(s), algorithms=("opt2",)).outliers) for s in range(20)
-    ]
-    assert sum(outliers) <= 2  # one in a hundred fits
+    fits = (identify(load_robot("aria"), rows_of(seed), algorithms=("opt2",)) for seed in range(20))
+    assert sum(len(fit.outliers) for fit in fits) <= 2  # one in a hundred fits
 
 
 def test_a_session_that_is_far_off_as_a_whole_is_not_said_to_be_missing():

@@ -117,10 +117,8 @@ def test_the_payload_acts_through_the_moments(tmp_path):
 def problem_with_effects(tmp_path, **options):
     rng = np.random.default_rng(2)
     arm = replace(generator.aria(), base=POSE, tool=TOOL)
-    effects = (
-        EFFECTS["joint-compliance"]((1, 2), (4e-5, 8e-5)),
-        EFFECTS["bearing-compliance"]((0,), (3e-5,)),
-    )
+    joints, bearing = EFFECTS["joint-compliance"], EFFECTS["bearing-compliance"]
+    effects = joints((1, 2), (4e-5, 8e-5)), bearing((0,), (3e-5,))
     robot = robot_of(arm, tmp_path, *effects)
     data = rows_of(arm, arm.random(rng, 12), rng)
     frames = FrameFreedom(FRAME_PARTS, FRAME_PARTS)

@@ -122,9 +122,8 @@ def test_a_tool_beyond_the_flange_is_a_slender_probe(ur5):
     tip = link_frames(long, Motion(np.zeros((1, 6))))[0, -1, :3, 3]
     rod = found.pieces[-1]
     shape, at = rod.solid.shape, found.placements(np.zeros((1, 6)))[0, rod.frame] @ rod.pose
-    assert se3.apply(at, np.array([0.0, 0.0, shape.halfLength + shape.radius])) == pytest.approx(
-        tip, abs=1e-9
-    )
+    end = np.array([0.0, 0.0, shape.halfLength + shape.radius])
+    assert se3.apply(at, end) == pytest.approx(tip, abs=1e-9)
 
 
 def test_primitives_of_a_urdf_are_exact(tmp_path):
@@ -147,9 +146,8 @@ def test_primitives_of_a_urdf_are_exact(tmp_path):
     path.write_text(f'<robot name="stack">{links}{joints}</robot>')
     arm = mesh_arm(load_robot(path), 0.01)
     placements = arm.placements(np.array([[0.0, 0.0, 0.0], [0.0, 0.5 * np.pi, 0.0]]))
-    assert arm.own_distances(placements, far=5.0) == pytest.approx(
-        [0.85, np.hypot(0.49, 0.49) - 0.05], abs=1e-6
-    )
+    apart = [0.85, np.hypot(0.49, 0.49) - 0.05]
+    assert arm.own_distances(placements, far=5.0) == pytest.approx(apart, abs=1e-6)
     lowest = arm.lowest(placements)
     assert lowest[:, 1] == pytest.approx([0.45, 0.45], abs=1e-9)
     assert lowest[:, 2] == pytest.approx([0.9, 0.95], abs=1e-4)

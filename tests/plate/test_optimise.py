@@ -170,9 +170,8 @@ def test_a_plate_that_keeps_the_constraints_is_never_made_worse(aria, goal, mixe
 
 def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
     with running(cancel=lambda: True):
-        never = optimise_plate(
-            aria, plate, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=5)
-        )
+        few = DesignRequest(places=5)
+        never = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=few)
     assert never.outcome is Outcome.CANCELLED
     assert never.plate is plate
     seen = []

@@ -124,9 +124,8 @@ CORNERS = np.array([[-0.24, -0.24, 0.05], [0.24, -0.24, 0.05], [0.0, 0.24, 0.05]
 
 
 def in_the_air(plate, above):
-    places = tuple(
-        replace(t, kind=Kind.POINT, xyz=t.xyz + np.array([0.0, 0.0, above])) for t in plate.targets
-    )
+    up = np.array([0.0, 0.0, above])
+    places = tuple(replace(target, kind=Kind.POINT, xyz=target.xyz + up) for target in plate.targets)
     return replace(plate, targets=places, anchors=CORNERS)
 
 

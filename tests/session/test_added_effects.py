@@ -1,6 +1,8 @@
 """Effects that something beside the joint positions drives: found, added and compared in the app."""
 
 import csv
+import io
+import zipfile
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.comparison import STAGES, ModelStage
-from workbench.session.export import next_poses_csv
+from workbench.session.export import next_poses_csv, report_zip
 from workbench.session.joint_errors import along_joints, law_along_joints, shown_effect
 
 
@@ -55,6 +57,8 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     assert geometry == pytest.approx(judged_errors(session.results.geometry), rel=1e-9)
     assert causes == pytest.approx(judged_errors(session.results.diagnosis.after), rel=1e-9)
     the_law_of_the_cause_follows_the_errors(session)
+    report = zipfile.ZipFile(io.BytesIO(report_zip(session)[1])).read("report/report.html").decode()
+    assert session.results.diagnosis.causes[0].label in report
     run = session.results.identification.runs[session.results.fit]
     diagnosed = session.results.diagnosis.robot
     assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)

@@ -10,6 +10,7 @@ from workbench.plate.simulated_measurement import measure_plate
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.undo import RestoreBest, Undo
+from workbench.session.target_postures import clearance
 
 DOWN = "shoulder right, elbow down, wrist flip"
 
@@ -35,6 +36,10 @@ def test_the_score_of_a_plate_leaves_blocked_targets_out(first):
     assert np.isfinite(np.delete(found.measured.per_target, 2)).all()
     q = found.measured.q[[0, 1, *range(3, 10)]]
     assert not any(hits(first.robot, plate, [0, 1, *range(3, 10)], q))
+    elbow = first.states[7].q
+    assert clearance(first.robot, plate, elbow) == "link 2 clears the plate by 7 mm"
+    moved = (replace(plate, xyz=plate.xyz - [0.0, step, 0.0]) for step in (0.006, 0.008))
+    assert [bool(hits(first.robot, one, [7], elbow[None])[0]) for one in moved] == [False, True]
 
 
 def test_what_stands_in_the_way_is_said_of_a_virtual_arm_too(first):

@@ -77,11 +77,8 @@ def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, t
     run(SelectTarget(5))
     run.worker.close()
     assert {path.name: path.read_bytes() for path in killed.glob("*.jsonl")} == before
-    assert [line["command"] for line in lines(begun.folder)[-3:]] == [
-        "MoveTarget",
-        "DropTarget",
-        "SelectTarget",
-    ]
+    last = [line["command"] for line in lines(begun.folder)[-3:]]
+    assert last == ["MoveTarget", "DropTarget", "SelectTarget"]
     branched = read_recording(begun.folder)
     assert branched.header["branched"] == {"from": killed.name, "step": 6}
     assert restore(branched).differences == ()  # it was told once

@@ -16,6 +16,7 @@ from workbench.plate.plate import Kind
 from workbench.plate.tolerances import Production
 from workbench.session import start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.edit import MovePlate
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.live_score import score
@@ -122,6 +123,16 @@ def test_noise_scales_the_prediction_of_now_and_then(do, first):
     session = do(SetNoise(2 * first.noise.position, 2 * first.noise.rotation))
     assert session.score.position == pytest.approx(2 * first.score.position)
     assert session.history.first.score.position == pytest.approx(session.score.position)
+
+
+def test_the_plate_is_put_elsewhere_with_all_its_targets(do, first):
+    x, y, z = np.add(first.plate.xyz, (0.02, -0.03, -0.04)).tolist()
+    session = do(MovePlate((x, y, z), (0.0, 0.0, 0.1)))
+    (x1, y1), (x0, y0) = (plate.poses[3, :2, 3] - plate.xyz[:2] for plate in (session.plate, first.plate))
+    assert np.arctan2(y1, x1) - np.arctan2(y0, x0) == pytest.approx(0.1 - first.plate.rpy[2], abs=1e-9)
+    assert session.plate.heights == pytest.approx(first.plate.heights, abs=1e-12)
+    assert_reached(session, 3)
+    assert do(Undo()).plate is first.plate
 
 
 def test_reset_can_be_undone(do, first):

@@ -22,9 +22,6 @@ class Broken(AbstractChange):
     title: str = "Broken"
     key: Hashable | None = None
 
-    def check(self, session):
-        pass
-
     def apply(self, session):
         raise ZeroDivisionError("oh")
 
@@ -37,11 +34,10 @@ class Slow(AbstractTask):
     key: Hashable | None = None
     fails: bool = False
 
-    def check(self, session):
-        pass
-
     def compute(self, session):
         progress(0.5, "half way")
+        self.go.wait(0.2)
+        progress(0.3, "begun again")
         suspected({"sag": 3.0})
         suspected({"play": 5.0, "sag": 4.0})
         while not self.go.wait(0.01):

@@ -124,11 +124,8 @@ class Chain:
     @cached_property
     def constants(self) -> Float[np.ndarray, "k 4 4"]:
         """Matrices of the constant elements; identities elsewhere."""
-        matrices = np.tile(np.eye(4), (len(self.elements), 1, 1))
-        for matrix, element in zip(matrices, self.elements, strict=True):
-            if element.matrix is not None:
-                matrix[:] = element.matrix
-        return frozen(matrices)
+        matrices = [np.eye(4) if e.matrix is None else e.matrix for e in self.elements]
+        return frozen(np.array(matrices).reshape(-1, 4, 4))
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -206,12 +203,9 @@ def frames(
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows f 4 4"]:
     """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
-    out = np.empty((len(q), len(after), 4, 4))
-    current, start = np.broadcast_to(np.eye(4), (len(q), 4, 4)), 0
-    for column, last in enumerate(after):
-        step = poses(chain, q, values=values, shift=shift, part=slice(start, last + 1))
-        out[:, column] = current = current @ step
-        start = last + 1
+    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after) + 1
+    part = slice(0, int(ends[-1]))
+    _walk(chain, q, values, shift, part, np.full(part.stop, -1), ends, out, np.empty((len(q), 6, 0)))
     return out
 
 
@@ -243,10 +237,8 @@ def twists(
     pose_out, twist_out = out or (np.empty((len(q), 4, 4)), np.empty((len(q), 6, len(columns))))
     place = np.full(len(chain.elements), -1, np.int64)
     place[columns] = np.arange(len(columns))
-    values = (chain.values if values is None else values)[part]
-    fixed = np.array([values, np.sin(values), np.cos(values)])
-    rows, here = (frozen(chain.positions(q)), frozen(shift[:, part])), (chain.constants[part], place[part])
-    _lanes(chain.axes[part], chain.drivers[part], fixed, *rows, *here, pose_out, twist_out)
+    here = place[part]
+    _walk(chain, q, values, shift, part, here, np.array([len(here)]), pose_out[:, None], twist_out)
     return pose_out, twist_out
 
 
@@ -260,6 +252,25 @@ def joint_twists(
         element = chain.elements[place]
         out[:, :, element.follows] += element.ratio * columns[:, :, k]
     return found, out
+
+
+def _walk(
+    chain: Chain,
+    q: np.ndarray,
+    values: np.ndarray | None,
+    shift: np.ndarray,
+    part: slice,
+    place: np.ndarray,
+    ends: np.ndarray,
+    pose_out: np.ndarray,
+    twist_out: np.ndarray,
+) -> None:
+    """Fill poses after so many elements, and twists of those with a place; other arguments as of `twists`."""
+    values = (chain.values if values is None else values)[part]
+    fixed = np.array([values, np.sin(values), np.cos(values)])
+    rows = frozen(chain.positions(q)), frozen(shift[:, part])
+    given = chain.constants[part], place, ends, pose_out, twist_out
+    _lanes(chain.axes[part], chain.drivers[part], fixed, *rows, *given)
 
 
 @njit(cache=True, inline="always", error_model="numpy", fastmath={"contract"})
@@ -286,12 +297,13 @@ def _sines(lanes):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 @no_type_check
-def _lanes(axes, drivers, fixed, positions, shift, constants, place, out, twist):
+def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, twist):
     """Eight rows at a time: every inner loop runs over them and becomes SIMD.
 
     Args:
         fixed: Values of all elements, their sines and cosines.
         place: Column of each element's twist; -1 for none.
+        ends: Numbers of elements before each frame of `out`, in increasing order.
 
     `pose` holds the transform up to an element, `step` that element's value, its sine and cosine.
     """
@@ -302,8 +314,10 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, out, twist)
         for i in range(12):
             for n in range(LANES):
                 pose[i, n] = 1.0 if i % 5 == 0 else 0.0
+        frame = 0
         for k in range(axes.shape[0]):
             axis, column = axes[k], place[k]
+            frame = _store(pose, k, ends, frame, out[start : start + LANES])
             if column >= 0:
                 for i in range(3):
                     for n in range(LANES):
@@ -344,6 +358,7 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, out, twist)
                 for i in range(0, 12, 4):
                     for n in range(LANES):
                         pose[i + 3, n] += pose[i + axis - 3, n] * step[0, n]
+        _store(pose, axes.shape[0], ends, frame, out[start : start + LANES])
         for k in range(axes.shape[0]):
             column = place[k]
             if column < 0:
@@ -365,11 +380,21 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, out, twist)
             for i in range(6):
                 for column in range(size):
                     twist[start + n, i, column] = columns[i, column, n]
+
+
+@njit(cache=True, inline="always")
+@no_type_check
+def _store(pose, k, ends, frame, out):
+    """Write the transforms of some rows to their frames that stand after k elements; the next frame."""
+    while frame < ends.shape[0] and ends[frame] == k:
+        for n in range(out.shape[0]):
             for i in range(3):
                 for j in range(4):
-                    out[start + n, i, j] = pose[4 * i + j, n]
-                out[start + n, 3, i] = 0.0
-            out[start + n, 3, 3] = 1.0
+                    out[n, frame, i, j] = pose[4 * i + j, n]
+                out[n, frame, 3, i] = 0.0
+            out[n, frame, 3, 3] = 1.0
+        frame += 1
+    return frame
 
 
 @njit(cache=True, inline="always")

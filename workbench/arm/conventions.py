@@ -104,9 +104,8 @@ def build_elements(convention: str, entries: list[JointEntry]) -> tuple[tuple[El
         free = default if entry.free is None else entry.free
         ratios = entry.ratio or (1.0,) * len(entry.follows)
         if len(ratios) != len(entry.follows):
-            raise RobotError(
-                f"{name} follows {len(entry.follows)} joints by {len(ratios)} ratios; give one each"
-            )
+            counts = f"{len(entry.follows)} joints by {len(ratios)} ratios"
+            raise RobotError(f"{name} follows {counts}; give one each")
         driven = {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(entry.type)
         for constant in THREE_ROTATION[entry.order] if convention == "three-rotation" else ORDERS[convention]:
             elements.append(

@@ -71,14 +71,7 @@ class Linearisation:
     @cached_property
     def singular_values(self) -> Float[np.ndarray, " k"]:
         """Singular values of the scaled Jacobian [1/m], largest first, min(m, p) of them."""
-        return frozen(np.linalg.svd(self.scaled, compute_uv=False))
-
-    @cached_property
-    def spectrum(self) -> Float[np.ndarray, " p"]:
-        """The singular values with zeros up to the number of parameters."""
-        values = np.zeros(len(self.names))
-        values[: len(self.singular_values)] = self.singular_values
-        return frozen(values)
+        return self.factors[1]
 
     @cached_property
     def factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -94,9 +87,8 @@ class Linearisation:
     @cached_property
     def condition(self) -> float:
         """σmax/σmin of the scaled Jacobian; infinite below full rank."""
-        if self.rank() < len(self.names):
-            return np.inf
-        return float(self.singular_values[0] / self.singular_values[-1])
+        values = self.singular_values
+        return float(values[0] / values[-1]) if self.rank() == len(self.names) else np.inf
 
     @cached_property
     def covariance(self) -> Float[np.ndarray, "p p"]:

@@ -36,9 +36,7 @@ def carried(robot: Robot) -> tuple[tuple[float | None, Vector3], ...]:
         part = robot.elements[driven[number] + 1 : end + 1]
         frame = chains.poses(Chain(part, 0), np.zeros((1, 0)))[0] if part else np.eye(4)
         bodies[number].append((joint.mass, se3.apply(frame, joint.com)))
-    return tuple(
-        (None, np.zeros(3)) if number in unknown else together(links) for number, links in enumerate(bodies)
-    )
+    return tuple((None, np.zeros(3)) if k in unknown else together(links) for k, links in enumerate(bodies))
 
 
 def moved(robot: Robot) -> list[int]:

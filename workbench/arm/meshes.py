@@ -1,8 +1,8 @@
 """Visual meshes of a URDF's links, as triangles in the frames of the links.
 
-Meshes are searched at the path in the file, in its folder and the parent folder, and for `package://name/…`
-in every folder above the file. If they are missing, elsewhere or too large, the arm is drawn from its
-geometry.
+Meshes are searched at the path in the file, in its folder and the parent folder, and for `package://name/…`,
+or its end, in every folder above the file. If they are missing, elsewhere or too large, the arm is drawn from
+its geometry.
 """
 
 import logging
@@ -68,8 +68,8 @@ def find_mesh(name: str, urdf: Path) -> str:
     relative = name.removeprefix(SCHEME).removeprefix("file://")
     folders = urdf.resolve().parents
     if name.startswith(SCHEME):
-        inside = relative.partition("/")[2]
-        places = [(folder, folder / part) for folder in folders[:-1] for part in (relative, inside)]
+        parts = Path(relative).parts  # whatever of the path is there, as of a package without its repository
+        places = [(f, f.joinpath(*parts[k:])) for k in range(max(len(parts) - 1, 1)) for f in folders[:-1]]
     else:
         places = [(folders[min(1, len(folders) - 1)], folders[0] / relative)]
     for folder, candidate in places:
@@ -77,9 +77,8 @@ def find_mesh(name: str, urdf: Path) -> str:
         if path.is_relative_to(folder) and path.is_file():
             size = path.stat().st_size
             if size > MAX_MESH_BYTES:
-                raise FileError(
-                    f"is larger than {MAX_MESH_BYTES // 2**20} MiB; give a coarser mesh", path=str(path)
-                )
+                most = MAX_MESH_BYTES // 2**20
+                raise FileError(f"is larger than {most} MiB; give a coarser mesh", path=str(path))
             if _faces(path, size) > MAX_FACES:
                 raise FileError(f"has more than {MAX_FACES} triangles; give a coarser mesh", path=str(path))
             return str(path)

@@ -106,9 +106,7 @@ class Motion:
         return cls(q, **own, more={name: values for name, values in drivers.items() if name not in own})
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
-        return Motion.with_drivers(
-            self.q[rows], {name: values[rows] for name, values in self.drivers.items()}
-        )
+        return Motion.with_drivers(self.q[rows], {key: values[rows] for key, values in self.drivers.items()})
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> "Motion":
         return replace(self, q=q)

@@ -264,15 +264,13 @@ def _elementary(data: dict, tables: list[dict], entries: list[JointEntry], reade
         elements.append(_element(table, i, max(len(ends) - 1, 0), reader))
     driven = [JointEntry(_kind(elements[i])) for i in ends]
     if tables and len(tables) != len(ends):
-        raise reader.fail(
-            f"{len(tables)} [[joint]] tables but {len(ends)} driven elements; give one for each"
-        )
+        counts = f"{len(tables)} [[joint]] tables but {len(ends)} driven elements"
+        raise reader.fail(f"{counts}; give one for each")
     for k, (table, given) in enumerate(zip(tables, entries, strict=True)):
         if "type" in table and given.type is not driven[k].type:
             axis = elements[ends[k]].axis.name.lower()
-            raise reader.fail(
-                f"[[joint]] {k + 1} is '{given.type}' but drives {axis}; make it '{driven[k].type}'"
-            )
+            right = f"drives {axis}; make it '{driven[k].type}'"
+            raise reader.fail(f"[[joint]] {k + 1} is '{given.type}' but {right}")
     return tuple(elements), tuple(ends), driven
 
 

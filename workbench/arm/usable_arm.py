@@ -187,7 +187,12 @@ def unobserved_text(robot: Robot, arms: Mapping[str, Robot] | None = None) -> tu
         size += [] if sees_rotation else [_in_degrees(off.rotation)]
         sizes.append(" and ".join(size) + (f" ({name})" if name else ""))
     far = f"the flange differs from nominal by {', '.join(sizes)}, mean over {len(seen.q)} measured poses"
-    return (f"{seen.missing}; {far}",)
+    tool = (
+        ""
+        if sees_rotation
+        else ", so errors hold for the tool that was measured ('calibrated_tool' in a URDF)"
+    )
+    return (f"{seen.missing}{tool}; {far}",)
 
 
 def carried_text(robot: Robot) -> tuple[str, ...]:

@@ -142,7 +142,7 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
         if (found := _as_quantity(parsed, quantity)) is not None:
             return found
     wanted = " or ".join(EXAMPLES[quantity] for quantity in quantities)
-    raise UnitError(f"the unit '{unit}' does not fit here: write {wanted}", unit=unit)
+    raise UnitError(f"the unit '{unit}' does not fit here: convert to {wanted}", unit=unit)
 
 
 def to_si(values: Float[np.ndarray, "..."], unit: str, *quantities: Quantity) -> Float[np.ndarray, "..."]:

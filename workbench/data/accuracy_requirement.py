@@ -46,9 +46,8 @@ class Wanted:
     def __post_init__(self):
         admit(self)
         if not self.position > 0.0 or not (self.rotation is None or self.rotation > 0.0):
-            raise OptionError(
-                f"wanted errors must be positive, got {self.text}", option="wanted", found=self.text
-            )
+            wrong = f"wanted errors must be positive, got {self.text}"
+            raise OptionError(wrong, option="wanted", found=self.text)
 
     @property
     def position_text(self) -> str:

@@ -45,7 +45,7 @@ def _marks(value: Any, given: Any) -> np.ndarray:
 Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labels)]
 Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
 PER_JOINT = {"q", "torque", "direction"}
-UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "written"}
+UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "unread", "written"}
 """Columns that are not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
@@ -82,6 +82,7 @@ class Dataset:
         wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
         more: Columns of other packages, by name (`base/columns.py`).
         readings: What an instrument of another package saw.
+        unread: Cells of the file's columns that were left out, by their headings.
         written: The file's own numbers of the orientation; None where it is known what they mean.
         exclude: Rows that the file keeps out.
         reason: Why, for such rows.
@@ -115,6 +116,7 @@ class Dataset:
     wrench: Float[np.ndarray, "rows 6"] | None = None
     more: Mapping[str, np.ndarray] = field(default_factory=dict)
     readings: AbstractReadings | None = None
+    unread: Mapping[str, np.ndarray] = field(default_factory=dict)
     written: WrittenOrientation | None = None
     exclude: Marks | None = None
     reason: Labels | None = None
@@ -284,15 +286,14 @@ class Dataset:
         if other.joints != self.joints:
             text = f"{other.source}: rows of {other.joints} joints can't be joined to rows of {self.joints}"
             raise ShapeError(text, expected=self.joints, found=other.joints)
-        columns: dict[str, Any] = {}
+        columns, sizes = dict[str, Any](), (len(self), len(other))
         for f in fields(self):
             pair = getattr(self, f.name), getattr(other, f.name)
             if any(isinstance(value, np.ndarray) for value in pair):
-                columns[f.name] = _stacked(pair, (len(self), len(other)))
+                columns[f.name] = _stacked(pair, sizes)
             elif any(isinstance(value, Mapping) for value in pair):
                 first, second = (value or {} for value in pair)
                 names = sorted({*first, *second})
-                sizes = len(self), len(other)
                 columns[f.name] = {k: _stacked((first.get(k), second.get(k)), sizes) for k in names}
         columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
         columns["written"] = None if self.written is None else self.written.joined(other.written)

@@ -64,9 +64,8 @@ def split_sessions(data: Dataset, row: int) -> Dataset:
         DataError: no row has that number, or no session has rows on both sides of it.
     """
     if row not in data.row:
-        raise DataError(
-            f"{data.source}: there is no row {row}; rows are {data.row.min()} to {data.row.max()}", row=row
-        )
+        known = f"rows are {data.row.min()} to {data.row.max()}"
+        raise DataError(f"{data.source}: there is no row {row}; {known}", row=row)
     clock, _ = clock_of(data)
     is_after = clock >= clock[data.row == row].min()
     whole = np.full(len(data), f"before row {row}") if data.session is None else data.session

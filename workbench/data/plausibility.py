@@ -110,10 +110,8 @@ def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -
         is_length = unit and conversion(unit, Quantity.ANGLE, Quantity.LENGTH).quantity is Quantity.LENGTH
         if is_length != slides and unit not in ("", "rad"):
             kind, wanted = ("slides", "mm") if slides else ("turns", "deg")
-            raise DataError(
-                f"{source}: joint {joint} {kind}, but its column is q{joint}[{unit}]: "
-                f"write q{joint}[{wanted}]"
-            )
+            wrong = f"joint {joint} {kind}, but its column is q{joint}[{unit}]"
+            raise DataError(f"{source}: {wrong}: write q{joint}[{wanted}]")
 
 
 def _check_points(dataset: Dataset, reach: float) -> tuple[str, ...]:
@@ -163,10 +161,8 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
             )
     still = (np.flatnonzero(np.ptp(q, axis=0) < NO_DIFFERENCE) + 1).tolist()
     if len(q) > 1 and still:
-        names = ", ".join(map(str, still))
-        notes.append(
-            f"joint(s) {names} never move: their errors can't be distinguished from their neighbours'"
-        )
+        why = "their errors can't be distinguished from their neighbours'"
+        notes.append(f"joint(s) {', '.join(map(str, still))} never move: {why}")
     if len(q) > 4 and np.abs(q).max() < np.radians(2.0 * np.pi) and len(still) < q.shape[1]:
         notes.append("all joints stay within 6.3° of zero: are these rad labelled deg?")
     return notes

@@ -1,13 +1,14 @@
 """The search of a diagnosis: geometry alone, then rounds of events and effects until the result is confirmed.
 
-Results are judged on rows that took no part in the search. It is repeated without uncertain events, without
-any events if a fit with them diverged, under another gravity if only that makes loads explain the error, and
-without anything if nothing explains much.
+Results are judged on rows that took no part in the search. It is repeated without uncertain events, under
+another gravity if only that makes loads explain the error, and without anything if nothing explains much.
+Where the joints' speed explains most of the error, joints and places are of different times, and no effect is
+looked for.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from workbench.base.progress import progress
 from workbench.diagnosis.claims.claimed_causes import odds_over_time
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
-from workbench.diagnosis.drivers.driver import Driver, driver_of
+from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
@@ -38,9 +39,6 @@ from workbench.identification.errors.row_errors import Errors, RowErrors, explai
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.result import Validation
-
-DIVERGED_RATIO = 1.5
-"""A fit with effects has diverged if its error on the fitted rows exceeds the geometry's by this factor."""
 
 
 class JudgedArm(NamedTuple):
@@ -92,17 +90,6 @@ class CauseSearch:
             return None
         return ask("the drivers", lambda: DriverEvidence.of(self.last, self.ready.data), None)
 
-    @property
-    def geometry(self) -> Fit:
-        """The geometry alone: what is saved where nothing else was found."""
-        return self.first.fit if self.last.found.model else self.judged_fit
-
-    @property
-    def has_diverged(self) -> bool:
-        """Whether the fit with effects ended far above the geometry alone, which it contains."""
-        before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
-        return bool(after > DIVERGED_RATIO * before)
-
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
     """Fit the geometry, then search for effects; a result that explains next to nothing means a wrong arm."""
@@ -114,19 +101,19 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         tried, too_few = Tried.LOADS, None
     elif too_few is not None:
         tried = Tried.NONE
-
-    def validated(found: Sequence[Searched]) -> CauseSearch:
-        return _validated_search(robot, ready, first, found, too_few)
-
+    validated = partial(_validated_search, robot, ready, first, too_few)
+    path = path_of(first.problem.data, ready.data)
+    if too_few is None and path is not None and path.speed is not None:
+        alone = validated(rounds(first, rng, tried=Tried.NONE))
+        if ask("a lag", lambda: alone.drivers is not None and alone.drivers.is_lag, False):
+            return alone
     try:
         found = _rounds_with_sure_events(first, rng, tried)
     except np.linalg.LinAlgError:  # models beyond rounding, of rows that are far from any arm
         found = rounds(first, rng, tried=Tried.NONE)
     progress(0.8, "judging the result")
     search = validated(found)
-    if search.has_diverged:
-        search = validated(rounds(first, rng, tried=tried, events=()))
-    drivers, model = search.drivers, search.last.found.model
+    drivers, model = search.drivers, search.last.model
     kept = model if drivers is None else ask("what lasts", lambda: drivers.lasting, model)
     if len(kept) < len(model):
         search = validated((*search.rounds[:-1], reduced(search.last, kept)))
@@ -134,16 +121,14 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried))
         gain = description_length(search.last) - description_length(turned.last)
         search = turned if gain > np.log(CERTAIN) and _has_law_of_loads(turned) else search
-    if search.has_diverged or explains_little(
-        search.nominal.errors.train, search.after.errors.train, robot.reach
-    ):
+    if explains_little(search.nominal.errors.train, search.after.errors.train, robot.reach):
         search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
 
 
 def _has_law_of_loads(search: CauseSearch) -> bool:
     """Whether its effects of load win against any dependence without a law."""
-    loads = tuple(t for t in search.last.found.model if driver_of(t.candidate.effect) is Driver.LOAD)
+    loads = tuple(t for t in search.last.model if driver_of(t.candidate.effect) is Driver.LOAD)
     return bool(loads and search.drivers and search.drivers.challenges([loads])[0].odds >= PROBABLE)
 
 
@@ -165,13 +150,13 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Trie
 
 
 def _validated_search(
-    robot: Robot, ready: Prepared, first: Stage, found: Sequence[Searched], too_few: str | None
+    robot: Robot, ready: Prepared, first: Stage, too_few: str | None, found: Sequence[Searched]
 ) -> CauseSearch:
     """A search with its errors on rows that lie on a known side of its events."""
     ready = without_undecided(ready, found[-1])
     fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
     keep, geometry = found[-1].stage.keep, first.fit
-    if not found[-1].found.model:
+    if not found[-1].model:
         geometry = fit = geometry_as_identified(fit)
     before, after = (
         _judged(ready.errors(f.arm, {**f.problem.known, **f.problem.instrument(f.x)}), keep)

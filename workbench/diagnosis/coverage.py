@@ -18,8 +18,6 @@ MIN_LOAD_CHANGE, MIN_LOADED_POSTURES = 0.03, 5
 """Change of the load about its mean at a posture, as a share of its range, at so many postures."""
 MIN_NUMBERS_PER_UNKNOWN = 3.0
 """Minimum measured numbers per unknown to separate effects from geometry."""
-
-
 MAX_RIGID_SHARE = 0.05
 """Change of distances between markers, as a share of the error, below which they count as one body."""
 

@@ -20,7 +20,6 @@ from workbench.base.wording import first_of
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
@@ -31,7 +30,7 @@ from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, Verdict, harm_done, judged
-from workbench.diagnosis.saved_model import SavedModel, saved_model
+from workbench.diagnosis.saved_model import ModelComparison, SavedModel, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
@@ -147,7 +146,7 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
     fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric_problem, search.ready.problem
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None:
-        followed = ask("what the rest follows", lambda: drivers.followed(search.last.found.model), ())
+        followed = ask("what the rest follows", lambda: drivers.followed(search.last.model), ())
     noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
     return RemainingError(
         noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),
@@ -167,9 +166,9 @@ def _followed(
     if (drivers := search.drivers) is None:
         return (), None
     laws = {e.names for c in causes if c.is_law for e in c.effects}
-    sure = tuple(t for t in search.last.found.model if t.candidate.names in laws)
+    sure = tuple(t for t in search.last.model if t.candidate.names in laws)
     rest, found = remaining.followed, tuple(remaining.followed)
-    if sure != search.last.found.model:
+    if sure != search.last.model:
         found = ask("what the error follows", lambda: drivers.followed(sure), ())
     return found, ask("a correction", lambda: drivers.correction(rest) if rest else None, None)
 
@@ -180,7 +179,7 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     others = tuple(a.effect for a in saved.effects if a.effect.names not in claimed)
     if not others:
         return None
-    named = tuple(t for t in search.last.found.model if t.candidate.names in claimed)
+    named = tuple(t for t in search.last.model if t.candidate.names in claimed)
     alone, after = (judged(v.errors) for v in (search.before, search.after))
     with_causes = (
         ask("the error with causes alone", lambda: saved.trial.errors(named), alone) if named else alone
@@ -243,7 +242,7 @@ def _diagnosis(
     ready, stage, fit = search.ready, search.last.stage, search.judged_fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     rest = claims.remaining
-    poses, reasons = next_ones
+    off = ready.data.take(outliers)
     geometries = {each: best_geometry(each, search.first.fit) for each in {fit, saved.fit}}
     texts = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
     return Diagnosis(
@@ -257,14 +256,12 @@ def _diagnosis(
         outliers=outliers,
         outlier_errors=ask(
             "the errors of outliers",
-            lambda: (
-                ready.errors_on(ready.data.take(outliers), fit.arm, fit.problem.instrument(fit.x)).summary
-            ),
+            lambda: ready.errors_on(off, fit.arm, fit.problem.instrument(fit.x)).summary,
             None,
         ),
         suspects=np.flatnonzero(saved.suspects),
         nominal=search.nominal.errors,
-        before_fit=search.geometry,
+        before_fit=search.first.fit if search.last.model else fit,
         after_fit=fit,
         final_fit=saved.fit,
         geometries=(geometries[fit], geometries[saved.fit]),
@@ -277,9 +274,7 @@ def _diagnosis(
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
         causes=claims.causes,
         residual_map=claims.residual_map,
-        ranking=ask(
-            "the ranking of candidates", lambda: ModelComparison(ready, search.rounds[0]).ranking(), ()
-        ),
+        ranking=ask("the ranking", lambda: ModelComparison(ready, search.rounds[0]).ranking(), ()),
         noise=rest.noise,
         known_noise=rest.known_noise,
         joint_noise=rest.joint_noise,
@@ -289,8 +284,8 @@ def _diagnosis(
         message=claims.message,
         is_tried=search.too_few is None,
         undetectable=saved.undetectable,
-        measure_next=poses,
-        next_reasons=reasons,
+        measure_next=next_ones[0],
+        next_reasons=next_ones[1],
         notes=tuple(filter(None, notes(search, saved, outliers, given))),
         seconds=0.0,
     )

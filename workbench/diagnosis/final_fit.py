@@ -71,7 +71,7 @@ def fitted_on_all(
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is kept"
         return fit_with_constants_held(last), text
-    if not last.found.model:
+    if not last.model:
         found = geometry_as_identified(found)
     out = ", except suspects" if left_out.any() else ""
     return found, (
@@ -121,7 +121,7 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
         return refit(
             geometric,
             last.grams,
-            last.found.model,
+            last.model,
             data=data,
             begin=before.problem.named(before.x),
             steps=MAX_LAST_STEPS,

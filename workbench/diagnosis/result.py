@@ -15,8 +15,7 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.claims.cause import Cause, ResidualMap
-from workbench.diagnosis.confidence import Confidence
+from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
@@ -236,11 +235,7 @@ class Diagnosis(AbstractReported):
     @property
     def is_named(self) -> bool:
         """Whether causes, all of them at least probable, explain more than the residual map."""
-        if not self.causes or any(c.confidence is Confidence.OPEN for c in self.causes):
-            return False
-        fall = self.error.before.position_mm.mean - self.error.after.position_mm.mean
-        found = self.residual_map
-        return found is None or not found.before.position_mm.mean - found.after.position_mm.mean > 0.5 * fall
+        return is_named(self.causes, self.residual_map, *self.error)
 
     @property
     @beside("whether the verdict is conclusive", False)
@@ -248,7 +243,7 @@ class Diagnosis(AbstractReported):
         """Whether the verdict is conclusive: noise alone, or named causes."""
         if self.harm is not None or not self.is_tried:
             return False
-        return self.verdict is Verdict.NO_EFFECT or (self.verdict is Verdict.EXPLAINED and self.is_named)
+        return self.verdict in (Verdict.NO_EFFECT, Verdict.EXPLAINED)
 
     @property
     @beside("the text of the verdict", "no verdict")
@@ -259,8 +254,7 @@ class Diagnosis(AbstractReported):
         if self.residual_map is not None and not self.causes:
             partly = "partly " if self.verdict is Verdict.PARTLY else ""
             return f"{partly}predicted, but no cause is named"
-        is_guess = self.verdict is Verdict.EXPLAINED and not self.is_named
-        return "predicted, but not all by certain causes" if is_guess else str(self.verdict)
+        return str(self.verdict)
 
     @property
     @beside("whether to measure more", False)

@@ -1,4 +1,5 @@
-"""The model that a diagnosis saves: fitted to all rows, its effects with standard errors and rivals."""
+"""The model that a diagnosis saves: fitted to all rows, its effects with standard errors and rivals; other
+models on the judging rows."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -8,20 +9,63 @@ from jaxtyping import Bool
 
 from workbench.arm.motion import Motion
 from workbench.base.advice import ask
-from workbench.diagnosis.alternative_models import ModelComparison
 from workbench.diagnosis.cause_search import CauseSearch
+from workbench.diagnosis.claims.accepted_terms import distinct, place_of
 from workbench.diagnosis.claims.named_joints import sentence_of
+from workbench.diagnosis.claims.reduced_models import own_offers
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.final_fit import fitted_on_all
-from workbench.diagnosis.result import Accepted
-from workbench.diagnosis.search.evidence import drop
+from workbench.diagnosis.result import Accepted, Ranked
+from workbench.diagnosis.search.evidence import Model, Offer, Term, drop, left_by, offers
+from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
 from workbench.identification.errors.row_errors import UNKNOWN, Errors
 from workbench.identification.fit import Fit
+from workbench.identification.preparation import Prepared
 from workbench.identification.result import judged
 from workbench.identification.rows.excluded_outliers import suspects
+
+MAX_EVALUATED = 12
+"""Number of ranked candidates evaluated on the judging rows."""
+MAX_LISTED_RIVALS = 3
+"""Maximum number of rivals listed for an effect."""
+MIN_RELATIVE_EVIDENCE = 0.5
+"""Minimum evidence of a rival relative to the effect's to be listed …"""
+MAX_EVIDENCE_GAP = 100.0
+"""… and maximum difference between the two."""
+MAX_RANKED = 40
+"""Maximum number of candidates in the ranking."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelComparison:
+    """Errors of models on the judging rows; on the fitted ones without those."""
+
+    ready: Prepared
+    searched: Searched
+
+    def errors(self, model: Model) -> Errors:
+        """Errors of the geometry with a model's effects, by the linear solution at the fit."""
+        fitted, held_out = self.searched.stage.fitted, self.ready.held_out_data
+        data = held_out if len(held_out) else fitted.problem.data
+        arm = robot_with(fitted, self.searched.grams, model)
+        return Errors.of(self.ready.errors_on(data, arm, fitted.problem.instrument(fitted.fit.x)))
+
+    def alternatives(self, term: Term) -> tuple[Ranked, ...]:
+        """The best candidates for the place of a term of the search's model, with the error that remains."""
+        place = place_of(self.searched, (term,))
+        minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
+        near = distinct([o for o in place.offers if o.gain > minimum])[:MAX_LISTED_RIVALS]
+        return tuple(_ranked(o, self.errors((*place.left.model, o.term))) for o in near)
+
+    def ranking(self) -> tuple[Ranked, ...]:
+        """Candidates by their contribution to the geometry alone, one per label; the first few are
+        evaluated."""
+        found = offers(left_by(self.searched.grams, ()), self.searched.offered.candidates)
+        best = enumerate(distinct(sorted(found, key=lambda o: -o.gain))[:MAX_RANKED])
+        return tuple(_ranked(o, self.errors((o.term,)) if k < MAX_EVALUATED else None) for k, o in best)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +123,9 @@ def _accepted(
         after: Errors of the whole model on them.
     """
     sized = {e.names: e for e in final.arm.effects}
-    model, out = last.found.model, []
-    for k in sorted(range(len(model)), key=lambda k: -last.found.offers[k].gain):
-        term, offered = model[k], last.found.offers[k]
+    model, out = last.model, []
+    own = zip(model, own_offers(last.grams, model), strict=True)
+    for term, offered in sorted(own, key=lambda each: -each[1].gain):
         effect, rest = sized[term.candidate.names], drop(model, [term])
         without = f"the error without {effect.phrase}"
         alternatives = ask(f"alternatives to {effect.phrase}", partial(trial.alternatives, term), ())
@@ -98,3 +142,8 @@ def _accepted(
             )
         )
     return tuple(out)
+
+
+def _ranked(offer: Offer, errors: Errors | None) -> Ranked:
+    candidate = offer.term.candidate
+    return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), errors, candidate.shrunk)

@@ -22,6 +22,7 @@ from workbench.arm.effects.axes import across, own, turns
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.base.advice import beside
 from workbench.base.wording import joint_list
+from workbench.diagnosis.drivers.evidence import in_words
 from workbench.diagnosis.search.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.search.rounds import Searched
 
@@ -64,7 +65,7 @@ def undetectable(searched: Searched) -> tuple[Undetectable, ...]:
     """Effects of load that may exist but would not have been found by a last search, at the final fit."""
     chain = searched.stage.fit.arm.chain
     idle, found = _idle(searched), _largest_found(searched, chain)
-    left = left_by(searched.grams, searched.found.model)
+    left = left_by(searched.grams, searched.model)
     noise = np.sqrt(left.square / max(left.freedom, 1))
     out = []
     for candidate in _loads_at_one_joint(searched):
@@ -91,7 +92,7 @@ def hidden_variance(searched: Searched, missing: Sequence[Undetectable]) -> dict
 
     Effects that are indistinguishable from the rest of the model are not included.
     """
-    grams, model = searched.grams, searched.found.model
+    grams, model = searched.grams, searched.model
     names = [n for t in model for n in t.candidate.names]
     total = dict.fromkeys(names, 0.0)
     faint = [u for u in missing if u.reason is Reason.FAINT]
@@ -117,7 +118,7 @@ def describe(missing: Sequence[Undetectable]) -> str:
     for (reason, name), which in joints.items():
         groups.setdefault((reason, tuple(which)), []).append(name)
     parts = [
-        f"{_listed(names)} of {joint_list(which)} ({reason})" for (reason, which), names in groups.items()
+        f"{in_words(names)} of {joint_list(which)} ({reason})" for (reason, which), names in groups.items()
     ]
     return f"not detectable in these rows: {'; '.join(parts)}" if parts else ""
 
@@ -134,7 +135,7 @@ def open_flanks_text(loads: Mapping[int, tuple[float, float]], chain: Chain) -> 
 
 def _loads_at_one_joint(searched: Searched) -> list[Candidate]:
     """Load candidates at one joint, with one coefficient, that are not in the model."""
-    taken = {n for t in searched.found.model for n in t.candidate.names}
+    taken = {n for t in searched.model for n in t.candidate.names}
     return [
         c
         for c in searched.offered.candidates
@@ -144,8 +145,8 @@ def _loads_at_one_joint(searched: Searched) -> list[Candidate]:
 
 def _largest_found(searched: Searched, chain: Chain) -> dict[str, float]:
     """Largest coefficients of the load effects found, by kind and by unit."""
-    found, out = coefficients(searched.grams, searched.found.model), dict[str, float]()
-    for effect in (t.candidate.effect for t in searched.found.model if t.candidate.effect.loads):
+    found, out = coefficients(searched.grams, searched.model), dict[str, float]()
+    for effect in (t.candidate.effect for t in searched.model if t.candidate.effect.loads):
         for name, unit in zip(effect.names, effect.units(chain), strict=True):
             for key in (effect.name, unit):
                 out[key] = max(out.get(key, 0.0), abs(found[name]))
@@ -167,9 +168,3 @@ def _idle(searched: Searched) -> set[str]:
         for c in _loads_at_one_joint(searched)
         if size[c.effect.loads][c.effect.joints[0]] < minimum
     }
-
-
-def _listed(text) -> str:
-    """`a`, `a and b`, `a, b and c`."""
-    *others, last = text
-    return f"{', '.join(others)} and {last}" if others else last

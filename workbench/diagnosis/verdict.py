@@ -7,7 +7,8 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.wording import capital
-from workbench.diagnosis.claims.cause import Cause, ResidualMap
+from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
+from workbench.diagnosis.drivers.driver import Shape
 from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
@@ -45,24 +46,24 @@ def conclude(
         after: Errors with the effects.
     """
     is_added = residual_map is not None or any(c.is_added for c in causes)
-    if explains_little(*sure, robot.reach):
-        drivers = " ".join(f"The error {f.text}." for f in followed)
-        return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)} {drivers}".strip()
-    warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
     more = f" {correction.sentence}." if correction is not None and correction.is_material else ""
+    if explains_little(*sure, robot.reach):
+        drivers = "".join(f" The error {f.text}." for f in followed)
+        return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)}{drivers}{more}"
+    warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
+    size = after.text("mean")
+    left = f"the remaining error{f' of {size}' if size else ''} {rest}"
     if not causes and residual_map is None and not followed:
         verdict = Verdict.UNEXPLAINED if remaining.is_unexplained else Verdict.NO_EFFECT
-        left = _remaining_text(after, rest)
         return verdict, f"{warning}No effect was found beside the geometry; {left}."
-    is_named = any(c.is_law for c in causes)  # a map alone predicts, but explains nothing
-    verdict = Verdict.EXPLAINED if is_named and not remaining.is_unexplained else Verdict.PARTLY
-    claims = _claims(causes, followed, residual_map)
-    if not causes and residual_map is None:
-        return Verdict.UNEXPLAINED, f"{warning}{claims}{more} {capital(_remaining_text(after, rest))}."
+    is_all = not remaining.is_unexplained and is_named(causes, residual_map, before, after)
+    verdict = Verdict.EXPLAINED if is_all else Verdict.PARTLY  # a map alone predicts, but explains nothing
+    claims = _claims_text(causes, followed, residual_map)
+    if not is_added:
+        verdict = verdict if causes else Verdict.UNEXPLAINED
+        return verdict, f"{warning}{claims}{more} {capital(left)}."
     if not causes:
         return verdict, f"{warning}{claims}{more} What remains {rest}."
-    if not is_added:
-        return verdict, f"{warning}{claims}{more} {capital(_remaining_text(after, rest))}."
     fall = f"{_change(before, after)} the error"
     if np.isfinite(after.main.mean):
         fall += f" from {before.text('mean')} to {after.text('mean')}"
@@ -77,14 +78,8 @@ def _change(before: Errors, after: Errors) -> str:
     return "changes" if len(falls) > 1 else "reduces" if True in falls else "does not reduce"
 
 
-def _remaining_text(after: Errors, rest: str) -> str:
-    """The remaining error with its size, where one is known, as a clause."""
-    size = after.text("mean")
-    return f"the remaining error{f' of {size}' if size else ''} {rest}"
-
-
 @beside("the text of the claims", "")
-def _claims(
+def _claims_text(
     causes: Sequence[Cause], followed: Sequence[FollowedDriver], residual_map: ResidualMap | None
 ) -> str:
     """Sentences on causes that have a law, on drivers without one, and on the residual map."""
@@ -104,6 +99,8 @@ def _driver_text(followed: FollowedDriver, refused: Sequence[Cause]) -> str:
     """A sentence on a driver without a law, and on laws of it that aren't all."""
     kinds = dict.fromkeys(c.kind for c in refused if c.driver == followed.driver)
     law = f"it isn't simply {' or '.join(kinds)}" if kinds else "no known law of it explains the error"
+    if followed.parts[-1].shape is Shape.LAG:
+        law = "give joints and places of the same times, or measure at rest"
     return f"The error {followed.text}; {law}."
 
 

@@ -66,9 +66,8 @@ def _noise(value: Any, given: Any) -> Any:
     sizes = (noise.position, noise.rotation, noise.own, noise.tilt)
     numbers = all(isinstance(size, Real) for size in (*sizes, *joints))
     if not numbers or min(joints, default=0.0) < 0.0 or any(size <= 0.0 for size in sizes):  # NaN: open
-        raise OptionError(
-            f"noise must be positive standard deviations, got {value}", option="noise", found=value
-        )
+        wrong = f"noise must be positive standard deviations, got {value}"
+        raise OptionError(wrong, option="noise", found=value)
     return noise
 
 

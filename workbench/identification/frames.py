@@ -293,9 +293,8 @@ def _check_known_base(
     base, tool = visible_parts(data, known)
     if not base or not (off := _error(held, data, known)) > CLEAR_SHARE_OF_REACH * robot.reach:
         return
-    freer = replace(
-        freedom, base=base, tool=freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
-    )
+    free = tool if robot.tool.free is not Freedom.FIXED else ()
+    freer = replace(freedom, base=base, tool=freedom.tool or free)
     aligned = align(robot, data, freer, noise=noise, known=known)
     best, measured, unknown = _error(aligned, data, known), count_measured(data), len(base) + len(freer.tool)
     if off > MAX_BASE_ERROR_RATIO * best:

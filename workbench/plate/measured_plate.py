@@ -132,9 +132,8 @@ def measured_plate(measured: MeasuredTargets) -> Plate:
     """A plate of nothing but measured targets, in the robot's base; its region is their bounding box."""
     order = np.argsort(measured.numbers)
     kind = Kind.SEAT if measured.turned else Kind.SOCKET
-    targets = tuple(
-        Target.at(measured.poses[i], kind=kind, sigma=tuple(measured.sigma[i].tolist())) for i in order
-    )
+    sigma = [(position, rotation) for position, rotation in measured.sigma.tolist()]
+    targets = tuple(Target.at(measured.poses[i], kind=kind, sigma=sigma[i]) for i in order)
     places = measured.poses[:, :3, 3]
     low, high = places.min(axis=0), places.max(axis=0)
     centre = 0.5 * (low + high)

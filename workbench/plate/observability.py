@@ -103,8 +103,10 @@ class SetIndex(AbstractSetIndex):
     by_value: Callable[[float, Float[np.ndarray, " p"], int], Float[np.ndarray, " p"]]
 
     def of_grams(self, grams: Grams, measurements: int) -> Float[np.ndarray, " sets"]:
-        squares = np.linalg.eigvalsh(_ridged(grams))[:, ::-1]
-        return self.of_spectra(np.sqrt(np.clip(squares, 1e-300, None)), measurements)
+        spectra = np.sqrt(np.clip(np.linalg.eigvalsh(_ridged(grams))[:, ::-1], 1e-300, None))
+        seen = spectra[:, -1] > RANK_TOLERANCE * spectra[:, 0]  # zero for those below full rank
+        safe = np.where(seen[:, None], spectra, 1.0)
+        return np.where(seen, self.of_spectrum(safe, max(measurements, 1)), 0.0)
 
     def slope(self, gram: Float[np.ndarray, "p p"], measurements: int) -> Float[np.ndarray, "p p"]:
         squares, vectors = np.linalg.eigh(_ridged(gram))
@@ -117,13 +119,9 @@ class SetIndex(AbstractSetIndex):
         return self.by_value(value, spectrum, measurements)
 
     def value(self, linearisation: Linearisation) -> float:
-        return float(self.of_spectra(linearisation.spectrum[None], linearisation.measurements)[0])
-
-    def of_spectra(self, spectra: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """The index of any spectra; zero for those below full rank."""
-        seen = spectra[:, -1] > RANK_TOLERANCE * np.maximum(spectra[:, 0], np.finfo(float).tiny)
-        safe = np.where(seen[:, None], spectra, 1.0)
-        return np.where(seen, self.of_spectrum(safe, max(measurements, 1)), 0.0)
+        if linearisation.rank() < len(linearisation.names):
+            return 0.0
+        return float(self.of_spectrum(linearisation.singular_values[None], linearisation.measurements)[0])
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
         if linearisation.rank() < len(linearisation.names):
@@ -268,7 +266,7 @@ class I(AbstractSetIndex):  # noqa: E742 - the literature's name
         if linearisation.rank() < len(linearisation.names):
             return 0.0
         root = _root(linearisation)
-        return float(1.0 / np.sqrt(np.einsum("ij,ik,jk->", self.weight, root, root)))
+        return float(((self.weight @ root) * root).sum() ** -0.5)
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
         if linearisation.rank() < len(linearisation.names):

@@ -171,14 +171,10 @@ class Plate:
     def known(self) -> Float[np.ndarray, "targets 2"]:
         """Standard deviation of each target, position [m] and rotation [rad]: as stated, or from the
         tolerances."""
-        made = self.production.sigma(self.heights)
-        if self.anchors is not None:  # nothing is made where the targets are
-            made = np.zeros_like(made)
-        return frozen(
-            np.array(
-                [m if t.sigma is None else t.sigma for t, m in zip(self.targets, made, strict=True)]
-            ).reshape(-1, 2)
-        )
+        made = self.production.sigma(self.heights) * (self.anchors is None)  # else nothing is made there
+        for row, target in zip(made, self.targets, strict=True):
+            row[:] = row if target.sigma is None else target.sigma
+        return frozen(made)
 
     @cached_property
     def play(self) -> Float[np.ndarray, "targets 2"]:
@@ -211,15 +207,22 @@ class Plate:
 
     def made(self, production: Production) -> "Plate":
         """The same plate with other tolerances."""
-        return replace(
-            self, production=production, targets=tuple(replace(t, sigma=None) for t in self.targets)
-        )
+        targets = tuple(replace(target, sigma=None) for target in self.targets)
+        return replace(self, production=production, targets=targets)
 
     @property
     def made_as_drawn(self) -> "Plate":
         """With what its drawing asks for: its tolerances, or usual ones, and the play of the pins."""
         asked = self.production if self.production.position or self.production.angle else USUAL
         return replace(self, production=replace(asked, play=PIN_PLAY if self.has_seats else (0.0, 0.0)))
+
+    def moved(self, xyz: Vector3, rpy: Vector3) -> "Plate":
+        """The same plate elsewhere, with all its targets; their branches are to be chosen anew."""
+        there = replace(self, xyz=xyz, rpy=rpy)
+        moved = map(Target.at, there.pose @ se3.inverse(self.pose) @ self.poses)
+        both = zip(self.targets, moved, strict=True)
+        targets = (replace(t, xyz=at.xyz, rpy=at.rpy, branch=AUTO, q=None) for t, at in both)
+        return replace(there, targets=tuple(targets))
 
     def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
         """The same plate, each target measured at its row of joint angles and in its named branch."""

@@ -21,7 +21,7 @@ Loan, Matrix Computations (4th ed.), §2.1.4 (Sherman–Morrison–Woodbury).
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -42,35 +42,65 @@ class PredictedError:
     """Expected errors of the calibrated arm over evaluation poses.
 
     Args:
-        position: Root mean square of the distance error at each pose [m]; infinite where the
-            measurements leave it open.
-        rotation: Root mean square of the rotation angle error at each pose [rad].
-        position_means: Mean of the distance error at each pose [m].
-        rotation_means: Mean of the rotation angle error at each pose [rad].
+        twists: J at every pose.
+        squares: Mean of JᵀJ over the poses, of position and of rotation.
+        covariance: C.
+        blind: Combinations of parameters that the measurements leave open, as columns.
     """
 
-    position: Float[np.ndarray, " rows"]
-    rotation: Float[np.ndarray, " rows"]
-    position_means: Float[np.ndarray, " rows"]
-    rotation_means: Float[np.ndarray, " rows"]
+    twists: Float[np.ndarray, "rows 6 p"]
+    squares: Float[np.ndarray, "2 p p"]
+    covariance: Float[np.ndarray, "p p"]
+    blind: Float[np.ndarray, "p missing"]
+
+    @property
+    def position(self) -> Float[np.ndarray, " rows"]:
+        """Root mean square of the distance error at each pose [m]; infinite where it is left open."""
+        return self._lengths[0][0]
+
+    @property
+    def rotation(self) -> Float[np.ndarray, " rows"]:
+        """Root mean square of the rotation angle error at each pose [rad]; infinite where it is left open."""
+        return self._lengths[1][0]
 
     @property
     def position_rms(self) -> float:
-        return float(np.sqrt(np.mean(self.position**2)))
+        return self._rms(0)
 
     @property
     def rotation_rms(self) -> float:
-        return float(np.sqrt(np.mean(self.rotation**2)))
+        return self._rms(1)
 
     @property
     def position_mean(self) -> float:
         """Mean distance error over the poses [m], to compare with the mean of held-out rows."""
-        return float(self.position_means.mean())
+        return float(self._lengths[0][1].mean())
 
     @property
     def rotation_mean(self) -> float:
         """Mean rotation error over the poses [rad]."""
-        return float(self.rotation_means.mean())
+        return float(self._lengths[1][1].mean())
+
+    def _rms(self, part: int) -> float:
+        """Over all poses: trace(W C), which needs none of them unless something is left open."""
+        if self.blind.size:
+            return float(np.sqrt(np.mean(self._lengths[part][0] ** 2)))
+        return float(np.sqrt((self.squares[part] * self.covariance).sum()))
+
+    @cached_property
+    def _lengths(self) -> list[tuple[Float[np.ndarray, " rows"], ...]]:
+        """Of translation and rotation at each pose: root mean square and mean length of a normal vector."""
+        found = []
+        for moves in (self.twists[:, :3], self.twists[:, 3:]):
+            covariance = moves @ self.covariance @ moves.transpose(0, 2, 1)
+            trace = np.trace(covariance, axis1=1, axis2=2)
+            square = np.maximum((covariance**2).sum((1, 2)), np.finfo(float).tiny)
+            freedom = np.clip(trace**2 / square, 1.0, 3.0)
+            rms = np.sqrt(trace)
+            mean = rms * np.sqrt(2.0 / freedom) * np.exp(gammaln((freedom + 1) / 2) - gammaln(freedom / 2))
+            unseen = (np.abs(moves @ self.blind) > UNSEEN).any((1, 2))
+            found.append(tuple(frozen(np.where(unseen, np.inf, each)) for each in (rms, mean)))
+        return found
 
 
 def predicted_error(
@@ -83,25 +113,9 @@ def predicted_error(
         robot: Geometry at which the poses are linearised.
         q_region: Joint positions of evaluation poses [rad or m], see `plate.region_poses`.
     """
-    twists = _twists(robot, q_region, linearisation.names)
-    covariance = twists @ linearisation.covariance @ twists.transpose(0, 2, 1)
-    blind = np.abs(twists @ (linearisation.weights[:, None] * linearisation.unidentifiable))
-    position, position_means = _norms(covariance[:, :3, :3], blind[:, :3])
-    rotation, rotation_means = _norms(covariance[:, 3:, 3:], blind[:, 3:])
-    return PredictedError(position, rotation, position_means, rotation_means)
-
-
-def _norms(
-    covariance: Float[np.ndarray, "rows 3 3"], blind: Float[np.ndarray, "rows 3 missing"]
-) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
-    """Root mean square and mean length of normal vectors; infinite where blind directions matter."""
-    trace = np.trace(covariance, axis1=1, axis2=2)
-    square = np.maximum((covariance**2).sum((1, 2)), np.finfo(float).tiny)
-    freedom = np.clip(trace**2 / square, 1.0, 3.0)
-    rms = np.sqrt(trace)
-    mean = rms * np.sqrt(2.0 / freedom) * np.exp(gammaln((freedom + 1) / 2) - gammaln(freedom / 2))
-    unseen = (blind > UNSEEN).any((1, 2))
-    return frozen(np.where(unseen, np.inf, rms)), frozen(np.where(unseen, np.inf, mean))
+    blind = linearisation.weights[:, None] * linearisation.unidentifiable
+    at = _twists(robot, q_region.tobytes(), q_region.shape, linearisation.names)
+    return PredictedError(*at, linearisation.covariance, frozen(blind))
 
 
 def position_weight(
@@ -117,16 +131,8 @@ def position_weight(
         q_region: Joint positions of poses that matter [rad or m].
         weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
     """
-    whole = _cached_weight(robot, q_region.tobytes(), q_region.shape, names)
+    whole = _twists(robot, q_region.tobytes(), q_region.shape, names)[1][0]
     return whole if weights is None else whole * np.outer(weights, weights)
-
-
-@lru_cache(maxsize=4)
-def _cached_weight(
-    robot: Robot, q: bytes, shape: tuple[int, int], names: tuple[str, ...]
-) -> Float[np.ndarray, "p p"]:
-    moves = _cached_twists(robot, q, shape, names)[:, :3].reshape(-1, len(names))
-    return frozen(moves.T @ moves / shape[0])
 
 
 def blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -170,15 +176,14 @@ def rise_without_each(
     return np.sqrt(1.0 + rises / float((weight * covariance).sum())) - 1.0
 
 
-def _twists(
-    robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...]
-) -> Float[np.ndarray, "rows 6 p"]:
-    """Identification Jacobian at evaluation poses; cached, since a drag uses the same poses repeatedly."""
-    return _cached_twists(robot, q.tobytes(), q.shape, names)
-
-
 @lru_cache(maxsize=4)
-def _cached_twists(
+def _twists(
     robot: Robot, q: bytes, shape: tuple[int, int], names: tuple[str, ...]
-) -> Float[np.ndarray, "rows 6 p"]:
-    return frozen(identification_jacobian(robot, Motion(np.frombuffer(q).reshape(shape)), names)[1])
+) -> tuple[Float[np.ndarray, "rows 6 p"], Float[np.ndarray, "2 p p"]]:
+    """Identification Jacobian J at evaluation poses, and means of JᵀJ of position and of rotation.
+
+    Cached, since a drag uses the same poses repeatedly.
+    """
+    twists = identification_jacobian(robot, Motion(np.frombuffer(q).reshape(shape)), names)[1]
+    parts = (twists[:, part].reshape(-1, len(names)) for part in (slice(3), slice(3, None)))
+    return frozen(twists), frozen(np.stack([part.T @ part / max(shape[0], 1) for part in parts]))

@@ -65,9 +65,8 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
     solutions, away = _solutions(robot, plate)
     for number, why in enumerate(away, start=1):
         if why:
-            raise DataError(
-                f"target {number} of plate '{plate.name}' is not reachable: {why}", target=number - 1
-            )
+            text = f"target {number} of plate '{plate.name}' is not reachable: {why}"
+            raise DataError(text, target=number - 1)
     return solutions
 
 

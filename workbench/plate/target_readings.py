@@ -136,16 +136,14 @@ def reading_named(
             found=name,
         )
     if visits < 1:
-        raise OptionError(
-            f"visits of a target must be at least 1, got {visits}", option="visits", found=visits
-        )
+        wrong = f"visits of a target must be at least 1, got {visits}"
+        raise OptionError(wrong, option="visits", found=visits)
     kind, usual = READINGS[name]
     position, rotation = sigma or (usual, None)
     rotation = SEAT[1] if rotation is None else rotation
     if not (position > 0.0 and rotation > 0.0):
-        raise OptionError(
-            "the instrument's standard deviations must be positive", option="sigma", found=sigma
-        )
+        wrong = "the instrument's standard deviations must be positive"
+        raise OptionError(wrong, option="sigma", found=sigma)
     anchors = _anchors(plate) if name == "ball-bar" else None
     by_twist: ByTwist = _contacts
     deviations = [position] * (6 if anchors is None else len(anchors))

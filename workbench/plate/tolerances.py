@@ -63,9 +63,8 @@ class Production:
     def sigma(self, heights: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 2"]:
         """Standard deviations of targets at such heights above the plate: position [m], rotation [rad]."""
         place, turn = self.position / np.sqrt(3.0), self.angle / np.sqrt(3.0)
-        return np.column_stack(
-            [np.sqrt(place**2 + 2.0 / 3.0 * (heights * turn) ** 2), np.full(len(heights), turn)]
-        )
+        there = np.sqrt(place**2 + 2.0 / 3.0 * (heights * turn) ** 2)
+        return np.column_stack([there, np.full(len(heights), turn)])
 
     @property
     def play_sigma(self) -> Float[np.ndarray, "2"]:

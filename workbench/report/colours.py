@@ -2,7 +2,7 @@
 
 NOMINAL = "#8c939c"
 GEOMETRY = "#0072b2"
-"""The calibrated geometry where causes came on top of it."""
+"""The calibrated geometry alone."""
 CALIBRATED = "#d55e00"
 """The model that is shown, saved or reported as the result."""
 EVENT = "#0ea5e9"

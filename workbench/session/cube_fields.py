@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -66,7 +67,7 @@ class CubeField:
         choice: In the page's list; empty for one that nobody chooses.
         title: Heading of its colour scale.
         meaning: After its choice and a colon, for the list's hint.
-        values: The numbers; None where there are none (yet).
+        of: The numbers, from the evaluation of the cubes, or from the compared rows if it is not mapped.
         inputs: Record of the session, beside region and cubes, that the numbers depend on.
         unit: In which its numbers are shown.
         factor: From SI to that unit.
@@ -80,7 +81,7 @@ class CubeField:
     choice: str = ""
     title: str
     meaning: str = ""
-    values: Callable[[Session], CubeValues | None]
+    of: Callable[[Session, Any], CubeValues]
     inputs: Callable[[Session], object] = lambda session: None
     unit: str = "mm"
     factor: float = 1e3
@@ -88,29 +89,22 @@ class CubeField:
     is_mapped: bool = True
     is_signed: bool = False
 
-
-def _reached(session: Session) -> CubeValues | None:
-    cubes = cubes_of(session)
-    return None if cubes is None else CubeValues(cubes.reached / cubes.tried, 0.0, 1.0)
-
-
-def _best_index(session: Session) -> CubeValues | None:
-    cubes = cubes_of(session)
-    return None if cubes is None else CubeValues.scaled(cubes.index)
+    def values(self, session: Session) -> CubeValues | None:
+        """The numbers; None where there are none (yet)."""
+        known = cubes_of(session) if self.is_mapped else session.results.comparison
+        return None if known is None else self.of(session, known)
 
 
-def _predicted(session: Session) -> CubeValues | None:
-    cubes, first = cubes_of(session), session.history.first.score.linearisation
-    return None if cubes is None else _predicted_after(cubes, session.score.linearisation, first)
+def _predicted(session: Session, cubes: CubeMap) -> CubeValues:
+    first = session.history.first.score.linearisation
+    return _predicted_after(cubes, session.score.linearisation, first)
 
 
-def _predicted_change(session: Session) -> CubeValues | None:
+def _predicted_change(session: Session, cubes: CubeMap) -> CubeValues:
     """How a drag has changed the predicted error.
 
     A move of one target changes all errors by some per cent, which a scale for their own spread would hide.
     """
-    if (cubes := cubes_of(session)) is None:
-        return None
     begun = session.history.done[-1]
     before = _errors_at(cubes, session.robot, begun.plate, begun.states, session.noise)
     with np.errstate(invalid="ignore"):
@@ -121,17 +115,12 @@ def _predicted_change(session: Session) -> CubeValues | None:
     return CubeValues(shares, -span, span)
 
 
-def _measured(session: Session) -> CubeValues | None:
-    found = session.results.comparison
-    return None if found is None else CubeValues.scaled(measured_errors(session, found))
-
-
 PREDICTED = CubeField(
     name=PREDICTED_ERROR,
     choice="Predicted error",
     title="Predicted error after calibration",
     meaning="after a calibration with these targets",
-    values=_predicted,
+    of=_predicted,
     inputs=lambda session: session.score,
 )
 MEASURED = CubeField(
@@ -139,7 +128,7 @@ MEASURED = CubeField(
     choice="Measured error",
     title="Measured error",
     meaning="mean of the measured poses, of the calibrated arm if there is one",
-    values=_measured,
+    of=lambda session, rows: CubeValues.scaled(measured_errors(session, rows)),
     inputs=lambda session: session.results.comparison,
     is_mapped=False,
 )
@@ -148,7 +137,7 @@ REACHABILITY = CubeField(
     choice="Reachability",
     title="Reachability",
     meaning="in how many of the targets' orientations the arm reaches the centre",
-    values=_reached,
+    of=lambda session, cubes: CubeValues(cubes.reached / cubes.tried, 0.0, 1.0),
     unit="%",
     factor=100.0,
     larger_is_better=True,
@@ -158,7 +147,7 @@ BEST_INDEX = CubeField(
     choice="Best index O",
     title="Best index O",
     meaning="the highest of single poses there",
-    values=_best_index,
+    of=lambda session, cubes: CubeValues.scaled(cubes.index),
     unit="",
     factor=1.0,
     larger_is_better=True,
@@ -166,7 +155,7 @@ BEST_INDEX = CubeField(
 CHANGE = CubeField(
     name="change",
     title="Change in predicted error during this drag",
-    values=_predicted_change,
+    of=_predicted_change,
     unit="%",
     factor=100.0,
     is_signed=True,

@@ -7,6 +7,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -100,12 +101,14 @@ def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
 
 
 def report_zip(session: Session) -> File:
-    """The report of the identification as a folder in a ZIP file."""
+    """The report of the identification, after the causes that were found, as a folder in a ZIP file."""
+    from workbench.diagnosis.report.document import causes, verdict
     from workbench.identification.report.page import write_identification
 
-    found = _identified(session)
-    wanted = session.choices.wanted
-    content, _ = _written("report", lambda folder: write_identification(found, folder, wanted=wanted))
+    found, diagnosis = _identified(session), session.results.diagnosis
+    first = [] if diagnosis is None else [*verdict(diagnosis), *causes(diagnosis)]
+    write = partial(write_identification, found, wanted=session.choices.wanted, first=first)
+    content, _ = _written("report", write)
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 
@@ -114,16 +117,31 @@ def fixture_zip(session: Session) -> NotedFile:
 
     Its targets are to be measured as the arm stands on the page.
     """
-    from workbench.plate.export import export_plate
+    from workbench.plate.export import ExportedPlate, export_plate
 
     targets = tuple(
         replace(target, q=state.q, branch=state.branch) if state.reached else target
         for target, state in zip(session.plate.targets, session.states, strict=True)
     )
     plate = replace(session.plate, targets=targets)
-    content, made = _written("fixture", lambda folder: export_plate(plate, folder))
+
+    def write(folder: Path) -> ExportedPlate:
+        made = export_plate(plate, folder)
+        (folder / "poses.csv").write_text(_poses_csv(session))
+        return made
+
+    content, made = _written("fixture", write)
     lacking = (f"{name} is not written: {why}" for name, why in made.missing.items())
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
+
+
+def _poses_csv(session: Session) -> str:
+    """Joint positions to measure the targets with, in their order; without those out of reach."""
+    reached = [(k, state) for k, state in enumerate(session.states, start=1) if state.reached]
+    q = np.array([state.q for _, state in reached]).reshape(-1, session.robot.dof)
+    shown = shown_joints(session.robot, q).round(4).tolist()
+    rows = ([*row, k, state.branch] for row, (k, state) in zip(shown, reached, strict=True))
+    return _csv([*_headings(session.robot), "target", "branch"], rows)
 
 
 def _identified(session: Session) -> Identification:

@@ -61,9 +61,8 @@ def law_along_joints(
     None where that can't be told.
     """
     arm, data = found.after_fit.calibrated, found.after_fit.problem.data
-    data = data.take(
-        np.unique(np.linspace(0, len(data) - 1, min(len(data), MAX_LAW_ROWS)).round().astype(int))
-    )
+    some = np.linspace(0, len(data) - 1, min(len(data), MAX_LAW_ROWS))
+    data = data.take(np.unique(some.round().astype(int)))
     without = arm.with_effects(*(e for e in arm.effects if e.label != label))
     if data.position is None or len(without.effects) == len(arm.effects):
         return None

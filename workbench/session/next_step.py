@@ -14,6 +14,7 @@ from workbench.base.wording import capital, plural
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.result import implausible_text, judged
+from workbench.plate.plate import AUTO
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
@@ -21,6 +22,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
@@ -88,9 +90,8 @@ def next_step(session: Session) -> NextStep:
         tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
         step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
     here = Action("", session.page.tab) if session.page.tab is not None else None
-    following, other = (
-        None if at is not None and replace(at, label="") == here else at for at in (step.next, step.other)
-    )
+    is_new = lambda at: at is not None and replace(at, label="") != here  # noqa: E731
+    following, other = (at if is_new(at) else None for at in (step.next, step.other))
     return replace(step, next=following, other=other)
 
 
@@ -170,10 +171,10 @@ def _added(session: Session) -> NextStep | None:
     found = session.results.diagnosis
     if not session.results.accepted:
         return None
-    if found is None or found.is_good:
-        left, tone = "The model now describes the arm as measured", Tone.GOOD
-    elif not found.is_named:
+    if found is not None and not found.is_named:
         left, tone = "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
+    elif found is None or found.is_good:
+        left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
@@ -196,7 +197,8 @@ def _diagnosed(session: Session) -> NextStep | None:
         return NextStep(_promise(found), tone, ADD if found.causes else CORRECT, poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
-    text = f"{left} left, all of it noise: the geometric model is sufficient."
+    rest = "all of it noise" if found.known_noise is not None else "and nothing found in it"
+    text = f"{left} left, {rest}: the geometric model is sufficient."
     return NextStep(text, Tone.GOOD, TAKE, COMPARE)
 
 
@@ -219,9 +221,8 @@ def _identified(session: Session) -> NextStep | None:
     if doubts := found.doubts(found.runs[session.results.fit]):
         return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
     if known is not None and known.refused:
-        return NextStep(
-            f"No parameter was identified: {known.advice or known.refused}.", Tone.CAREFUL, MORE, COMPARE
-        )
+        text = f"No parameter was identified: {known.advice or known.refused}."
+        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
     if known is not None:
         return NextStep(f"{errors}; {known.title} identified.", Tone.GOOD, TAKE, COMPARE)
     if times <= BEYOND_NOISE:
@@ -281,8 +282,11 @@ def _plate(session: Session) -> NextStep:
     history, count = session.history, len(session.plate)
     improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(len(history.past)))
     if bad := [i for i, state in enumerate(session.states) if not state.measurable]:
-        why = f"target {bad[0] + 1} is {session.states[bad[0]].obstacle}"
-        show = Action(f"Show target {bad[0] + 1}", Tab.PLATE, SelectTarget(bad[0]))
+        i = session.selected if session.selected in bad else bad[0]
+        why = f"target {i + 1} is {session.states[i].obstacle}"
+        show = Action(f"Show target {i + 1}", Tab.PLATE, SelectTarget(i))
+        if i == session.selected and session.plate.targets[i].branch != AUTO:
+            show = Action("Choose its branch anew", Tab.PLATE, ChooseBranch(i, AUTO))
         text = f"{count - len(bad)} of {count} targets can be measured; {why}."
         return NextStep(text, Tone.BAD, show, improve)
     if _takes_next_poses(session):
@@ -324,11 +328,8 @@ def _predicted(session: Session) -> str:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    began = (
-        f", {compared(first)} mm at the start"
-        if np.isfinite(first) and compared(first) != compared(now)
-        else ""
-    )
+    is_other = np.isfinite(first) and compared(first) != compared(now)
+    began = f", {compared(first)} mm at the start" if is_other else ""
     return f"predicted error after calibration {compared(now)} mm rms{began}"
 
 
@@ -337,7 +338,5 @@ def _takes_next_poses(session: Session) -> bool:
     if session.results.diagnosis is None or session.playback.focus is not Focus.TARGET:
         return False
     wanted = [np.asarray(q) for q in session.results.diagnosis.measure_next]
-    return any(
-        target.q is not None and any(np.array_equal(target.q, q) for q in wanted)
-        for target in session.plate.targets
-    )
+    taken = (target.q for target in session.plate.targets if target.q is not None)
+    return any(np.array_equal(q, other) for q in taken for other in wanted)

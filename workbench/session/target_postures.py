@@ -24,11 +24,14 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled
 from workbench.base.types import Matrix4, frozen
-from workbench.plate.collision import hits, unobstructed
+from workbench.plate.collision import bodies_of, hits, shape_of, unobstructed
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
 from workbench.session.target_state import TargetState
+
+TIGHT = 0.02
+"""Distance from the plate [m] up to which it is told: an arm that is not calibrated may be off by as much."""
 
 
 def solve_all_targets(
@@ -117,6 +120,18 @@ def from_limit(robot: Robot, q: Float[np.ndarray, " n"]) -> FromLimit:
     left = margins(q[None], robot.limits)[0]
     joint = int(left.argmin())
     return FromLimit(float(left[joint]), joint, bool(sliding(robot)[joint]))
+
+
+def clearance(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
+    """By how much the moving links clear the plate, in words; empty without one."""
+    if plate.size is None or robot.dof < 3:
+        return ""
+    shape, solid = shape_of(robot), bodies_of(plate)[:1]
+    at, links = shape.placements(q[None]), range(2, robot.dof)  # the first one turns about its own axis
+    gaps = [shape.hull_distances(at, solid, checked=shape.bodies == k, far=TIGHT)[0] for k in links]
+    gap = min(gaps)
+    who = f"link {links[gaps.index(gap)]}" if gap < TIGHT else "the arm"
+    return f"{who} clears the plate by {1e3 * gap:.0f} mm" + (" or more" if gap >= TIGHT else "")
 
 
 def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:

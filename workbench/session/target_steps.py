@@ -124,11 +124,6 @@ def is_better(score: SetScore, than: SetScore) -> bool:
     return score.position < than.position
 
 
-def first_difference(before: Plate, after: Plate) -> int | None:
-    pairs = enumerate(zip(before.targets, after.targets, strict=False))
-    return next((i for i, (a, b) in pairs if a is not b), None)
-
-
 def with_item(items: tuple, index: int, item) -> tuple:
     """The tuple with one entry replaced."""
     return (*items[:index], item, *items[index + 1 :])

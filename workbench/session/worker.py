@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 from typing import Any
 
 from workbench.base.advice import failures
@@ -229,9 +230,8 @@ class Worker:
         self._task = task
         self._cancel.clear()
         # other work begins: older errors would come back behind its news
-        self._session = self._session.without_messages(
-            lambda m: m.severity is Severity.ERROR or m.refused == type(task).__name__
-        )
+        is_older = lambda m: m.severity is Severity.ERROR or m.refused == type(task).__name__  # noqa: E731
+        self._session = self._session.without_messages(is_older)
         self._show(job=RunningJob(task.title, time.monotonic()))
         self._start(task, basis, self._cancel)
 
@@ -254,17 +254,17 @@ class Worker:
 
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         speak_to_page()
-        begin, last, done = time.monotonic(), 0.0, 0.0
+        begin, last, done, said = time.monotonic(), 0.0, 0.0, ""
         is_chore, suspects = isinstance(task, AbstractChore), dict[str, float]()
 
         def progress(fraction: float, text: str) -> None:
-            nonlocal last, done
+            nonlocal last, done, said
             if is_chore or (now := time.monotonic()) - last <= PROGRESS_INTERVAL:
                 return
             is_even = now - begin > KNOWN_AFTER and 0.0 <= fraction - done < min(LEAP, fraction)
             end = begin + (now - begin) / fraction if is_even else math.nan
-            last, done = now, max(done, fraction)  # no bar goes back
-            self._put(partial(self._show_job, fraction=done, since=now, text=text, end=end))
+            last, (done, said) = now, max((fraction, text), (done, said), key=itemgetter(0))  # never back
+            self._put(partial(self._show_job, fraction=done, since=now, text=said, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
             suspects.update(sizes)

@@ -44,9 +44,8 @@ def run_of_arm() -> Run:
         parts.append(np.repeat(standstills[k : k + 1], int(RATE * rng.uniform(0.9, 1.5)), 0))
         if k + 1 < POSES:
             share = np.linspace(0.0, 1.0, int(RATE * rng.uniform(0.6, 2.0)))[1:-1, None]
-            parts.append(
-                standstills[k] + (3 * share**2 - 2 * share**3) * (standstills[k + 1] - standstills[k])
-            )
+            eased = 3 * share**2 - 2 * share**3
+            parts.append(standstills[k] + eased * (standstills[k + 1] - standstills[k]))
     q = np.concatenate(parts)
     return Run(
         np.arange(len(q)) / RATE, q, wb.tool_poses(arm, q), standstills, wb.tool_poses(arm, standstills)
@@ -272,14 +271,10 @@ def test_a_take_is_joined_with_a_log(write, shift, run_of_arm, tmp_path):
 def test_stands_of_a_take_are_joined_row_by_row(run_of_arm, tmp_path):
     """The program's list of poses, and a take that ran all the time."""
     take = optitrack(tmp_path / "take.csv", run_of_arm, unit="Millimeters")
-    head = ",".join(f"q{k}[deg]" for k in range(1, 7))
-    np.savetxt(
-        tmp_path / "q.csv", np.rad2deg(run_of_arm.standstills), delimiter=",", header=head, comments=""
-    )
+    form = {"delimiter": ",", "header": ",".join(f"q{k}[deg]" for k in range(1, 7)), "comments": ""}
+    np.savetxt(tmp_path / "q.csv", np.rad2deg(run_of_arm.standstills), **form)
     check(wb.read_measurements(take, joint_table=tmp_path / "q.csv"), run_of_arm, position=1e-8)
-    np.savetxt(
-        tmp_path / "q.csv", np.rad2deg(run_of_arm.standstills[1:]), delimiter=",", header=head, comments=""
-    )
+    np.savetxt(tmp_path / "q.csv", np.rad2deg(run_of_arm.standstills[1:]), **form)
     with refuses(DataError, "q.csv", found=(8, 7)):
         wb.read_measurements(take, joint_table=tmp_path / "q.csv")
 

@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -139,6 +140,10 @@ def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
     assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
 
 
+SHORT, UNITS = "A1,A2,A3,A4,A5,A6,X,Y,Z,RX,RY,RZ", "°,°,°,°,°,°,mm,mm,mm,°,°,°"
+NUMBERS = count(1)
+
+
 @pytest.mark.parametrize(
     ("head", "change"),
     [
@@ -148,6 +153,9 @@ def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
             "No,q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg],q6 [deg],x,y,z,r,p,y2,note",
             lambda row: ",".join(["1", *row, "ok"]),
         ),
+        (f"image,{SHORT}", lambda row: ",".join(["images/01.png", *row])),
+        (f"Nr.,Gelenke,,,,,,TCP,,,,,\n,{SHORT}\n,{UNITS}", lambda row: ",".join(["1", *row])),
+        ("", lambda row: f"{next(NUMBERS)} {' '.join(row)}"),
     ],
 )
 def test_tables_as_people_write_them(tmp_path, head, change):
@@ -159,26 +167,19 @@ def test_tables_as_people_write_them(tmp_path, head, change):
 
 
 def test_poses_may_be_typed_and_metres_and_radians_are_found(tmp_path):
-    actual = hidden("ur5e", tmp_path / "hidden.toml")
     q = random_joints("ur5e", 12)
-    at = poses(actual, q)
-    typed = [
-        f"{','.join(f'{v:.5f}' for v in j)} = {','.join(f'{v:.5f}' for v in (*p[:3, 3], *t))}"
-        for j, p, t in zip(q, at, STYLES["rotation vector"][0](_rotations(at)), strict=True)
-    ]
-    assert wb.extract("ur5e", typed).meaning.units == ("rad", "m", "rad")
-
-
-def _rotations(at):
-    return Rotation.from_matrix(at[:, :3, :3])
+    at = poses(hidden("ur5e", tmp_path / "hidden.toml"), q)
+    parts = zip(q, at[:, :3, 3], Rotation.from_matrix(at[:, :3, :3]).as_rotvec(), strict=True)
+    rows = ([",".join(f"{v:.5f}" for v in part) for part in (j, (*p, *t))] for j, p, t in parts)
+    assert wb.extract("ur5e", [" = ".join(row) for row in rows]).meaning.units == ("rad", "m", "rad")
 
 
 def test_a_log_of_rtde_replaces_the_form(run, tmp_path):
     actual, q = hidden("ur5e", tmp_path / "hidden.toml"), np.repeat(random_joints("ur5e", 30), 50, axis=0)
     names = [f"{part}_{k}" for part in ("actual_q", "actual_TCP_pose") for k in range(6)]
     at = poses(actual, q, TOOL)
-    numbers = np.column_stack([q, at[:, :3, 3], _rotations(at).as_rotvec()])
-    rows = [" ".join(f"{v:.7f}" for v in (0.002 * k, *row)) for k, row in enumerate(numbers)]
+    numbers = np.column_stack([q, at[:, :3, 3], Rotation.from_matrix(at[:, :3, :3]).as_rotvec()])
+    rows = [" ".join(f"{v:.7g}" for v in (0.002 * k, *row)) for k, row in enumerate(numbers)]
     Path("log.csv").write_text("\n".join([" ".join(["timestamp", *names]), *rows]))
     assert run("extract", "log.csv", "--robot", "ur5e", "--save", "mine.toml")[0] == 0
     assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 50), TOOL).max() < 1e-5
@@ -222,13 +223,20 @@ def test_bad_readings_are_refused_in_one_sentence(run, tmp_path, rows, text):
     assert len(err.strip().splitlines()) == 1
 
 
-def test_poses_that_leave_the_model_uncertain_save_nothing(run, tmp_path):
-    q = random_joints("ur5e", 6)
-    q[:, 5] = 0.3
-    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), q)
+@pytest.mark.parametrize(
+    ("number", "move", "show"),
+    [
+        (6, lambda q: np.where(np.arange(6) < 5, q, 0.3), str),
+        (20, np.array, lambda cell: f"{float(cell):.0f}"),
+    ],
+)
+def test_poses_that_leave_the_model_uncertain_save_nothing(run, tmp_path, number, move, show):
+    """A joint that stays, and joints shown in whole degrees."""
+    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), move(random_joints("ur5e", number)))
+    rows = [[*map(show, row[:6]), *row[6:]] for row in rows]
     status, _, err = run("extract", write(rows), "--robot", "ur5e", "--save", "mine.toml")
     assert status == 2
-    assert mentions(err, "6 readings")
+    assert mentions(err, f"{number} readings")
     assert not Path("mine.toml").exists()
 
 

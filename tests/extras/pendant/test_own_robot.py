@@ -119,17 +119,14 @@ def test_a_slip_in_one_pose_is_named_with_its_size():
         find_convention([TableReading(arm, ("as given",))], exactly(q, poses))
 
 
-@pytest.mark.parametrize(("axes", "expected"), [("zyz", "Doosan"), ("xyz", "Stäubli"), ("wxyz", "ABB")])
+@pytest.mark.parametrize(("axes", "expected"), [("ZYZ", "Doosan"), ("XYZ", "Stäubli"), ("", "ABB")])
 def test_makers_angles_are_read(axes, expected):
     """R = R1(a) R2(b) R3(c), each about an axis that the last one turned; or a quaternion."""
     arm = plain("ur10")
-    rng = np.random.default_rng(7)
-    q = rng.uniform(-2.0, 2.0, (3, 6))
+    q = np.random.default_rng(7).uniform(-2.0, 2.0, (3, 6))
     poses = tool_poses(arm, Motion(q))
     turned = Rotation.from_matrix(poses[:, :3, :3])
-    angles = (
-        turned.as_quat(scalar_first=True) if axes == "wxyz" else turned.as_euler(axes.upper(), degrees=True)
-    )
+    angles = turned.as_euler(axes, degrees=True) if axes else turned.as_quat(scalar_first=True)
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
     found = find_convention([TableReading(arm)], shown(numbers, 6))
     assert expected in found.assumptions[-1]
@@ -138,9 +135,8 @@ def test_makers_angles_are_read(axes, expected):
 
 def test_tables_are_read_as_they_stand_in_books(tmp_path):
     path = tmp_path / "table.csv"
-    path.write_text(
-        "theta[deg],d[mm],a[mm],alpha[rad],type\n0,20,0,0,fixed\nq1-90,100,0,pi/2,r\nθ2,0,425,-2*π/3,p\n"
-    )
+    rows = "0,20,0,0,fixed\nq1-90,100,0,pi/2,r\nθ2,0,425,-2*π/3,p\n"
+    path.write_text(f"theta[deg],d[mm],a[mm],alpha[rad],type\n{rows}")
     with refuses(FileError, "deg", "rad", path=str(path)):
         read_joint_table(path)
     path.write_text(path.read_text().replace("[deg]", "[rad]").replace("q1-90", "q1 − pi/2"))
@@ -176,15 +172,11 @@ def test_tables_as_people_write_them(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("Joint;θ [°];d (mm);r [mm];α [deg];type\n1;0;89.2;0;90;R\n2;0;0;-425;;revolute\n\n")
     table = read_joint_table(path)
+    path.write_text("Joint;θ_i (deg);d_i;a_{i-1} (mm);alpha_{i-1}\n1;q1;89.2;0;90°\n2;q2 − 90°;0;-425;0\n")
+    as_in_papers = [[row[name] for name in CONSTANTS[:4]] for row in read_joint_table(path).rows]
+    assert as_in_papers == [[0.0, 89.2, 0.0, 90.0], [-90.0, 0.0, -425.0, 0.0]]
     assert (table.lengths, table.angles, table.conventions) == (("mm",), ("deg",), ("dh", "craig"))
-    assert table.rows[1] == {
-        "type": "revolute",
-        "theta": 0.0,
-        "d": 0.0,
-        "a": -425.0,
-        "alpha": 0.0,
-        "beta": 0.0,
-    }
+    assert table.rows[1] == {"type": "revolute"} | dict.fromkeys(CONSTANTS, 0.0) | {"a": -425.0}
     for text in ("theta,d,a\n0,0,0\n", "", "theta[mm],d,a,alpha\n0,0,0,0\n", "theta,d,a,alpha\n0,x,0,0\n"):
         path.write_text(text)
         with pytest.raises(FileError):
@@ -212,16 +204,11 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     joints = q * signs
     joints[:, 2] += joints[:, 1]
     poses = frames(rows, joints)[-1]
-    shown = [
-        ",".join(
-            f"{v:.4f}" for v in [*np.rad2deg(a), *1e3 * p[:3, 3], *np.rad2deg(se3.matrix_to_rpy(p[:3, :3]))]
-        )
-        for a, p in zip(q, poses, strict=True)
-    ]
-    options = []
-    for line in shown[:3]:
-        cells = line.split(",")
-        options += ["--pose", f"{','.join(cells[:6])} = {','.join(cells[6:])}"]
+    turned = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
+    numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], turned])
+    shown = [",".join(f"{v:.4f}" for v in row) for row in numbers]
+    cells = [line.split(",") for line in shown[:3]]
+    options = [v for c in cells for v in ("--pose", f"{','.join(c[:6])} = {','.join(c[6:])}")]
     out, found = tmp_path / "a.toml", tmp_path / "r.json"
     code, message, error = run("new", table, "--out", out, "--json", found, *options)
     assert code == 0, error
@@ -240,7 +227,9 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     there, here = chains.poses(slope, q + step), chains.poses(slope, q - step)
     np.testing.assert_allclose((there - here)[:, :3, 3] / 2e-6, twist, atol=1e-6)
 
-    (tmp_path / "shown.csv").write_text("\n".join(shown))
+    heads = "j1,j2,j3,j4,j5,j6,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"
+    (tmp_path / "shown.csv").write_text("\n".join([heads, *shown]))
+    assert run("new", table, "--poses", tmp_path / "shown.csv", "--out", out)[0] == 0
     found = wb.extract(Robot.from_dh(rows, name="arm"), tmp_path / "shown.csv")
     assert found.verdict == "nominal"
     np.testing.assert_allclose(found.robot.predict(q), poses, atol=2e-5)

@@ -70,9 +70,8 @@ def pivot(arm, count: int, *, seed: int = 1, noise: float = NOISE) -> list[np.nd
 
 def test_six_touches_of_a_nail_give_the_tip(run, tmp_path, monkeypatch, arm):
     table(pivot(arm, 6))
-    status, out, _ = run(
-        "tcp", "touches.csv", "--robot", arm, "--save", "with_tool.toml", "--json", "tip.json"
-    )
+    files = ("--save", "with_tool.toml", "--json", "tip.json")
+    status, out, _ = run("tcp", "touches.csv", "--robot", arm, *files)
     found = json.loads(Path("tip.json").read_text())
     assert status == 0
     assert found["message"] in " ".join(out.split())

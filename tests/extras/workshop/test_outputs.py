@@ -5,6 +5,7 @@ import sys
 import zipfile
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from refusals import mentions
 
@@ -39,7 +40,10 @@ def test_every_format_is_written(tmp_path, run, small):
 def test_the_page_packs_them_all(first, small):
     """STEP, too, with what was decided about the plate."""
     _, content, notes = fixture_zip(replace(first, plate=small, states=first.states[:1]))
-    assert set(zipfile.ZipFile(io.BytesIO(content)).namelist()) == {f"fixture/{name}" for name in FILES}
+    packed = zipfile.ZipFile(io.BytesIO(content))
+    assert set(packed.namelist()) == {f"fixture/{name}" for name in (*FILES, "poses.csv")}
+    q = np.loadtxt(io.BytesIO(packed.read("fixture/poses.csv")), delimiter=",", skiprows=1, usecols=range(6))
+    assert np.deg2rad(q) == pytest.approx(first.states[0].q, abs=1e-6)
     assert notes == fixture_of(small).notes
 
 

@@ -41,10 +41,8 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
         screen.page.wait_for_function(DRAWN, arg=f"/event/{part}/1")
     screen.press(SPLIT)
     session = screen.until(lambda session: session.results.diagnosis is None)
-    assert session.measurements.loaded.dataset.sessions == (
-        f"before row {event.row}",
-        f"from row {event.row}",
-    )
+    split = session.measurements.loaded.dataset.sessions
+    assert split == (f"before row {event.row}", f"from row {event.row}")
     expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_have_count(0)
     expect(screen.page.locator('[data-testid="event-line"]')).to_have_count(0)
     screen.tab("Plate")

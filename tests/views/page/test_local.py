@@ -17,7 +17,7 @@ import websockets.sync.client as client
 from viser import _messages
 
 from workbench.views.page import viser_internals
-from workbench.views.page.local_server import local_server, page_address, session_link
+from workbench.views.page.local_server import local_server, page_address
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.viser_internals import hand_over
 
@@ -148,11 +148,11 @@ def test_in_the_network_a_page_needs_the_link_and_no_foreign_origin():
 def test_a_link_opens_its_own_session_and_no_other():
     running = local_server(shown=lambda: "monday & co")
     try:
-        link = session_link(running, "monday & co")
+        link = page_address(running, session="monday & co")
         assert urllib.request.urlopen(link, timeout=60).status == 200
         assert urllib.request.urlopen(page_address(running), timeout=60).status == 200
         with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(session_link(running, "tuesday"), timeout=60)
+            urllib.request.urlopen(page_address(running, session="tuesday"), timeout=60)
         assert refused.value.code == 404
         text = refused.value.read().decode()
         assert "shows 'monday & co'" in text

@@ -77,9 +77,8 @@ def hostile(rng: random.Random, names: list[str]) -> bytes:
             return rng.choice(HANDLES)
         return {"value": rng.choice(WORDS)} if name == "updates" else rng.choice(WORDS)
 
-    fields = {
-        f.name: value(f.name) for f in dataclasses.fields(kinds[kind]) if f.init and rng.random() < 0.95
-    }
+    given = (f.name for f in dataclasses.fields(kinds[kind]) if f.init and rng.random() < 0.95)
+    fields = {name: value(name) for name in given}
     return msgspec.msgpack.encode({"type": kind, **fields})
 
 

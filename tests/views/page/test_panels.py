@@ -145,8 +145,8 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
 
 
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
-    def write_report(found, folder, *, wanted):
-        assert (found, wanted) == (session.results.identification, session.choices.wanted)
+    def write_report(found, folder, *, wanted, first):
+        assert (found, wanted, first) == (session.results.identification, session.choices.wanted, [])
         folder.mkdir()
         (folder / "report.html").write_text("")
 

@@ -40,11 +40,8 @@ class Insertion(IntEnum):
     @property
     def frame(self) -> tuple[str, ...]:
         """Elements of a drifting base or a slipping tool: its own translations, the inserted rotations."""
-        owner = "base" if self is Insertion.DRIFT else "tool"
-        return (
-            *(f"{owner}.{p}" for p in PARTS[:3]),
-            *(f"{owner}.{self.name.lower()}_{p}" for p in PARTS[3:]),
-        )
+        owner, own = "base" if self is Insertion.DRIFT else "tool", self.name.lower()
+        return (*(f"{owner}.{p}" for p in PARTS[:3]), *(f"{owner}.{own}_{p}" for p in PARTS[3:]))
 
 
 def driven(chain: Chain, joint: int) -> Element:

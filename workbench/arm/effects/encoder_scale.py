@@ -30,6 +30,5 @@ class EncoderScale(AbstractEffect):
 
     def sentence(self, chain: Chain, motion: Motion) -> str:
         moves = "turns" if turns(chain, self.joints[0]) else "slides"
-        return (
-            f"{self.where} {moves} {self.size(chain)} too {'far' if self.coefficients[0] > 0 else 'little'}"
-        )
+        much = "far" if self.coefficients[0] > 0 else "little"
+        return f"{self.where} {moves} {self.size(chain)} too {much}"

@@ -233,9 +233,8 @@ def _rigid(
             levers[:, i] = frame[:, :, "xyz".index(term[-1])]
     requested = at[:, 1 + len(terms) :, :3]
     axes = np.take_along_axis(requested, (chain.axes[constants] % 3)[None, :, None, None], axis=3)[..., 0]
-    return _RigidArm(
-        axis, point, np.cross(effect._down, axis), links, levers, axes, requested[..., 3], payload
-    )
+    across = np.cross(effect._down, axis)
+    return _RigidArm(axis, point, across, links, levers, axes, requested[..., 3], payload)
 
 
 def _link(term: str) -> int:

@@ -74,9 +74,7 @@ class JointHarmonic(AbstractEffect):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        return tuple(
-            f"joint{j + 1}.{word}{k}" for j in self.joints for k in self.orders for word in ("cos", "sin")
-        )
+        return tuple(f"joint{j + 1}.{f}{k}" for j in self.joints for k in self.orders for f in ("cos", "sin"))
 
     @property
     def variant(self) -> str:
@@ -138,10 +136,8 @@ class JointHarmonic(AbstractEffect):
         variance = np.diagonal(covariance).reshape(shape).sum(2)
         whole = np.array(self.orders) * span >= MIN_PERIOD_SHARE * 2.0 * np.pi
         strength = np.where(whole & (squares >= MIN_NAMED_ERRORS**2 * variance), squares, 0.0).max(0)
-        largest = sorted(
-            self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS] if strength[i] > 0.0
-        )
-        peaks = f", most at {', '.join(map(str, largest))}" if largest else ""
+        best = sorted(self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS] if strength[i] > 0.0)
+        peaks = f", most at {', '.join(map(str, best))}" if best else ""
         return f"many times per turn{peaks}"
 
     def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:

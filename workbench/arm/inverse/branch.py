@@ -134,7 +134,12 @@ def nearest_branch(result: InverseResult, q: Float[np.ndarray, " n"]) -> Branch 
 
 def nearest_of(branches: tuple[Branch, ...], q: Float[np.ndarray, " n"]) -> Branch | None:
     """The branch nearest to q up to full turns; None without branches."""
-    return min(branches, key=lambda b: float(np.linalg.norm(_gap(b, q))), default=None)
+
+    def distance(branch: Branch) -> float:
+        gap = branch.q - q
+        return float(np.linalg.norm(np.where(branch.slides, gap, gap - TURN * np.round(gap / TURN))))
+
+    return min(branches, key=distance, default=None)
 
 
 def choose(
@@ -173,11 +178,6 @@ def choose(
         return chosen
     turned = chosen.nearest_turn(near)
     return replace(chosen, q=turned, margin=float(margins(turned[None], chosen.limits).min()))
-
-
-def _gap(branch: Branch, q: np.ndarray) -> np.ndarray:
-    gap = branch.q - q
-    return np.where(branch.slides, gap, gap - TURN * np.round(gap / TURN))
 
 
 def quality(branch: Branch) -> float:

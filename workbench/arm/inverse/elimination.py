@@ -165,9 +165,8 @@ def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "row
     # (A − B) is the coefficient of t²; the pencil is regular where no solution has α = π
     companion = np.zeros((rows, 24, 24))
     companion[:, :12, 12:] = np.eye(12)
-    companion[:, 12:] = -np.linalg.solve(
-        constant - cosine, np.concatenate([constant + cosine, 2.0 * sine], -1)
-    )
+    others = np.concatenate([constant + cosine, 2.0 * sine], -1)
+    companion[:, 12:] = -np.linalg.solve(constant - cosine, others)
     tangents, vectors = np.linalg.eig(companion)
     genuine = np.sort(np.abs(tangents**2 + 1.0).argsort(-1)[:, 8:])  # at least 1 for a real angle
     tangents = np.take_along_axis(tangents, genuine, -1)

@@ -186,9 +186,8 @@ def _spread(
     """Representatives of infinitely many solutions within the limits, far apart from each other."""
     x = np.empty((0, arm.dof))
     for bounds in (limits, limits, limits, None):
-        r = refine(
-            arm, target, random_starts(arm, (SPREAD_STARTS,), rng, limits=limits), task=task, limits=bounds
-        )
+        begin = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
+        r = refine(arm, target, begin, task=task, limits=bounds)
         x = distinct(arm, r.q[r.converged])
         if len(x):
             break

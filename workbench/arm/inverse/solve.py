@@ -163,9 +163,8 @@ def _result(
     if robot.effects and len(q):
         rows = np.zeros(len(q), np.int64)
         state = None if motion is None else motion.take(rows)
-        q = refine_deflected(
-            robot, target[None][rows], q, task=task, limits=unlimited(arm.dof), motion=state
-        ).q
+        free = unlimited(arm.dof)
+        q = refine_deflected(robot, target[None][rows], q, task=task, limits=free, motion=state).q
     room = margins(q, limits).min(1, initial=np.inf).tolist()
     branches = tuple(
         Branch(

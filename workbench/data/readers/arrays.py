@@ -97,7 +97,7 @@ def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     if what and (not rows or not any(map(meaning_of, columns))):
         text = f"{what}, but no arrays with joints and places of rows; {POSE_PAIRS}; {TABLE}"
         raise FileError(text, path=str(path))
-    notes = [f"left out: {', '.join(left_out)[:200]}"] if left_out else []
+    notes = [f"left out, as not of {rows} rows: {', '.join(left_out)[:200]}"] if left_out else []
     return grid_of(list(columns), columns.values(), source=str(path), notes=notes)
 
 

@@ -71,10 +71,7 @@ def assemble(
     if fields.told_twice:
         raise DataError(fields.told_twice)
     q = joint_columns(fields, joints)
-    cells = [str(word).strip().lower() for word in fields.values.get("exclude", [""] * fields.rows)]
-    if (row := next((k for k, word in enumerate(cells) if word not in _TRUE | _FALSE), None)) is not None:
-        raise fields.error(f"'{cells[row]}' is neither true nor false", row, "exclude")
-    excluded = np.array([word in _TRUE for word in cells], bool)
+    excluded = excluded_rows(fields)
     if beside is None and (wide := with_markers(fields, q, excluded)) is not fields:
         return assemble(wide, joints=joints, base=base)
     if len(wrong := np.argwhere(np.isnan(q) & ~excluded[:, None])):
@@ -114,6 +111,7 @@ def assemble(
         notes=(*fields.notes, *notes, *rounded, *moved, *_row_notes(fields, excluded, found, reasons)),
         joint_units=joint_units(fields),
         missing_units=fields.missing_units,
+        unread={name: np.array(cells) for name, cells in fields.unread.items()},
         **_plain(fields, q.shape[1]),
     )
     lines = fields.lines
@@ -122,6 +120,14 @@ def assemble(
         for first, again in repeated_rows(dataset)
     ]
     return replace(dataset, notes=(*dataset.notes, *_first(repeats, "more rows repeat others")))
+
+
+def excluded_rows(fields: Fields) -> Mask:
+    """Rows that the file leaves out in a column `exclude`."""
+    cells = [str(word).strip().lower() for word in fields.values.get("exclude", [""] * fields.rows)]
+    for row in (k for k, word in enumerate(cells) if word not in _TRUE | _FALSE):
+        raise fields.error(f"'{cells[row]}' is neither true nor false", row, "exclude")
+    return np.array([word in _TRUE for word in cells], bool)
 
 
 def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:

@@ -64,9 +64,8 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     together = known_together(dict(zip(names, table.columns, strict=True)))
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
     if not any(c.key and quantities_of(c.key) == JOINT for c in columns):
-        unread = " ".join(
-            names[c.index] for c in columns if c.key is None and not is_commanded(names[c.index])
-        )
+        left = (names[c.index] for c in columns if c.key is None)
+        unread = " ".join(name for name in left if not is_commanded(name))
         taken = set(re.findall(r"\d+", unread))  # numbers of joints that another column may have read
         bare = replace(table, names=tuple(COMMAND.sub("", text) for text in table.names))
         for i in filter(lambda i: is_commanded(names[i]), range(len(names))):
@@ -134,13 +133,9 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         largest = max((abs(float(c.replace(",", ".").replace("\u2212", "-"))) for c in cells), default=0.0)
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
-        elsewhere = remedy(
-            f"give columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
-        )
-        message = (
-            f"the unit is missing: write '{column.heading}[{first}]' in the header ({wanted}, whichever "
-            f"applies), or {elsewhere}"
-        )
+        option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
+        header = f"write '{column.heading}[{first}]' in the header ({wanted}, whichever applies)"
+        message = f"the unit is missing: {header}, or {remedy(option, page=CHOOSE_ON_PAGE)}"
         missing = UnitError(str(table.error(message, column.index)), unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)
@@ -172,10 +167,9 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
         for c in columns
         if c.remark == f"'{c.heading}' is read as {c.key}" and re.fullmatch(r"q\d+", str(c.key))
     }
-    notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if len(renamed) > 1 else []
-    notes += [
-        c.remark for c in columns if c.remark and not (len(renamed) > 1 and f"'{c.heading}'" in renamed)
-    ]
+    renamed = renamed if len(renamed) > 1 else {}
+    notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if renamed else []
+    notes += [c.remark for c in columns if c.remark and f"'{c.heading}'" not in renamed]
     units: dict[tuple[str, Quantity], list[str]] = {}
     for column in columns:
         if column.conversion is not None and column.unit:

@@ -100,10 +100,8 @@ def parse_columns(text: str | Naming | None) -> Naming | None:
         elif part.strip():
             items.append(_item(part, text))
     if bool(items) == bool(pairs):
-        raise OptionError(
-            f"columns='{text}' is neither a list ('q1[deg],…,x[mm],y[mm],z[mm]') "
-            "nor pairs ('q[rad|column]=Q')"
-        )
+        known = "neither a list ('q1[deg],…,x[mm],y[mm],z[mm]') nor pairs ('q[rad|column]=Q')"
+        raise OptionError(f"columns='{text}' is {known}")
     return Naming(text, tuple(items), tuple(pairs))
 
 

@@ -81,6 +81,7 @@ class Fields:
             self,
             values={key: values[rows] for key, values in self.values.items()},
             rotation=None if self.rotation is None else self.rotation[rows],
+            unread={name: tuple(np.array(cells)[rows]) for name, cells in self.unread.items()},
             lines=tuple(self.lines[int(i)] for i in rows),
         )
 
@@ -140,9 +141,8 @@ def _seconds(table: Table, index: int) -> tuple[np.ndarray, datetime]:
             first = first or date
             seconds.append((date - first).total_seconds())
         except (ValueError, TypeError):  # no date, or with a time zone where the first has none
-            wrong = (
-                f"'{cell[:40]}' is not a date like 2020-07-14T16:39:04 (a time zone in all rows or in none)"
-            )
+            zone = "a time zone in all rows or in none"
+            wrong = f"'{cell[:40]}' is not a date like 2020-07-14T16:39:04 ({zone})"
             raise table.error(wrong, index, row) from None
     assert first is not None, "there are rows"
     return np.array(seconds), first
@@ -160,10 +160,8 @@ def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
         values = np.array([_number(table, index, row, cell) for row, cell in enumerate(cells)], dtype=float)
     if (beyond := np.abs(values) > MAX_NUMBER).any():
         row = int(np.argmax(beyond))
-        text = (
-            f"'{cells[row][:40]}' is infinite or beyond any measurement: correct it, or leave the cell blank"
-        )
-        raise table.error(text, index, row)
+        wrong = "is infinite or beyond any measurement: correct it, or leave the cell blank"
+        raise table.error(f"'{cells[row][:40]}' {wrong}", index, row)
     return values
 
 

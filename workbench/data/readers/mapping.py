@@ -51,9 +51,8 @@ class _MappingReader(AbstractTableReader):
         for heading, ours in self.table(data.get(key, {}), f"[{key}]").items():
             name, unit = parse_heading(ours) if isinstance(ours, str) else ("", None)
             if not (name == IGNORED or heading in ("pose", "joints") or meaning(name)):
-                raise self.fail(
-                    f'[{key}] "{heading}" = {ours!r}: there is no such column; write for example "q1[deg]"'
-                )
+                wrong = 'there is no such column; write for example "q1[deg]"'
+                raise self.fail(f'[{key}] "{heading}" = {ours!r}: {wrong}')
             pairs.append(Pair(NamedUnit(heading), (NamedUnit(name, unit),)))
         return Naming(f"{self.path} [{key}]", (), tuple(pairs), is_mapping=True) if pairs else None
 

@@ -69,9 +69,8 @@ def preview(
     shown = () if table is None else tuple(_shown(column, table) for column in understood)
     found, dataset = list[str](), None
     if fields is not None:
-        si = {
-            k: "rad" if k[:6] == "orient" else next(map(str, quantities_of(k)), None) for k in fields.values
-        }
+        own = {k: next(map(str, quantities_of(k)), None) for k in fields.values}
+        si = {k: "rad" if k[:6] == "orient" else quantity for k, quantity in own.items()}
         read = fields.headings
         by_layout = (PreviewColumn(read.get(k, k), k, fields.units.get(k), si.get(k)) for k in {**si, **read})
         shown = (*by_layout, *(c for c in shown if c.key is None and c.heading not in read.values()))

@@ -68,9 +68,8 @@ def read_measurements(
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, **told)
     if joint_table is not None:
         if "q1" in fields.values:
-            raise OptionError(
-                f"{fields.source} already has joints; leave out the table of joints", option="joint_table"
-            )
+            text = f"{fields.source} already has joints; leave out the table of joints"
+            raise OptionError(text, option="joint_table")
         own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, **told)
         fields = join(fields, own)
     return assemble(fields, joints=joints, base=base)

@@ -20,6 +20,7 @@ from workbench.data.readers.headings import COMMAND, joint_name, meaning, meanin
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
+_NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
@@ -175,7 +176,8 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
             + remedy(", or say them with columns='q1[deg],…,-,x[mm]' (--columns)", page=""),
             0,
         )
-    grid = replace(grid, rows=[*map(_without_indices, grid.rows[:start]), *grid.rows[start:]])
+    heads, rows = map(_without_indices, grid.rows[:start]), grid.rows[start:]
+    grid = replace(grid, rows=[*(_called(cells, rows) for cells in heads), *rows])
     said = _said(grid, start, naming, joints)
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
@@ -218,6 +220,17 @@ def _without_indices(cells: list[str]) -> list[str]:
     found = [_INDEXED.fullmatch(cell) for cell in cells]
     stems = [match[1] for match in found if match]
     return [f"{m[1]}_{m[2]}" if m and stems.count(m[1]) > 1 else c for c, m in zip(cells, found, strict=True)]
+
+
+def _called(cells: list[str], rows: list[list[str]]) -> list[str]:
+    """Headings of joints whose names stand in the rows: 'field.position0' is an elbow's by 'field.name0'."""
+    named = [(m, k) for k, cell in enumerate(cells) if (m := _NAME.fullmatch(cell))]
+    words = {m.groups(): {row[k] for row in rows if k < len(row)} - {""} for m, k in named}
+    called = [*cells]
+    for k, cell in enumerate(cells):
+        if (m := _POSITION.fullmatch(cell)) and len(word := words.get((m[1], m[2]), set())) == 1:
+            called[k] = f"{next(iter(word))}{m[3] or ''}"
+    return called
 
 
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:

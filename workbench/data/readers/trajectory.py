@@ -58,9 +58,8 @@ def read_trajectory(
     position = fields.stacked(("x", "y", "z"))
     q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
     if q is None and position is None:
-        raise DataError(
-            f"{fields.source}: a trajectory needs joints (q1[rad] …) or positions (x[m], y[m], z[m])"
-        )
+        needed = "joints (q1[rad] …) or positions (x[m], y[m], z[m])"
+        raise DataError(f"{fields.source}: a trajectory needs {needed}")
     if position is not None and not in_base(fields, usual=BASE):
         raise DataError(
             f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), but a "

@@ -125,10 +125,8 @@ def _scaled(effect: AbstractEffect, factor: float) -> AbstractEffect:
 
 def _sentence(robot: Robot, effect: AbstractEffect) -> str:
     units = ["" if unit == "1" else f" {unit}" for unit in effect.units(robot.chain)]
-    sizes = ", ".join(
-        f"{name} {value:.3g}{unit}"
-        for name, value, unit in zip(effect.names, effect.coefficients, units, strict=True)
-    )
+    known = zip(effect.names, effect.coefficients, units, strict=True)
+    sizes = ", ".join(f"{name} {value:.3g}{unit}" for name, value, unit in known)
     settings = "".join(
         f", {name} {value}"
         for name in effect.settings()

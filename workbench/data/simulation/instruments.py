@@ -101,9 +101,8 @@ class Instrument:
     def __post_init__(self):
         admit(self)
         if self.observes is Observes.POSE and self.sigma_rotation is None:
-            raise OptionError(
-                f"instrument '{self.name}' sees poses; give its sigma_rotation too", option="sigma_rotation"
-            )
+            text = f"instrument '{self.name}' sees poses; give its sigma_rotation too"
+            raise OptionError(text, option="sigma_rotation")
         if self.samples < 1:
             raise OptionError(f"instrument '{self.name}': samples must be at least 1, got {self.samples}")
 

@@ -202,9 +202,8 @@ def _follow(
         if other is None:
             raise DataError(f"target {row + 1} is not reachable within limits: {result.reason}", target=row)
         q[row] = other.q
-        notes.append(
-            f"target {row + 1}: the chosen branch is outside this arm's limits; measured in '{other.name}'"
-        )
+        outside = "the chosen branch is outside this arm's limits"
+        notes.append(f"target {row + 1}: {outside}; measured in '{other.name}'")
     return q, tuple(notes)
 
 
@@ -212,9 +211,8 @@ def _in_branches(actual: Robot, poses: np.ndarray, branch: str, motion: Motion |
     solutions = []
     for number, result in enumerate(inverse.solve_many(actual, poses, motion=motion), start=1):
         if not result.reachable:
-            raise DataError(
-                f"target {number} is not reachable within limits: {result.reason}", target=number - 1
-            )
+            text = f"target {number} is not reachable within limits: {result.reason}"
+            raise DataError(text, target=number - 1)
         solutions.append({b.name: b for b in result.within_limits})
     shared = [name for name in solutions[0] if all(name in target for target in solutions)]
     common = max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)

@@ -32,7 +32,7 @@ class Place:
 
 def place_of(searched: Searched, group: Model) -> Place:
     """Some terms of the accepted model, and what would replace them."""
-    left = left_without(searched.grams, searched.found.model, group)
+    left = left_without(searched.grams, searched.model, group)
     others = [
         c
         for c in searched.offered.candidates

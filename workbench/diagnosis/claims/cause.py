@@ -160,6 +160,16 @@ class ResidualMap:
         )
 
 
+def is_named(
+    causes: Sequence[Cause], residual_map: ResidualMap | None, before: Errors, after: Errors
+) -> bool:
+    """Whether causes, all of them at least probable, explain more of an error than a residual map does."""
+    if not causes or any(cause.confidence is Confidence.OPEN for cause in causes):
+        return False
+    mapped = 0.0 if residual_map is None else residual_map.before.main.mean - residual_map.after.main.mean
+    return not mapped > 0.5 * (before.main.mean - after.main.mean)
+
+
 def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
     """Effects of one kind, merged into one of all their joints."""
     first, *others = sorted(effects, key=lambda e: e.joints)

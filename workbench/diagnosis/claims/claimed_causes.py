@@ -24,7 +24,7 @@ coupling is only probable there, as bearing loads depend on other joints' positi
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -39,7 +39,7 @@ from workbench.arm.statics.deflection import law_sizes
 from workbench.base.advice import beside
 from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
-from workbench.diagnosis.claims.contributions import Explained, explained
+from workbench.diagnosis.claims.contributions import explained
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.reduced_models import validated_without
 from workbench.diagnosis.claims.standard_errors import StandardErrors
@@ -53,8 +53,6 @@ from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
-
-Sizes = dict[tuple[str, ...], list[float]]
 
 MIN_SCATTER_RATIO = 2.0
 """Minimum ratio of a cause's largest motion to its joint's scatter, if that joint alone scatters."""
@@ -89,7 +87,8 @@ def find_causes(
     judge = _Judge.of(searched, arm, known_noise, std)
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
-    parts = zip(named, explained(searched, groups), drivers.challenges(groups), strict=True)
+    sizes = explained(searched, groups).tolist()
+    parts = zip(named, sizes, drivers.challenges(groups), strict=True)
     return largest_first(*(judge.cause(*part) for part in parts))
 
 
@@ -115,7 +114,7 @@ class _Terms:
 
 def _terms(searched: Searched, arm: Robot) -> list[_Terms]:
     """The model's terms by claim."""
-    grams, model = searched.grams, searched.found.model
+    grams, model = searched.grams, searched.model
     sized, groups = {e.names: e for e in arm.effects}, _groups(model)
     falls = validated_without(grams, model, groups) - validated(grams, model)
     middle = np.median(falls, axis=1)  # a linear fit to the others may fail for one fold
@@ -132,7 +131,7 @@ class _Judge:
         motion: Of the fitted rows.
         scatter: Of joint readings; None if they seem exact.
         minimum: Size from which terms are a cause.
-        maximum: Largest motions by the terms.
+        maximum: Largest motion of an element per unit of every coefficient [rad or m].
     """
 
     searched: Searched
@@ -141,13 +140,13 @@ class _Judge:
     std: StandardErrors
     scatter: Readings | None
     minimum: float
-    maximum: Sizes
+    maximum: dict[str, float]
 
     @classmethod
     def of(cls, searched: Searched, arm: Robot, known_noise: Noise | None, std: StandardErrors) -> "_Judge":
         """With what holds for all terms."""
         geometric, motion = searched.stage.geometric_problem, searched.stage.motion
-        left = float(np.sqrt(validated(searched.grams, searched.found.model).sum() / searched.grams.count))
+        left = float(np.sqrt(validated(searched.grams, searched.model).sum() / searched.grams.count))
         noise = _noise(left, geometric.typical_noise, known_noise)
         return cls(
             searched,
@@ -156,7 +155,7 @@ class _Judge:
             std,
             scatter=readings(geometric),
             minimum=max(MIN_NOISE_SHARE * noise, MIN_RESIDUAL_SHARE * left),
-            maximum=_largest_loads(arm, motion),
+            maximum=law_sizes(arm, motion, [*arm.coefficients]),
         )
 
     def is_named(self, terms: _Terms) -> bool:
@@ -172,12 +171,12 @@ class _Judge:
             or all(abs(c) < NONZERO_ERRORS * self.std[n] for n, c in coefficients)
         )
 
-    def cause(self, terms: _Terms, at_tool: Explained, challenge: Challenge) -> Cause:
+    def cause(self, terms: _Terms, at_tool: Sequence[float], challenge: Challenge) -> Cause:
         """Named terms as a cause.
 
         Args:
             terms: The terms.
-            at_tool: What they explain at the tool.
+            at_tool: What they explain at the tool [mm, deg].
             challenge: They against what has no law.
         """
         odds, rivals, survive = _against_rivals(self.searched, terms.group)
@@ -203,8 +202,8 @@ class _Judge:
         return Cause(
             effects=terms.effects,
             odds=odds,
-            contribution_mm=at_tool.position_mm,
-            contribution_deg=at_tool.orientation_deg,
+            contribution_mm=at_tool[0],
+            contribution_deg=at_tool[1],
             text=sentence_of(terms.whole, unsure, self.std, self.arm, self.motion),
             look_alikes=rivals,
             unsure=unsure,
@@ -219,7 +218,8 @@ class _Judge:
             return False
         for effect in terms.effects:
             joints = effect.joints if effect.of_many_joints else effect.joints[:1]
-            sizes = np.reshape(self.maximum[effect.names], (len(joints), -1)).max(1) if joints else ()
+            each = [self.maximum[n] * abs(c) for n, c in zip(effect.names, effect.coefficients, strict=True)]
+            sizes = np.reshape(each, (len(joints), -1)).max(1) if joints else ()
             limits = MIN_SCATTER_RATIO * np.array(self.scatter.sigma)
             scattering = self.scatter.joints_that_scatter
             if any(j in scattering and size < limits[j] for j, size in zip(joints, sizes, strict=True)):
@@ -250,7 +250,7 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
     An event has none if it explains too little or may be an effect of posture. Others that lose say nothing
     about later.
     """
-    grams, model = searched.grams, searched.found.model
+    grams, model = searched.grams, searched.model
     motion = Motion.of(searched.stage.problem.data)
     drivers = Driver.TIME, Driver.TEMPERATURE
     terms = [t for t in model if driver_of(t.candidate.effect) in drivers]
@@ -278,15 +278,6 @@ def _groups(model: Model) -> list[Model]:
         key: object = kind_of(term) if term.candidate.effect.of_many_joints else k
         out[key] = (*out.get(key, ()), term)
     return list(out.values())
-
-
-def _largest_loads(arm: Robot, motion: Motion) -> Sizes:
-    """Maximum motion of an element per coefficient over the rows [rad or m]."""
-    sizes = law_sizes(arm, motion, [n for e in arm.effects for n in e.names])
-    return {
-        e.names: [sizes[n] * abs(c) for n, c in zip(e.names, e.coefficients, strict=True)]
-        for e in arm.effects
-    }
 
 
 def _against_rivals(

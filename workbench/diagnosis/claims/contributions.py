@@ -5,7 +5,6 @@ on the weights and mix positions with orientations.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -16,24 +15,15 @@ from workbench.diagnosis.search.gram_matrices import Coefficients
 from workbench.diagnosis.search.rounds import Searched
 
 
-class Explained(NamedTuple):
-    """Contribution of one cause; NaN for kinds of error that were not measured."""
-
-    position_mm: float
-    orientation_deg: float
-
-
-def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
-    """Contributions of groups of a model's terms."""
-    if not groups:
-        return []
-    model = searched.found.model
+def explained(searched: Searched, groups: Sequence[Model]) -> Float[np.ndarray, "groups 2"]:
+    """Contributions of groups of a model's terms [mm, deg]; NaN for what was not measured."""
+    model = searched.model
     left = remaining(searched, [model, *(drop(model, g) for g in groups)])
-    return [Explained(*pair) for pair in np.sqrt(np.maximum(left[1:] ** 2 - left[0] ** 2, 0.0)).tolist()]
+    return np.sqrt(np.maximum(left[1:] ** 2 - left[0] ** 2, 0.0))
 
 
 def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, "models 2"]:
-    """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN as in `Explained`."""
+    """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN as in `explained`."""
     solutions = np.stack([without_each_fold(searched.grams, m)[0] for m in models], axis=2)
     remainders = np.concatenate(list(_remainders(searched, solutions)))
     problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
@@ -52,7 +42,7 @@ def _remainders(
     """Whitened residuals of the rows of the fold that each solution left out, block by block."""
     grams, fitted = searched.grams, searched.stage.fitted
     problem, x = fitted.problem.with_noise(searched.stage.geometric_problem.noise), fitted.fit.x
-    tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.found.model])
+    tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.model])
     steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     geometry = np.einsum("pg,fgk->fpk", grams.basis, solutions[:, : grams.geometry])

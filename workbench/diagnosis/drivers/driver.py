@@ -6,6 +6,7 @@
 | load | a joint's moment about its axis, also with its angle, or under other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
 | motion | a joint's last motion, also with its load or its angle | the joint |
+| | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths; for time, any constant |
 | place | where the tool is | frame |
 
@@ -62,8 +63,11 @@ MAX_MOTION = 3.0
 MIN_MIXED = 0.3
 """Share of rows whose nearest posture must be much earlier or later for time to be a driver: 0.64 in no
 order."""
-TIME = "the time"
-"""It in words."""
+TIME, SPEED = "the time", "the speed of the joints"
+"""They in words."""
+STEADY = 0.3
+"""Distance of a row from the straight way between its neighbours, as a share of a step, up to which rows show
+how fast joints moved."""
 AGREES = 0.9
 """Share of motions whose directions must be those from the row before for their sizes to be known."""
 
@@ -90,11 +94,13 @@ def driver_of(effect: AbstractEffect) -> Driver:
 
 
 class Shape(StrEnum):
-    """The simplest dependences: in proportion, also under other gravity, or on a load's sign alone."""
+    """The simplest dependences: in proportion, also under other gravity, on a load's sign alone, or by one
+    delay of all joints."""
 
     LINE = "line"
     TURNED = "turned"
     JUMP = "jump"
+    LAG = "lag"
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +154,12 @@ class Follower:
         phrase = self.phrase.replace(TIME, "a step between rows {} and {}".format(*last))
         return Follower(self.driver, phrase, self.joints, Candidate(effect, np.eye(len(effect.names))))
 
+    def as_lag(self, seconds: float) -> "Follower":
+        """The same with the time after the joints' readings at which the arm seems to have been measured."""
+        size, side = f"{1e3 * abs(seconds):.2g} ms", "after" if seconds > 0.0 else "before"
+        phrase = f"{self.phrase}, as if the arm was measured {size} {side} its joints were read"
+        return replace(self, phrase=phrase)
+
     def text(self, beside: Sequence["Follower"]) -> str:
         """The same with the joints of all that are of its kind."""
         joints = sorted({j for f in beside if f.phrase == self.phrase for j in f.joints})
@@ -176,10 +188,12 @@ class Path:
     Args:
         moves: By how far each moved from the row before [rad or m].
         wound: How far each is wound up, from −1 to 1: a spring that drags a block, which slips after `SLIPS`.
+        speed: How fast each moved in the row [rad/s or m/s]; None where rows are too far apart to tell.
     """
 
     moves: Float[np.ndarray, "rows n"]
     wound: Float[np.ndarray, "rows n slips"]
+    speed: Float[np.ndarray, "rows n"] | None
 
 
 def path_of(data: Dataset, whole: Dataset) -> Path | None:
@@ -197,18 +211,24 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
     order = np.lexsort((whole.time, session))
     steps = np.diff(whole.q[order], axis=0, prepend=whole.q[order[:1]])
     begins = np.diff(session[order], prepend=-1) != 0
-    steps[begins] = 0.0
+    gaps = np.diff(whole.time[order], prepend=0.0)[:, None]
+    steps[begins] = gaps[begins] = 0.0
+    ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
+    speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
+    is_steady = ((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum()
     slips = np.multiply.outer(np.maximum(whole.q.std(0), 1e-9), SLIPS)
     now, wound = np.zeros(slips.shape), np.zeros((len(whole), *slips.shape))
     for row, step, is_first in zip(order, steps, begins, strict=True):
         now = np.zeros(slips.shape) if is_first else np.clip(now + step[:, None], -slips, slips)
         wound[row] = now / slips
-    moves = np.empty_like(steps)
-    moves[order] = steps
+    moves, speeds = np.empty_like(steps), np.empty_like(steps)
+    moves[order], speeds[order] = steps, speed
     place = np.argsort(whole.row, kind="stable")
     mine = place[np.searchsorted(whole.row[place], data.row)]
     agrees = (np.sign(moves[mine]) == data.direction) | (data.direction == 0.0) | (moves[mine] == 0.0)
-    return Path(moves[mine], wound[mine]) if agrees.mean() > AGREES else None
+    if agrees.mean() <= AGREES:
+        return None
+    return Path(moves[mine], wound[mine], speeds[mine] if is_steady else None)
 
 
 class _Rows:
@@ -356,6 +376,10 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
     sign, q = np.nan_to_num(rows.motion.direction), rows.motion.q
     loads = own(rows.chain, range(rows.chain.dof), rows.wrenches) if len(rows.wrenches) else np.zeros(q.shape)
     heavy = rows.varied(loads[:, :, None])
+    if rows.path is not None and rows.path.speed is not None:
+        moved, ones = driven_names(rows.chain, range(rows.chain.dof)), np.ones((len(sign), 1))
+        speed = rows.path.speed[rows.order, :, None]
+        yield rows.follower(Driver.MOTION, SPEED, moved, ones, together=speed, shape=Shape.LAG)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
         moved = driven_names(rows.chain, [j])
         if rows.path is not None:

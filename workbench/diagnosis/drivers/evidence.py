@@ -49,6 +49,8 @@ MAX_REST = 0.05
 """Share of an error that a process may explain beside its law."""
 MIN_GAIN_SHARE = 0.01
 """Share of the largest law's evidence below which a process may be what its linear model leaves."""
+MAX_LAG_REST = 0.5
+"""Share of an error's square that a lag may leave for effects not to be looked for beside it."""
 MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
 MIN_SIDE, MAX_STEPS = 3, 40
@@ -170,8 +172,12 @@ class Correction:
 
 def followed_text(parts: Sequence[Follower]) -> str:
     """Several processes in words: those of one kind with all their joints."""
-    texts = list(dict.fromkeys(part.text(parts) for part in parts))
-    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+    return in_words(tuple(dict.fromkeys(part.text(parts) for part in parts)))
+
+
+def in_words(texts: Sequence[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +208,7 @@ class DriverEvidence:
         """
         stage = searched.stage
         problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
-        effects = [t.candidate.effect for t in searched.found.model]
+        effects = [t.candidate.effect for t in searched.model]
         found = followers(problem, x, path_of(problem.data, whole), drivers)
         rows = np.unique(np.linspace(0, len(problem.data) - 1, MAX_ROWS).round().astype(int))
         if len(rows) < len(problem.data):
@@ -264,7 +270,7 @@ class DriverEvidence:
 
     @property
     def _model(self) -> Model:
-        return self.searched.found.model
+        return self.searched.model
 
     @cached_property
     def _beside(self) -> dict[Follower, Offer]:
@@ -290,9 +296,25 @@ class DriverEvidence:
             if best.driver is Driver.TIME:  # a step between two rows, if that is likelier
                 by_step, step = self._stepped(left.model, best)
                 shown = step if by_step > tried[best].gain + np.log(PROBABLE) else best
+            larger = (*left.model, tried[best].term)
+            if best.shape is Shape.LAG:
+                (mine,), (scale,) = (f(best.candidate.names) for f in (self.grams.columns, self.grams.scales))
+                shown = best.as_lag(float(solve(self.grams, larger, self.grams.total)[mine] / scale))
             found[best.driver] = replace(before, parts=(*before.parts, shown))
-            left = with_one_more(left, (*left.model, tried[best].term))
+            if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
+                break
+            left = with_one_more(left, larger)
         return tuple(found.values())
+
+    @property
+    def is_lag(self) -> bool:
+        """Whether most of the error is that joints and places are of different times: more than any other
+        process explains."""
+        best = max(self._beside, key=lambda f: self._beside[f].gain, default=None)
+        if best is None or best.shape is not Shape.LAG:
+            return False
+        left, more = left_of(self.grams, self._model), (*self._model, self._beside[best].term)
+        return with_one_more(left, more).square < MAX_LAG_REST * left.square
 
     @property
     def lasting(self) -> Model:
@@ -358,7 +380,7 @@ class DriverEvidence:
         problem = stage.problem.with_noise(stage.geometric_problem.noise)
         grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
         more = (*model, *(o.term for o in offers(left_of(grams, model), parts)))
-        whole = replace(self.searched, grams=grams, found=replace(self.searched.found, model=more))
+        whole = replace(self.searched, grams=grams, model=more)
         before, after = remaining(whole, [model, more]).tolist()
         return Correction(tuple(before), tuple(after))
 

@@ -61,7 +61,7 @@ def gravity_elsewhere(drivers: DriverEvidence) -> Vector3 | None:
     processes = [f for f in drivers.followers if f.shape is Shape.TURNED]
     if not processes or drivers.problem.frames.levelled:
         return None
-    model, grams = drivers.searched.found.model, drivers.grams
+    model, grams = drivers.searched.model, drivers.grams
     gone = tuple(t for t in model if is_nameless(t) or driver_of(t.candidate.effect) is Driver.LOAD)
     left = left_of(grams, drop(model, gone))
     names = [n for f in processes for n in f.candidate.names]

@@ -85,7 +85,8 @@ class DriverProcess(AbstractEffect):
     Args:
         key: Distinguishes its coefficients from those of others.
         moved: Names of the E elements that it moves.
-        together: How they move by each of D independent processes of the same features.
+        together: How they move by each of D independent processes of the same features, in every row alike or
+            row by row.
         features: Of some rows …
         row: … with these numbers in the file, ascending.
         kind: Rotations that its joints, or a frame, need for it.
@@ -94,7 +95,7 @@ class DriverProcess(AbstractEffect):
 
     key: str = ""
     moved: tuple[str, ...] = ()
-    together: Float[np.ndarray, "e d"] = field(default_factory=lambda: np.eye(1))
+    together: Float[np.ndarray, "*rows e d"] = field(default_factory=lambda: np.eye(1))
     features: Features = field(default_factory=lambda: np.zeros((0, 0)))
     row: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
     kind: Insertion = Insertion.NONE
@@ -105,7 +106,7 @@ class DriverProcess(AbstractEffect):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        count = self.together.shape[1] * self.features.shape[1]
+        count = self.together.shape[-1] * self.features.shape[1]
         return tuple(f"{self.key}.{k}" for k in range(count))
 
     @property
@@ -121,8 +122,9 @@ class DriverProcess(AbstractEffect):
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         assert motion.row is not None, "rows of a file have numbers"
-        known = self.features[np.searchsorted(self.row, motion.row)]
-        law = self.together[None, :, :, None] * known[:, None, None, :]
+        mine = np.searchsorted(self.row, motion.row)
+        known, together = self.features[mine], self.together
+        law = (together if together.ndim == 2 else together[mine])[..., None] * known[:, None, None, :]
         return law.reshape(len(known), len(self.moved), -1)
 
     def sentence(self, chain: Chain, motion: Motion) -> str:

@@ -7,15 +7,16 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
-from workbench.base.wording import first_of, plural
+from workbench.base.wording import capital, first_of, plural
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.report.charts import budget_bars
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.charts import before_after
 from workbench.identification.report.document import errors_table
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
+from workbench.report.chart import Bar, Bars
+from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
 from workbench.report.numbers import readable_unit, short, signed, with_error
 from workbench.report.result_display import blocks_of
 
@@ -70,6 +71,23 @@ def models(result: Diagnosis) -> Iterator[Block]:
     yield errors_table(found + [("with effects", result.after)] * bool(result.effects))
     yield budget_bars(result)
     yield before_after(result.identification())
+
+
+def budget_bars(found: Diagnosis) -> Bars:
+    """Size at the tool of each cause, of the unnamed part, and of the remaining error after the geometry."""
+    after = judged(found.after)
+    rows = [
+        Bar(capital(cause.plain), cause.contribution_mm, CALIBRATED, str(cause.confidence))
+        for cause in found.causes
+        if np.isfinite(cause.contribution_mm)
+    ]
+    if (mapped := found.residual_map) is not None:
+        unnamed = mapped.before.position_mm.mean**2 - after.position_mm.mean**2
+        rows += [Bar("Predicted, unnamed", float(np.sqrt(unnamed)), GEOMETRY)] if unnamed > 0.0 else []
+    if np.isfinite(after.position_mm.mean):
+        turned = "" if after.orientation_deg is None else f"{after.orientation_deg.mean:.3g}°"
+        rows.append(Bar("Remaining", after.position_mm.mean, NOMINAL, turned))
+    return Bars(rows, "Sizes at the tool [mm], which add in squares", testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:

@@ -82,6 +82,7 @@ def refit(
     *,
     data: Dataset | None = None,
     begin: Mapping[str, float] | None = None,
+    fallback: Mapping[str, float] | None = None,
     steps: int = MAX_STEPS,
     holds: bool = False,
     flat: bool = False,
@@ -94,6 +95,8 @@ def refit(
         model: Accepted effects.
         data: Rows instead of the problem's.
         begin: Initial values from an earlier fit [SI]; the other unknowns start at nominal.
+        fallback: Others, where these are nearer: a large deflection may have no equilibrium where it was
+            expected.
         steps: Maximum number of steps.
         holds: Whether constants that are unobservable for a rigid arm are held near nominal if masses are
             unknown.
@@ -109,8 +112,10 @@ def refit(
     if grams is not None and model:
         built = _expected(built, grams, model, FLAT if flat else 1.0)
     here = built.at(begin or {})
-    if model and not np.isfinite(built.cost_and_gradient(here)[0]):  # the linear answer is too far away
-        here = built.at({})
+    if fallback is not None:
+        here, there = (built.at(each) for each in (begin or {}, fallback))
+        square, other = (np.square(built.residual(x)).sum() for x in (here, there))
+        here = here if square < other else there
     free = built
     if holds and any(p.unit == "kg" for p in built.parameters):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
@@ -205,6 +210,8 @@ def _chord(problem: Problem, x: Float[np.ndarray, " p"], known: _Curvature) -> S
     into, solve_for, spread = known
     cost, gradient = problem.cost_and_gradient(x)
     history = [cost]
+    if not np.isfinite(cost):
+        return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
     for _ in range(MAX_CHORD_STEPS):
         step = -solve_for(into.T @ gradient)
         if np.sqrt(step @ spread @ step / len(step)) < STEP_TOLERANCE:

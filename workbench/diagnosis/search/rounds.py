@@ -14,7 +14,7 @@ from jaxtyping import Bool, Int
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
-from workbench.base.types import Outcome, Vector3
+from workbench.base.types import Vector3
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
@@ -23,13 +23,7 @@ from workbench.diagnosis.search.event_search import Changeable, Timeline, change
 from workbench.diagnosis.search.evidence import Model, drop, rescaled, validated
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.search.stepwise_search import (
-    MAX_EARLY_EXCHANGE_EFFECTS,
-    MIN_FALL,
-    FoundEffects,
-    as_found,
-    supported,
-)
+from workbench.diagnosis.search.stepwise_search import MAX_EARLY_EXCHANGE_EFFECTS, MIN_FALL, supported
 from workbench.diagnosis.search.stepwise_search import search as search_effects
 from workbench.identification.checks.gravity_direction import WIDE_SIGMA, freed
 from workbench.identification.fit import Fit
@@ -44,6 +38,9 @@ MAX_OUTLIER_ROUNDS = 3
 """Maximum number of outlier rounds after one fit."""
 EVENT_WINDOW, MIN_WINDOW_OUTLIERS = 7, 3
 """Window of consecutive rows, and number of outliers within it that may indicate an event."""
+DIVERGED_RATIO = 1.5
+"""Noise of a fit, relative to the one before it, above which it has diverged: the search ends at that
+one, or goes on without events from the geometry alone."""
 FOLDS = 5
 """Number of folds for cross-validation."""
 
@@ -102,14 +99,14 @@ class Searched:
         stage: Where it was made.
         offered: The candidates.
         grams: The inner products at the stage.
-        found: The result.
+        model: The effects found.
         fold: Fold of every row of the stage, for cross-validation.
     """
 
     stage: Stage
     offered: Catalogue
     grams: Grams
-    found: FoundEffects
+    model: Model
     fold: Int[np.ndarray, " rows"]
 
 
@@ -155,41 +152,48 @@ def rounds(
     Returns:
         The searches, the last of them at the final fit.
     """
-
     fold = folds_of(stage.data, rng)
     done: list[Searched] = []
-    seen: set[frozenset[str]] = set()
     for number in range(MAX_ROUNDS):
         progress(0.8 - 0.5 / (1 + number), f"round {number + 1}: trying every effect on every joint")
         last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
             stage = replace(stage, spared=np.zeros(len(stage.data), bool))
-            if not any(t.candidate.effect.is_event for t in last.found.model):
+            if not any(t.candidate.effect.is_event for t in last.model):
                 stage = _without_outliers(_fit(stage, None, ()), None)
                 last = _search(stage, fold, tried, events, without)
-        done.append(last)
-        key = frozenset(_key(t.candidate) for t in last.found.model)
         over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
-        same = _same(last.found.model, stage.fitted.model)
-        again = key in seen and not same
+        same = _same(last.model, stage.fitted.model)
+        again = not same and any(_same(last.model, each.model) for each in done)
+        done.append(last)
         is_last = same or again or not _better(last)
-        seen.add(key)
-        if over or is_last:
-            best = min(done, key=description_length) if again else last
-            fitted = _among(best.stage.fitted.model, best.offered.candidates)
-            done[-1] = replace(best, found=as_found(best.grams, fitted))
-            break
-        progress(0.8 - 0.5 / (1.5 + number), f"round {number + 1}: fitting geometry and the effects found")
-        stage = _fit(stage, last.grams, last.found.model)
-        stage = _without_outliers(stage, last.grams)
+        if not (over or is_last):
+            progress(0.8 - 0.5 / (1.5 + number), f"round {number + 1}: fitting what was found")
+            new = _without_outliers(_fit(stage, last.grams, last.model), last.grams)
+            if not _diverged(stage, new):
+                stage = new
+                continue
+            if not number and any(t.candidate.effect.is_event for t in last.model):
+                events = ()
+                continue
+        best = min(done, key=description_length) if again else last
+        fitted = _among(best.stage.fitted.model, best.offered.candidates)
+        done[-1] = replace(best, model=fitted)
+        break
     return (*done[:-1], _supported(done[-1]))
+
+
+def _diverged(before: Stage, after: Stage) -> bool:
+    """Whether a fit with other effects leaves far more than the one from which these were expected."""
+    noises = (np.array(stage.geometric_problem.typical_noise[:2]) for stage in (after, before))
+    return bool(np.nanmax(np.divide(*noises)) > DIVERGED_RATIO)
 
 
 def _supported(searched: Searched) -> Searched:
     """The search without effects that its last fit doesn't support, refitted."""
     for _ in range(MAX_ROUNDS):
-        kept = supported(searched.grams, searched.found.model)
-        if len(kept) == len(searched.found.model):
+        kept = supported(searched.grams, searched.model)
+        if len(kept) == len(searched.model):
             break
         searched = reduced(searched, kept)
     return searched
@@ -200,7 +204,7 @@ def reduced(searched: Searched, kept: Model) -> Searched:
     stage = _fit(searched.stage, searched.grams, kept)
     offered = searched.offered.candidates
     grams = _compressed(stage, [c.effect for c in offered], searched.fold)
-    return replace(searched, stage=stage, grams=grams, found=as_found(grams, _among(kept, offered)))
+    return replace(searched, stage=stage, grams=grams, model=_among(kept, offered))
 
 
 def _compressed(
@@ -219,10 +223,10 @@ def _compressed(
 def _better(searched: Searched) -> bool:
     """Whether a result has a shorter description than the fitted model, or predicts other folds noticeably
     better."""
-    if _coefficients(searched.found.model) < _coefficients(searched.stage.fitted.model):
+    if _coefficients(searched.model) < _coefficients(searched.stage.fitted.model):
         return True
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
-    before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.found.model))
+    before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.model))
     return bool(abs(before - after) > MIN_FALL * before)
 
 
@@ -254,7 +258,7 @@ def _search(
     """Search for effects and for events at their best times, until no time improves."""
     if tried is Tried.NONE:
         alone = compress(stage.problem, stage.fit.x, [], fold[stage.keep])
-        return Searched(stage, Catalogue((), ()), alone, as_found(alone, ()), fold)
+        return Searched(stage, Catalogue((), ()), alone, (), fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
     kept = tuple(c for c in offered.candidates if c.effect.name not in without)
     offered = replace(offered, candidates=kept)
@@ -270,32 +274,26 @@ def _search(
 
     grams = compressed()
     model = _among(stage.fitted.model, (*plain, *happened))
-    found: FoundEffects | None = None
-    for _ in range(MAX_EVENT_ROUNDS):
+    for number in range(MAX_EVENT_ROUNDS):
         rests = [model, *(drop(model, [t]) for t in model if len(model) <= MAX_EARLY_EXCHANGE_EFFECTS)]
         best = {c.names: c for rest in rests for c in promising(grams, rest, line, kinds)}
         new = [c for names, c in best.items() if names not in {h.names for h in happened}]
-        if not new and found is not None:
+        if number and not new:
             break
         if new:
             happened += new
             grams = compressed()
-        found = search_effects(grams, (*plain, *happened), model)
-        model = found.model
-    assert found is not None, "at least one search is made"
-    return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, found, fold)
+        model = search_effects(grams, (*plain, *happened), model)
+    return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, model, fold)
 
 
 def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     """The stage with another model, or other rows, fitted from the last fit's linear prediction."""
     here = stage.problem.named(stage.fit.x)
     is_other = grams is not None and not _same(model, stage.fitted.model)
-    begins = [linear_answer(stage.fitted, grams, model)] if grams is not None and is_other else []
-    data = stage.data.take(stage.keep)
-    for begin in (*begins, here):  # a large deflection may have no equilibrium where it was expected
-        fitted = refit(stage.geometric_problem, grams, model, data=data, begin=begin)
-        if fitted.fit.outcome is not Outcome.DIVERGED:
-            break
+    begin = linear_answer(stage.fitted, grams, model) if grams is not None and is_other else here
+    data, fallback = stage.data.take(stage.keep), here if is_other else None
+    fitted = refit(stage.geometric_problem, grams, model, data=data, begin=begin, fallback=fallback)
     geometric = freed(stage.geometric_problem, fitted.fit)
     if geometric is not stage.geometric_problem:
         begin = fitted.problem.named(fitted.fit.x)

@@ -7,7 +7,6 @@ joints with one smooth map.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -59,20 +58,7 @@ MIN_EXCHANGE_GAIN = 0.5
 """Minimum gain in log evidence of an exchange."""
 
 
-@dataclass(frozen=True, eq=False)
-class FoundEffects:
-    """Result of the search.
-
-    Args:
-        model: Accepted effects.
-        offers: Contribution of each of them to the others, in the model's order.
-    """
-
-    model: Model
-    offers: tuple[Offer, ...]
-
-
-def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> FoundEffects:
+def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> Model:
     """Find the effects that the rows support.
 
     Args:
@@ -96,15 +82,11 @@ def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> 
             break
         else:
             exchanged, model = True, _improved(grams, candidates, model)
-    return as_found(grams, model)
+    return model
 
 
 def _names(model: Model) -> frozenset[tuple[str, ...]]:
     return frozenset(t.candidate.names for t in model)
-
-
-def as_found(grams: Grams, model: Model) -> FoundEffects:
-    return FoundEffects(model, tuple(own_offers(grams, model)))
 
 
 def significant(found: Offer, tries: int) -> bool:

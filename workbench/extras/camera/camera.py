@@ -26,6 +26,7 @@ NEAREST = 1e-3
 """Points nearer to the camera's plane than this [m] are projected as if they were this far before it."""
 PER_SESSION = "per_session"
 """Key of a camera, and of a board, that may have another pose in every session."""
+KEYS = ("name", "size", *INTRINSICS[:4], "distortion", "mounted", "free", "sigma", PER_SESSION)
 FREE = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 
@@ -114,24 +115,18 @@ class _CameraReader(AbstractTableReader):
 
     def camera(self, table: dict[str, Any], number: int) -> Camera:
         what = f"[[camera]] {number + 1}"
-        self.keys(
-            table,
-            {"name", "size", *INTRINSICS[:4], "distortion", "mounted", "free", "sigma", PER_SESSION},
-            what,
-        )
+        self.keys(table, {*KEYS}, what)
         if missing := [key for key in ("size", *INTRINSICS[:4]) if key not in table]:
-            raise self.fail(
-                f"{what} has no {missing[0]}; give size = [width, height], fx, fy, cx and cy in px"
-            )
+            wanted = "size = [width, height], fx, fy, cx and cy in px"
+            raise self.fail(f"{what} has no {missing[0]}; give {wanted}")
         size = self.numbers(table["size"], 2, f"{what} size")
         if (size < 1).any():
             raise self.fail(f"{what} size must be positive, got {table['size']}")
         pinhole = [self.number(table[key], f"{what} {key}") for key in INTRINSICS[:4]]
         if min(pinhole[:2]) <= 0.0:
             raise self.fail(f"{what} fx and fy must be positive, got {pinhole[0]:g} and {pinhole[1]:g}")
-        distortion = self.numbers(
-            table.get("distortion", [0.0] * 5), 5, f"{what} distortion (k1 k2 p1 p2 k3)"
-        )
+        bent = table.get("distortion", [0.0] * 5)
+        distortion = self.numbers(bent, 5, f"{what} distortion (k1 k2 p1 p2 k3)")
         if (mounted := table.get("mounted", "world")) not in tuple(Mount):
             raise self.fail(f'{what} mounted must be "world" or "tool", not {mounted!r}')
         free = table.get("free", "auto")

@@ -89,21 +89,16 @@ class Zero(NamedTuple):
     def text(self) -> str:
         """The change with its standard error."""
         scale, unit = (np.rad2deg(1.0), "°") if self.unit == "rad" else (1e3, " mm")
-        return (
-            f"{self.joint}: its zero is off by {scale * self.change:+.3f}{unit} ± "
-            f"{scale * self.std:.3f}{unit} (one standard error)"
-        )
+        change, std = scale * self.change, scale * self.std
+        return f"{self.joint}: its zero is off by {change:+.3f}{unit} ± {std:.3f}{unit} (one standard error)"
 
 
 def zeros(fit: Fit) -> tuple[Zero, ...]:
     """Zeros that were identified, in the order of the joints."""
     offsets = set(fit.problem.robot.joint_offsets)
     rows = zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True)
-    return tuple(
-        Zero(p.name.split(".")[0], p.unit, value - p.nominal, std)
-        for p, value, std in rows
-        if p.name in offsets
-    )
+    own = (row for row in rows if row[0].name in offsets)
+    return tuple(Zero(p.name.split(".")[0], p.unit, value - p.nominal, std) for p, value, std in own)
 
 
 @final

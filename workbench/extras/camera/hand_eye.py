@@ -149,46 +149,55 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         FileError: the file holds no pairs.
         DataError: there are too few pairs, they are no poses, or they contradict `mounted`.
     """
-    source, inverting, told = "pairs", False, tuple[str, ...]()
+    source, told, inverting, given = "pairs", (True, True), False, tuple[str, ...]()
     if isinstance(pairs, Path):
         source = str(pairs)
-        *pairs, inverting, told = read_pairs(pairs)
-    (robot, target), notes = _checked(pairs, source)
-    notes = [*told, *notes]
+        *pairs, told, inverting, given = read_pairs(pairs)
+    (robot, target), notes = _checked(pairs, source, given)
     fits = {Mount.TOOL: _fit(robot, target), Mount.WORLD: _fit(se3.inverse(robot), target)}
     size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
     score = {mount: float(fit.left @ (1.0 / size, 1.0)) for mount, fit in fits.items()}
     best = min(score, key=score.__getitem__)
-    given = mounted or best
-    if score[given] <= CLEARLY * score[best]:
-        best = given
+    wanted = mounted or best
+    if score[wanted] <= CLEARLY * score[best]:
+        best = wanted
     elif not inverting:
         raise DataError(
-            f"{source}: with the camera {ON[given]} the pairs differ by {_error(fits[given].left)}; "
+            f"{source}: with the camera {ON[wanted]} the pairs differ by {_error(fits[wanted].left)}; "
             f"they agree to {_error(fits[best].left)} with --mounted {best}, or if either the robot's or the "
             "target's poses are given as their inverses"
         )
-    if inverting and mounted is None:
-        notes.append(
-            "easy_handeye inverts the robot's poses for a camera in the cell: then give --mounted world"
-        )
-    elif best is not given:
+    if best is not wanted:
         notes.append("the robot's poses are those of the base in the hand, as easy_handeye writes them")
+        told = (True, told[1])
     doubt = _doubt(fits[best], robot[:, :3, :3])
     spare = 6 * (len(robot) - len(fits[best].apart)) - 12
-    if (
-        mounted is None
-        and max(score.values()) ** 2 < special.fdtri(spare, spare, 1.0 - CHANCE) * score[best] ** 2
-    ):
+    chance = np.sqrt(special.fdtri(spare, spare, 1.0 - CHANCE)) * score[best]
+    if mounted is None and max(score.values()) < chance:
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
         doubt = doubt or f"{both}: measure at more poses, or give --mounted"
-    return replace(fits[best], mounted=given, doubt=doubt, notes=tuple(notes))
+    found = replace(fits[best], mounted=wanted, doubt=doubt)
+    if not (all(told) or doubt):
+        notes.append(_fit_alike(found, *told))
+    return replace(found, notes=tuple(notes))
 
 
-def _checked(pairs: Sequence[Poses], source: str) -> tuple[list[Poses], list[str]]:
+def _fit_alike(found: HandEye, robot_told: bool, target_told: bool) -> str:
+    """Where the camera is if poses whose direction isn't told are given as their inverses."""
+    here, other = ON[found.mounted], next(ON[mount] for mount in Mount if mount is not found.mounted)
+    camera, target = (", ".join(signed(1e3 * v, 1) for v in at.xyz) for at in (found.camera, found.target))
+    ways = [] if target_told else [f"target's are, the camera is {other} at {target}"]
+    ways += (
+        [] if robot_told else [f"robot's are (as of easy_handeye for one in the cell), {other} at {camera}"]
+    )
+    ways += [] if robot_told or target_told else [f"both are, {here} at {target}"]
+    return f"poses may be inverse: if the {'; if the '.join(ways)} mm; names such as base_T_hand tell"
+
+
+def _checked(pairs: Sequence[Poses], source: str, notes: Sequence[str]) -> tuple[list[Poses], list[str]]:
     """As many poses on both sides, in metres, their rotations exact, each robot pose once; and what was
     decided."""
-    notes, sides = list[str](), list[Poses]()
+    notes, sides = [*notes], list[Poses]()
     for what, given in zip(("the robot's", "the target's"), pairs, strict=True):
         poses = numbers(given, f"{what} poses").copy()
         if poses.ndim != 3 or poses.shape[1:] != (4, 4) or not np.isfinite(poses).all():

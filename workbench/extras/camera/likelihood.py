@@ -89,9 +89,8 @@ class Pictures:
                 shape = block.inverse_sigma.shape
                 by_twist = block.observation.linearise(block.poses(x), block.unknown(x)).by_twist
                 jacobian = piece.jacobian.reshape(*shape, -1)
-                parts.append(
-                    cls.of(piece.residual.reshape(shape), by_twist, block.inverse_sigma > 0.0, jacobian)
-                )
+                seen = block.inverse_sigma > 0.0
+                parts.append(cls.of(piece.residual.reshape(shape), by_twist, seen, jacobian))
         columns = [[getattr(p, f.name) for p in parts] for f in fields(cls)]
         return cls(*map(np.concatenate, columns[:5]), *(np.sum(column, axis=0) for column in columns[5:]))
 

@@ -106,9 +106,8 @@ class Fitted:
     def change_from(self, other: "Fitted") -> Float[np.ndarray, " arm"]:
         """Of its constants from those of another fit, nominal where that has none."""
         given = other.problem.named(other.x)
-        return np.array(
-            [self.x[k] - given.get(self.problem.names[k], self.problem.start[k]) for k in self.arm]
-        )
+        names, start = self.problem.names, self.problem.start
+        return np.array([self.x[k] - given.get(names[k], start[k]) for k in self.arm])
 
 
 def select_camera_step(
@@ -308,14 +307,8 @@ def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str], expecte
     position, rotation = _at_tool(at.robot, Motion.of(at.problem.data), at.free)
     change = at.change_from(before)
     evidence, refused = 0.0, ""
-    moved, uncertainty, turned = (
-        float(np.sqrt(max(square, 0.0)))
-        for square in (
-            change @ position @ change,
-            np.sum(position * covariance),
-            np.sum(rotation * covariance),
-        )
-    )
+    squares = change @ position @ change, np.sum(position * covariance), np.sum(rotation * covariance)
+    moved, uncertainty, turned = np.sqrt(np.maximum(squares, 0.0)).tolist()
     if name != ALONE:
         own = _shares(at.problem, zeros) if name == ZEROS else at.likelihood.groups[0]
         evidence = replace(at.likelihood, groups=(own,)).evidence()
@@ -344,9 +337,8 @@ def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str], expecte
 def _expected(fits: Sequence[Fitted], last: Fitted) -> list[float]:
     """Error of the tool that each fit leaves at other poses [m], by what the last one knows."""
     data = last.problem.data
-    position, _ = _at_tool(
-        last.robot, _other_poses(last.problem.robot.in_session(data.sessions[0]), data), last.free
-    )
+    poses = _other_poses(last.problem.robot.in_session(data.sessions[0]), data)
+    position, _ = _at_tool(last.robot, poses, last.free)
     square = np.sum(position * last.careful.covariance[np.ix_(last.arm, last.arm)])
     square += 3.0 * last.likelihood.mean(LACK) ** 2
     changes = [last.change_from(fit) for fit in fits]

@@ -115,9 +115,8 @@ class PixelObservation(AbstractObservation):
     @cached_property
     def targets(self) -> tuple[PictureTarget, ...]:
         """Boards that some picture shows."""
-        return tuple(
-            self.rig.targets[k] for k in sorted({placement.number for placement in self.placements[1]})
-        )
+        shown = sorted({placement.number for placement in self.placements[1]})
+        return tuple(self.rig.targets[k] for k in shown)
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:

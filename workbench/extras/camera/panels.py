@@ -20,19 +20,7 @@ from workbench.report.result_display import as_html
 from workbench.session.commands.identify import Identify
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import (
-    BAD,
-    CAREFUL,
-    GOOD,
-    badge,
-    block,
-    bullets,
-    folded,
-    heading,
-    note,
-    number,
-    text,
-)
+from workbench.views.page.html import BAD, CAREFUL, GOOD, badge, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel, Door, Question, set_value
 
 CARRIERS = {place: mount for mount, place in ON.items()}
@@ -163,7 +151,7 @@ def _identified(result: Identification | None, *, is_alone: bool = False) -> str
         verdict = "Camera and target found; tool poses contain no information on the joints"
     colour = BAD if found.refused and not is_alone else GOOD
     rows = [
-        (s.name, f"{number(1e3 * s.expected, 2)} mm", f"{s.pixel:.2f} px", "no" if s.refused else "yes")
+        (s.name, f"{1e3 * s.expected:.2f} mm", f"{s.pixel:.2f} px", "no" if s.refused else "yes")
         for s in found.steps
     ]
     reasons = [f"{text(step.name)}: {text(step.refused)}" for step in found.steps if step.refused]

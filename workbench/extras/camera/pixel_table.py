@@ -54,9 +54,8 @@ def read_pixels(
     beside = None if joints is None else read_fields(joints)
     if Path(source).is_dir():
         if beside is None:
-            raise FileError(
-                f"pictures need the joints at which they were taken; {_give_joints()}", path=str(source)
-            )
+            text = f"pictures need the joints at which they were taken; {_give_joints()}"
+            raise FileError(text, path=str(source))
         rig = assumed_of_folder(rig, Path(source))
         return pixel_data(find_corners(Path(source), rig), rig, beside, dof=dof)
     fields = read_fields(source, layout="plain")
@@ -216,9 +215,8 @@ def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
         return replace(joints, values=values), ()
     rotation, notes = read_orientation(joints, usable=np.ones(joints.rows, bool))
     if rotation is None:
-        raise DataError(
-            f"{joints.source}: tool poses need an orientation too (qw qx qy qz, or roll pitch yaw)"
-        )
+        wanted = "an orientation too (qw qx qy qz, or roll pitch yaw)"
+        raise DataError(f"{joints.source}: tool poses need {wanted}")
     q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
     kept = {key: v for key, v in values.items() if key in ("session", "group", "time", "exclude", "reason")}
     kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}

@@ -10,6 +10,8 @@ import re
 import zipfile
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
 from workbench.data.readers.arrays import arrays_of_json, table_of, unpacked_arrays
+from workbench.data.readers.assemble import excluded_rows
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
 from workbench.data.readers.file_kind import read_bytes
@@ -34,11 +37,19 @@ from workbench.identification.meaning.conventions import turning_alike
 
 MAX_BYTES = 64 * 2**20
 """Files that unpack to more are no pairs of poses."""
-SEEN = re.compile(r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|^[rt]vecs?$", re.I)
+SEEN = re.compile(r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|chess|aruco", re.I)
 MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$", re.I)
-LETTERS = {"A": "robot", "B": "target"}
-INVERSE = re.compile(r"(?:base|world|cam\w*|sensor)2[a-z]", re.I)
-"""OpenCV's names of poses the other way round: of the base in the gripper, of the camera in the target."""
+VECTORS = re.compile(r"^[rt]vecs?$", re.I)
+"""OpenCV's names of what a camera sees, where nothing else says whose they are."""
+LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
+_HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
+_HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
+_OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_)(?:{0})"
+DIRECT, INVERSE = (
+    re.compile(rf"(?:^|_)(?:{_OF_IN.format(*both)})(?![a-z])", re.I)
+    for both in ((_HOLDER, _HELD), (_HELD, _HOLDER))
+)
+"""Names of hands in bases and targets in cameras, and of the other way round."""
 EASY_HANDEYE = re.compile(r"\b(hand_world_samples|robot)[\"']?\s*:")
 _YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*:", re.M)
 _TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*:|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")
@@ -49,40 +60,43 @@ WANTED = (
     "give a robot pose and the target's pose in the camera in each row: x[m], y[m], z[m], qx, qy, qz, qw, "
     "target_x[m], …, target_qw; or samples of easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
 )
-
 SIDES = ("robot", "target")
 
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def read_pairs(path: Path) -> tuple[Poses, Poses, bool, tuple[str, ...]]:
-    """Robot's and target's poses, whether their writer inverts the robot's for a camera in the cell, and
-    what was decided."""
+def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, bool], bool, tuple[str, ...]]:
+    """Robot's and target's poses, whether names say which way round each side's are, whether their writer
+    inverts the robot's for a camera in the cell, and what was decided."""
     data, text, arrays = read_bytes(path), "", dict[str, Any]()
     try:
         if data.startswith(b"PK") and b"xl/" not in data:
             unpacked = unpacked_arrays(data, MAX_BYTES).items()
-            arrays = {LETTERS.get(name, name): a for name, a in unpacked if isinstance(a, np.ndarray)}
+            arrays = {name: a for name, a in unpacked if isinstance(a, np.ndarray)}
         elif not data.startswith(b"PK") and _YAML.search(text := decode(data, path)[0]):
             arrays = arrays_of_json(data)
             arrays = arrays if any(isinstance(v, list) for v in arrays.values()) else _samples(text)
     except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise FileError(f"it holds no pairs of poses ({error}); {WANTED}", path=str(path)) from None
+    arrays = {LETTERS.get(name, name): array for name, array in arrays.items()}
     grid = table_of(arrays, path) if arrays else read_grid(path)
     sides = [_poses(grid, seen) for seen in (False, True)]
     poses, notes = list[Poses](), list[str]()
     numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)
+    if not whole.any():
+        raise grid.error(f"no row has both poses; {WANTED}")
     if not whole.all():
         rows = np.flatnonzero(whole)
         notes.append(f"{plural(len(whole) - len(rows), 'row')} without both poses left out")
-        sides = [(own.take(rows), is_inverse) for own, is_inverse in sides]
+        sides = [(own.take(rows), way) for own, way in sides]
     found = turning_alike(sides[0][0], sides[1][0])
-    for name, (own, is_inverse), (turns, told) in zip(SIDES, sides, found, strict=True):
+    for name, (own, way), (turns, how) in zip(SIDES, sides, found, strict=True):
         pose = se3.pose(turns, np.asarray(own.position))
-        poses.append(se3.inverse(pose) if is_inverse else pose)
-        notes += [*own.notes, *([f"the {name}'s poses: {told}, as the pairs tell"] if told else [])]
-    return poses[0], poses[1], bool(EASY_HANDEYE.search(text)), tuple(notes)
+        poses.append(se3.inverse(pose) if way is INVERSE else pose)
+        notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
+    told = sides[0][1] is not None, sides[1][1] is not None
+    return poses[0], poses[1], told, bool(EASY_HANDEYE.search(text)), tuple(notes)
 
 
 def _samples(text: str) -> dict[str, np.ndarray]:
@@ -91,6 +105,7 @@ def _samples(text: str) -> dict[str, np.ndarray]:
     for key, number in _TOKEN.findall(text):
         if key:
             key = _NUMBER.sub("", key)
+            key = LETTERS.get(key, key)
             side, part = (key, "") if _is_seen(key) is not None else (side, part)
             part = key if _TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
             name = "_".join(filter(None, dict.fromkeys((side, part, key))))
@@ -106,33 +121,47 @@ def _samples(text: str) -> dict[str, np.ndarray]:
 def _is_seen(name: str) -> bool | None:
     """Whether a name is of what a camera sees, or of what a robot moves; None for neither."""
     parts = _GAP.split(parse_heading(name).name)
-    return True if any(map(SEEN.search, parts)) else False if any(map(MOVED.search, parts)) else None
+    kinds = ((True, SEEN), (False, MOVED), (True, VECTORS))
+    return next((seen for seen, kind in kinds if any(map(kind.search, parts))), None)
 
 
 def _of_side(names: Sequence[str], seen: int) -> list[bool]:
-    """Which names are of this side. Of those that say nothing, single words are the robot's, as are all where
-    another name is of the target."""
+    """Which names are of this side, none of joints. Of those that say nothing, single words are the robot's,
+    as are all where another name is of the target."""
     known = [_is_seen(name) for name in names]
     other = [True not in known and len(_GAP.split(name)) > 1 for name in names]
-    return [(b if a is None else a) == seen for a, b in zip(known, other, strict=True)]
+    sides = zip(names, known, other, strict=True)
+    return [(b if a is None else a) == seen and "joint" not in name.lower() for name, a, b in sides]
 
 
-def _poses(grid: Grid, seen: int) -> tuple[Dataset, bool]:
-    """One side of a table, and whether names say that its poses are inverse."""
+def _poses(grid: Grid, seen: int) -> tuple[Dataset, re.Pattern[str] | None]:
+    """One side of a table, and which way round names say that its poses are, if they do."""
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
-    mine = _of_side(head, seen)
+    mine = [c == "exclude" or own for c, own in zip(head, _of_side(head, seen), strict=True)]
     names = [_heading(c, head) if own else IGNORED for c, own in zip(head, mine, strict=True)]
-    fields = fields_of(with_names(grid, tuple(names)), units_from_rows=True)
-    rotation, _ = read_orientation(fields, usable=np.ones(fields.rows, bool))
-    if rotation is None or (position := fields.stacked(("x", "y", "z"))) is None:
-        raise grid.error(f"no pose of the {SIDES[seen]} under {listed([c for c in head if c])}; {WANTED}")
-    found = [c for c, own in zip(head, mine, strict=True) if own and INVERSE.search(c)]
-    notes = [f"'{found[0]}' is read as its name says, the other way round"] if found else []
+    bare = [name.partition("[")[0] for name in names]
+    columns = zip(head, zip_longest(*grid.rows), strict=False)
+    says = [(_is_seen(c) is not None, len({*cells}) > 2) for c, cells in columns]
+    best = dict(sorted(zip(bare, says, strict=True)))  # of several the last one counts, which varies
+    names = [n if best[b] == s else IGNORED for n, b, s in zip(names, bare, says, strict=True)]
+    fields = fields_of(replace(with_names(grid, tuple(names)), headings=tuple(head)), units_from_rows=True)
+    position = fields.stacked(("x", "y", "z"))
+    left_out = excluded_rows(fields)
+    if position is not None:
+        left_out |= ~position.any(1) & position.any()  # zeros stand where nothing was seen
+        position[left_out] = np.nan
+    rotation, _ = read_orientation(fields, usable=~left_out)
+    if rotation is None or position is None:
+        found = "; ".join([listed([c for c in head if c]), *grid.notes])
+        raise grid.error(f"no pose of the {SIDES[seen]} under {found}; {WANTED}")
+    own = [c for c, is_own in zip(head, mine, strict=True) if is_own]
+    way = next((kind for kind in (INVERSE, DIRECT) if any(map(kind.search, own))), None)
+    notes = [f"the {SIDES[seen]}'s poses are read the other way round, as named"] if way is INVERSE else []
     likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}
     read = (likely[unit] for unit in dict.fromkeys(fields.units.values()) if unit in likely)
     notes += (f"{what} of the {SIDES[seen]}'s poses are read as {unit}" for what, unit in read)
     more: dict[str, Any] = {"written": written_orientation(fields), "source": grid.source, "notes": notes}
-    return Dataset(np.zeros((fields.rows, 1)), position, rotation, **more), bool(found)
+    return Dataset(np.zeros((fields.rows, 1)), position, rotation, **more), way
 
 
 def _heading(cell: str, head: Sequence[str]) -> str:

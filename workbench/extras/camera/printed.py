@@ -64,9 +64,7 @@ class Board:
         boards = filter(has_markers_for, (replace(self.charuco, dictionary=name) for name in COMMON_NAMES))
         targets = [charuco_target(board, self.mounted) for board in list(boards) or [self.charuco]]
         shown = cache(lambda each: BoardFinder.of((each,), pictures).shown(pictures))
-        half = (
-            len(pictures) * (self.across - 1) * (self.down - 1) / 2
-        )  # then the first of the common ones is taken
+        half = len(pictures) * (self.across - 1) * (self.down - 1) / 2  # then the first common one is taken
         target = next((each for each in targets if shown(each) > half), None) or max(targets, key=shown)
         write_text(folder / "target.toml", target_toml(target))
         return (f"{NO_TARGET}: taken to be {self.text} ({target.dictionary})",)

@@ -179,10 +179,8 @@ class PictureReadings(AbstractReadings):
         """Few pictures alone don't tell how far a tool is off: those of the same rig are judged together."""
         if not isinstance(other, PictureReadings) or self.rig.owners != other.rig.owners:
             return None
-        pixels, image, sight = (
-            np.concatenate([getattr(each, name) for each in (self, other)])
-            for name in ("pixels", "image", "sight")
-        )
+        parts = ([getattr(each, name) for each in (self, other)] for name in ("pixels", "image", "sight"))
+        pixels, image, sight = map(np.concatenate, parts)
         return PictureReadings(pixels, image, self.rig, sight)
 
     @property

@@ -136,9 +136,7 @@ def new(
             '"q1,…,qn = x,y,z,a,b,c" (angles, or a quaternion); give three or more. Units are detected.'
         ),
     ] = None,
-    poses: Annotated[
-        Path | None, option("The same as a measurement file, with units in the headings.")
-    ] = None,
+    poses: Annotated[Path | None, option("The same as a table.")] = None,
     name: Annotated[str | None, option("Name of the robot.")] = None,
     apply: Annotated[
         Path | None, option("With --for: a file of the arm's controller or driver to import.")
@@ -151,6 +149,7 @@ def new(
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import check_robot_file, save_robot
+    from workbench.extras.pendant.displayed import read_display
     from workbench.extras.pendant.own_robot.check import check_robot, convention_notes, readings_of
 
     if (apply is None) != (form is None):
@@ -166,8 +165,7 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        names = readings_of(source, tip=tip)[0].robot.joint_names
-        shown = pose or [] if poses is None else wb.read_measurements(poses, joints=names).said
+        shown = pose or [] if poses is None else read_display(poses, readings_of(source, tip=tip)[0].robot)
         found = check_robot(source, shown, tip=tip)
         arm = found.robot
         for text in convention_notes(found):

@@ -13,7 +13,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
-from workbench.extras.pendant.displayed import SIZES, Displayed
+from workbench.extras.pendant.displayed import SIZES, Displayed, Steps
 from workbench.identification.meaning.as_read import misread_text, remedy
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
@@ -84,8 +84,12 @@ def _is_set(pose: np.ndarray, reach: float) -> bool:
     return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > SET * reach)
 
 
-def as_dataset(robot: Robot, shown: Displayed, reading: RowReading) -> Dataset:
-    """The poses of an arm that counts as they do, each with the standard deviation that rounding gives it."""
+def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True) -> Dataset:
+    """The poses of an arm that counts as they do, each with the standard deviation that rounding gives it.
+
+    Args:
+        commanded: Whether joints at whole degrees were commanded there, so that they are exact.
+    """
     joint, length, angle = (
         step * SIZES[unit]
         for step, unit in zip(shown.steps, shown.meaning(robot, reading).units, strict=True)
@@ -93,14 +97,13 @@ def as_dataset(robot: Robot, shown: Displayed, reading: RowReading) -> Dataset:
     written = shown.dataset(robot)
     data, slides = reading.apply(written, joints=False), sliding(robot)
     degrees = np.rad2deg(data.q[:, ~slides])
-    if np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9):
-        joint = 0.0
     variance = np.empty((len(shown), 6))
     variance[:, :3] = (UNIFORM * length) ** 2
     variance[:, 3:] = _turned_by(reading, written, UNIFORM * angle)
-    if joint:
+    if not (commanded and np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)):
         shares = np.where(slides, SIZES[shown.usual_units(robot)[1]] * shown.steps[0], joint) * UNIFORM
-        variance += ((geometric_jacobian(robot, data.q) * shares) ** 2).sum(2)
+        shares = np.broadcast_to(shares, data.q.shape)
+        variance += ((geometric_jacobian(robot, data.q) * shares[:, None]) ** 2).sum(2)
     sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
     return replace(data, sigma=sigma)
 
@@ -111,15 +114,15 @@ def _turns(arm: np.ndarray) -> bool:
     return bool(np.linalg.svd(turns, compute_uv=False)[1] > MIN_SECOND_TURN * np.sqrt(len(turns)))
 
 
-def _turned_by(reading: RowReading, shown: Dataset, sigma: float) -> Float[np.ndarray, "rows 3"]:
+def _turned_by(reading: RowReading, shown: Dataset, sigma: Steps) -> Float[np.ndarray, "rows 3"]:
     """Variances of the rotation about the base's axes where each number [rad] is uncertain by sigma."""
     assert shown.written is not None
     convention = reading.convention
     assert convention is not None
     at, numbers = convention.rotations(shown), shown.written.numbers
-    total = np.zeros((len(numbers), 3))
-    for step in np.eye(numbers.shape[1]) * 1e-6 / convention.factor:
+    total, sigmas = np.zeros((len(numbers), 3)), np.broadcast_to(sigma, numbers.shape)
+    for k, step in enumerate(np.eye(numbers.shape[1]) * 1e-6 / convention.factor):
         moved = replace(shown, written=shown.written._replace(numbers=numbers + step))
         change = se3.matrix_to_rotvec(convention.rotations(moved) @ at.swapaxes(1, 2)) / 1e-6
-        total += (sigma * change) ** 2
+        total += (sigmas[:, k : k + 1] * change) ** 2
     return total

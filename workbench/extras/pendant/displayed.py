@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,25 +13,24 @@ from jaxtyping import Float
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
-from workbench.base.units import parse_heading
+from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.units import Quantity, parse_heading
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
-from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
-from workbench.data.readers.headings import known_together, meaning, normalised
-from workbench.data.readers.table import Grid
-from workbench.data.readers.text import read_text
-from workbench.data.readers.workbooks import read_excel
+from workbench.data.readers.assemble import ORIENTED, assemble
+from workbench.data.readers.column_meanings import TableColumn, interpret_columns
+from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.fields import fields_of, to_numbers
+from workbench.data.readers.headings import SQUARE_ERROR, number_in
+from workbench.data.readers.orientation import FORMS
+from workbench.data.readers.read import read_by_layout, read_grid, read_measurements
+from workbench.data.readers.table import NUMBER, Grid, Table, with_names
 from workbench.identification.meaning.conventions import Convention
 from workbench.identification.meaning.reading import RowReading
 
-RTDE = tuple(f"actual_tcp_pose_{k}" for k in range(6))
-"""Position [m] and rotation vector [rad] in a log of UR's RTDE, whose joints count from 0 [rad]."""
-MATRIX = tuple(f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
 MAX_READINGS = 400
 """Rows of a log that are taken, evenly spread."""
 TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
 WHAT = (
@@ -39,16 +39,19 @@ WHAT = (
 )
 
 
+Steps = float | Float[np.ndarray, "rows _"]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Displayed:
-    """Poses as shown; of each block of columns its unit, if that stands there, and its last digit.
+    """Poses as shown; of each block of columns its unit, if that stands there, and its last digits.
 
     Args:
         joints: Joint positions, in the unit shown.
         xyz: Position of the tool.
         turn: Its orientation: three numbers, a quaternion, or a matrix row by row.
         units: Units of joints, position and orientation; empty where nothing says it.
-        steps: Value of the last digit of each; 0 where the numbers are exact.
+        steps: Values of last digits; 0 where the numbers are exact.
         source: For messages.
         rows: Number of each pose in its file, counted from 0.
     """
@@ -57,7 +60,7 @@ class Displayed:
     xyz: Float[np.ndarray, "rows 3"]
     turn: Float[np.ndarray, "rows k"]
     units: tuple[str, str, str] = ("", "", "")
-    steps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    steps: tuple[Steps, Steps, Steps] = (0.0, 0.0, 0.0)
     source: str = "the typed poses"
     rows: Sequence[int] = field(default=())
 
@@ -94,7 +97,7 @@ class Displayed:
         angle = angle if convention.factor == 1.0 else other[angle]
         kind = convention.kind
         units = (joint, length, angle if kind is not None and kind.numbers == 3 else "")
-        return DisplayMeaning(units, convention.name, reading.changes)
+        return DisplayMeaning(units, convention.name, replace(reading, unit=1.0).changes)
 
 
 class DisplayMeaning(NamedTuple):
@@ -123,23 +126,38 @@ class DisplayMeaning(NamedTuple):
 
 
 def read_display(path: Path | str, robot: Robot) -> Displayed:
-    """Poses of a table with or without headings."""
-    path = Path(path)
-    content = read_bytes(path)
-    is_workbook = kind_of(content, path) is FileKind.EXCEL
-    grid = read_excel(content, path, sheet=None) if is_workbook else read_text(content, path)
-    head, body = _parts(grid)
-    columns = _columns(head, body, robot.dof, path)
-    blank = [k for k, row in enumerate(body) if not all(row[c].strip() for part in columns for c in part)]
-    kept = [k for k in range(len(body)) if k not in blank]
-    kept = kept[:: -(-len(kept) // MAX_READINGS) or 1]
-    if not kept:
-        raise DataError(f"{path}: no pose is filled in; {WHAT}")
-    cells = [[[body[k][c] for c in part] for k in kept] for part in columns]
-    units = tuple(_unit(head, part, path) for part in columns)
-    if set(RTDE) <= set(_names(head)):
-        units = ("rad", "m", "rad")
-    return _displayed(cells, units=units, source=str(path), rows=kept)
+    """Poses of a table with or without headings, or of a log, as measurements are read."""
+    path, names = Path(path), robot.joint_names
+    try:
+        _, _, table = read_by_layout(path, columns=None, layout=None, sheet=None, joints=names)
+    except FileError:
+        if _has_words(grid := read_grid(path)):
+            raise
+        table = _without_headings(grid, robot.dof)
+    if table is None:  # a bag, whose numbers are known in full
+        return of_dataset(read_measurements(path, joints=names))
+    table = _completed(table, robot.dof)
+    data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
+    if data.position is None or data.written is None:
+        raise table.error(f"no position and orientation were found; {WHAT}")
+    columns = {c.key: c for c in interpret_columns(table)}
+    joints = [columns[f"q{k + 1}"] for k in range(robot.dof)]
+    entries = [columns[key] for form in FORMS if form.convention == data.written.name for key in form.keys]
+    turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
+    seen = np.flatnonzero(data.included)
+    seen = seen[:: -(-len(seen) // MAX_READINGS) or 1]
+    xyz, length, second = _block(table, [columns[axis] for axis in "xyz"], seen)
+    q, joint, first = _block(table, joints, seen, length)
+    turned, angle, third = _block(table, turn, seen)
+    return Displayed(
+        joints=q,
+        xyz=xyz,
+        turn=turned,
+        units=(joint, length, angle),
+        steps=(first, second, third),
+        source=str(path),
+        rows=seen.tolist(),
+    )
 
 
 def typed(texts: Iterable[str], joints: int) -> Displayed:
@@ -147,17 +165,20 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
     rows: list[tuple[list[str], list[str], list[str]]] = []
     for text in texts:
         left, _, right = text.replace("\u2212", "-").partition("=")
-        q, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
-        is_right = len(q) == joints and len(pose) in (6, 7) and all(map(TYPED.fullmatch, q + pose))
+        own, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
+        is_right = len(own) == joints and len(pose) in (6, 7) and all(map(TYPED.fullmatch, own + pose))
         if not is_right or (rows and len(pose) != 3 + len(rows[0][2])):
             raise OptionError(
                 f"the pose '{text}' must be {joints} joint positions, =, x, y, z and three angles or a "
                 "quaternion, with commas"
             )
-        rows.append((q, pose[:3], pose[3:]))
+        rows.append((own, pose[:3], pose[3:]))
     if not rows:
         raise OptionError("no poses are typed; give them as q1,…,qn = x,y,z,a,b,c")
-    return _displayed([list(part) for part in zip(*rows, strict=True)], rows=range(len(rows)))
+    cells = [np.array(part) for part in zip(*rows, strict=True)]
+    q, xyz, turn = (part.astype(float) for part in cells)
+    first, second, third = map(_last_digits, cells, (q, xyz, turn))
+    return Displayed(joints=q, xyz=xyz, turn=turn, steps=(first, second, third), rows=range(len(rows)))
 
 
 def of_dataset(data: Dataset) -> Displayed:
@@ -165,109 +186,87 @@ def of_dataset(data: Dataset) -> Displayed:
     if data.position is None or data.rotation is None:
         raise DataError(f"{data.source}: the tool's pose is needed, position and orientation")
     seen = data.said.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
+    written = data.written
+    turn = se3.matrix_to_quaternion(data.rotation[seen]) if written is None else written.numbers[seen]
     return Displayed(
         joints=data.q[seen],
         xyz=data.position[seen],
-        turn=se3.matrix_to_quaternion(data.rotation[seen]),
-        units=("rad", "m", ""),
+        turn=turn,
+        units=("rad", "m", "rad" if turn.shape[1] == 3 else ""),
         source=data.source,
         rows=data.row[seen].tolist(),
     )
 
 
-def _parts(grid: Grid) -> tuple[list[str], list[list[str]]]:
-    """Headings (none where there is no such line) and rows of numbers."""
-    rows = [row for row in grid.rows if any(cell.strip() for cell in row)]
-    begins = next((k for k, row in enumerate(rows) if _is_data(row)), len(rows))
-    width = max(map(len, rows[max(begins - 1, 0) :]))
-    body = [[*row, *[""] * (width - len(row))] for row in rows[begins:]]
-    if not body:
-        raise grid.error(f"no row of numbers was found; {WHAT}")
-    return (rows[begins - 1] if begins else []), body
+def _has_words(grid: Grid) -> bool:
+    """Whether the first row is one of headings."""
+    return not any(map(NUMBER.fullmatch, grid.rows[0]))
 
 
-def _is_data(row: list[str]) -> bool:
-    filled = [cell for cell in row if cell.strip()]
-    return 2 * sum(NUMBER.fullmatch(cell.strip()) is not None for cell in filled) > len(filled)
+def _without_headings(grid: Grid, joints: int) -> Table:
+    """Joints, place and orientation in this order; numbers of the rows may stand before them."""
+    width, counts = len(grid.rows[0]), [row[0] for row in grid.rows]
+    first = int(counts in ([str(k + start) for k in range(len(counts))] for start in (0, 1)))
+    turn = {6: ("a", "b", "c"), 7: ("qw", "qx", "qy", "qz")}.get(width - first - joints)
+    if turn is None:
+        raise grid.error(f"{width} columns, but the arm has {joints} joints; {WHAT}")
+    return with_names(grid, (*[IGNORED] * first, *(f"q{k + 1}" for k in range(joints)), *"xyz", *turn))
 
 
-def _columns(head: list[str], body: list[list[str]], joints: int, path: Path) -> list[list[int]]:
-    """Columns of joints, position and orientation, by their headings or else in this order."""
-    width, names = len(body[0]), _names(head)
-    together = known_together({normalised(name): () for name in names})
-    known = [together.get(normalised(name)) or meaning(name) for name in names]
-    keys = {key: k for k, key in reversed([*enumerate(known)]) if key is not None}
-    own = {int(key[1:]): k for key, k in keys.items() if re.fullmatch(r"q\d+", key)}
-    first = min(own, default=1)  # logs of controllers count from 0
-    if own and sorted(own) != list(range(first, first + joints)):
-        raise DataError(
-            f"{path}: joints {', '.join(map(str, sorted(own)))} in the file, but the arm has {joints}; "
-            "choose the robot that was read"
-        )
-    q = [own[k] for k in sorted(own)]
-    if own and set(RTDE) <= set(names):
-        pose = [names.index(name) for name in RTDE]
-        return [q, pose[:3], pose[3:]]
-    if not {"x", "y", "z"} <= set(keys):
-        if not joints + 6 <= width <= joints + 7:
-            raise DataError(f"{path}: {width} columns, but the arm has {joints} joints; {WHAT}")
-        columns = list(range(width))
-        return [columns[:joints], columns[joints : joints + 3], columns[joints + 3 :]]
-    xyz = [keys[axis] for axis in "xyz"]
-    q = q or list(range(xyz[0] - joints, xyz[0]))
-    if min(q) < 0:
-        raise DataError(f"{path}: no columns of joints; {WHAT}")
-    if set(MATRIX) <= set(keys):
-        return [q, xyz, [keys[key] for key in MATRIX]]
-    rest = [k for k in range(max(xyz) + 1, len(names)) if k not in q and names[k]]
-    turn = [k for k in rest[:4] if k < rest[0] + 4 and not names[k].startswith(("time", "note", "comment"))]
-    if len(turn) < 3:
-        raise DataError(f"{path}: no orientation follows x, y, z; {WHAT}")
-    return [q, xyz, turn if len(turn) == 4 and _is_quaternion(body, turn) else turn[:3]]
+def _completed(table: Table, joints: int) -> Table:
+    """The table with names for joints before the place, and an orientation behind it, where it has none."""
+    columns = interpret_columns(table)
+    places = {c.key: c.index for c in columns}
+    if not {*"xyz"} <= places.keys():
+        return table
+    xyz = [places[axis] for axis in "xyz"]
+    first, named = min(xyz) - joints, {}
+    if "q1" not in places and first >= 0:
+        named = {first + k: f"q{k + 1}" for k in range(joints)}
+    if not ORIENTED & places.keys():
+        numbers = {c.index: [number_in(cell) for cell in table.columns[c.index]] for c in columns}
+        behind = takewhile(lambda c: c.key is None, columns[max(xyz) + 1 :])
+        turn = [c.index for c in behind if np.isfinite(numbers[c.index]).any()][:4]
+        size = np.nansum([np.square(numbers[k]) for k in turn], axis=0)
+        four = len(turn) == 4 and bool((np.abs(size[size > 0.0] - 1.0) < SQUARE_ERROR).all())
+        named |= zip(turn, ("qw", "qx", "qy", "qz") if four else ("a", "b", "c"), strict=False)
+    units = [parse_heading(name).unit for name in table.names]
+    said = [
+        named.get(k, name) + (f"[{units[k]}]" if units[k] else "") * (k in named)
+        for k, name in enumerate(table.names)
+    ]
+    return replace(table, names=tuple(said))
 
 
-def _names(head: list[str]) -> list[str]:
-    return [parse_heading(cell).name.strip().lower() for cell in head]
+def _block(
+    table: Table, columns: Sequence[TableColumn], rows: np.ndarray, length: str = ""
+) -> tuple[np.ndarray, str, np.ndarray]:
+    """Numbers of some columns, their unit where headings say it, and the values of last digits.
+
+    Args:
+        length: Unit of lengths among angles; empty where there are none.
+    """
+    cells = np.array([table.columns[c.index] for c in columns])[:, rows].T
+    numbers = np.stack([to_numbers(table, c.index)[rows] for c in columns], axis=1)
+    steps, unit = _last_digits(cells, numbers), ""
+    for k, c in enumerate(columns):
+        if c.conversion is None or not c.unit or c.missing_unit is not None or c.unit == "1":
+            continue
+        of_length = c.conversion.quantity is Quantity.LENGTH
+        own, other = ("mm", "m") if of_length else ("deg", "rad")
+        unit = unit or (own if np.isclose(SIZES[own], c.conversion.scale) else other)
+        factor = c.conversion.scale / SIZES[length if of_length and length else unit]
+        numbers[:, k], steps[:, k] = numbers[:, k] * factor, steps[:, k] * factor
+    return numbers, unit, steps
 
 
-def _is_quaternion(body: list[list[str]], columns: list[int]) -> bool:
-    """Whether four columns have unit length wherever they are filled in."""
-    rows = [[row[c].strip().replace(",", ".") for c in columns] for row in body]
-    filled = [row for row in rows if all(map(NUMBER.fullmatch, row))]
-    norms = np.linalg.norm(np.array(filled, float).reshape(-1, 4), axis=1)
-    return len(filled) > 0 and bool(np.all(np.abs(norms - 1.0) < 0.02))
-
-
-def _unit(head: list[str], columns: list[int], path: Path) -> str:
-    """The unit that the headings of some columns have; empty if none."""
-    found = {parse_heading(head[c]).unit or "" for c in columns if c < len(head)}
-    units = {UNITS.get(unit, unit) for unit in found} - {"", "-", "1"}
-    if len(units) > 1 or not units <= {"deg", "rad", "mm", "m"}:
-        raise DataError(f"{path}: the unit '{sorted(units)[0]}' is unknown; give deg, rad, mm or m")
-    return next(iter(units), "")
-
-
-def _displayed(cells, *, source: str = "the typed poses", **more) -> Displayed:
-    joints, xyz, turn = (
-        np.array([[_number(c, source, k) for c in row] for k, row in enumerate(part)]) for part in cells
-    )
-    joint, length, angle = map(_last_digit, cells)
-    return Displayed(joints=joints, xyz=xyz, turn=turn, steps=(joint, length, angle), source=source, **more)
-
-
-def _number(cell: str, source: str, row: int) -> float:
-    text = cell.strip().replace("\u2212", "-").replace(",", ".")
-    if not NUMBER.fullmatch(text):
-        raise DataError(
-            f"{source}: '{cell}' in pose {row + 1} is not a number; correct it or delete the line"
-        )
-    return float(text)
-
-
-def _last_digit(part: list[list[str]]) -> float:
-    """Value of the last digit that is shown; 0 where there are more than anybody displays."""
-    texts = [cell.strip().replace(",", ".") for row in part for cell in row]
-    if any("e" in text.lower() for text in texts):
-        return 0.0
-    decimals = max(len(text.partition(".")[2]) for text in texts)
-    return 0.0 if decimals > 8 else 10.0**-decimals
+def _last_digits(cells: np.ndarray, numbers: Float[np.ndarray, "rows k"]) -> Float[np.ndarray, "rows k"]:
+    """Value of each number's last digit, where all are printed with as many decimals, or digits in all."""
+    decimals = digits = 0
+    for cell in cells.ravel():
+        mantissa, _, power = cell.lower().strip().replace(",", ".").partition("e")
+        decimals = max(decimals, len(mantissa.partition(".")[2]) - int(power or 0))
+        digits = max(digits, len(mantissa.lstrip("+-\u22120.").replace(".", "")))
+    with np.errstate(divide="ignore"):
+        order = np.floor(np.log10(np.abs(numbers)))
+    return np.maximum(10.0**-decimals, 10.0 ** (order - digits + 1))

@@ -19,16 +19,14 @@ from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Like, checked_arguments
-from workbench.base.errors import FileError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
-from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 from workbench.extras.pendant.convention import as_dataset, find_convention, with_displayed_frames
-from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, of_dataset, read_display, typed
+from workbench.extras.pendant.displayed import DisplayMeaning, of_dataset, read_display, typed
 from workbench.identification.identify import identify
 from workbench.identification.report.document import errors_table
 from workbench.identification.report.results_json import identification_json, validation_json
@@ -42,7 +40,7 @@ ROUNDING, CHANCE = 1.5, 1e-3
 """Root mean square of what is left, in standard deviations of rounding, that a model may leave; where few
 numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
-"""Expected error from which on the readings are too few: part of the nominal model's, and at least [m]."""
+"""Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
 WANTED = 3e-5
 """Expected error that a plan aims at [m]."""
 
@@ -82,7 +80,9 @@ class Extraction(AbstractShown):
         if self.left[1] > self.allowed:
             return ModelVerdict.MORE
         share, minimum = UNCERTAIN
-        if self.expected.position > max(share * 1e-3 * self.run.nominal.train.position_mm.rms, minimum):
+        before, after = (each.train.position_mm.rms for each in (self.run.nominal, self.run.best))
+        explained = 1e-3 * np.sqrt(max(before**2 - after**2, 0.0))
+        if self.expected.position > max(share * explained, minimum):
             return ModelVerdict.UNCERTAIN
         return ModelVerdict.NOMINAL if self.left[0] < self.allowed else ModelVerdict.EXTRACTED
 
@@ -108,7 +108,7 @@ class Extraction(AbstractShown):
         if self.verdict is ModelVerdict.UNCERTAIN:
             return (
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
-                "with every joint moved ('workbench extract --plan 30' plans them)"
+                "with all digits and every joint moved ('workbench extract --plan 30' plans them)"
             )
         return (
             f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
@@ -176,17 +176,20 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
         DataError: too few readings, none that this arm can show, or several meanings that fit.
         FileError, OptionError: no readings.
     """
-    shown = _read(readings, robot)
+    if isinstance(readings, Path):
+        shown = read_display(readings, robot)
+    else:
+        shown = of_dataset(readings) if isinstance(readings, Dataset) else typed(readings, robot.dof)
     reading = find_convention(robot, shown)
     counted = reading.on(robot.bare) or robot
-    data = as_dataset(counted, shown, reading)
-    arm = with_displayed_frames(counted, reading)
+    arm, data = with_displayed_frames(counted, reading), as_dataset(counted, shown, reading)
     with part_of(0.0, 0.7):
-        run = identify(arm, data, held_out=0.0, reading="given")
-    used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
-    nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
-    best *= np.sqrt(6 * len(used) / spare)
-    allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
+        run, *left, allowed = _identified(arm, data)
+        rounded = as_dataset(counted, shown, reading, commanded=False)
+        if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
+            data = rounded  # the joints' whole degrees were not commanded, but are all that is shown
+            run, *left, allowed = _identified(arm, data)
+    nominal, best = left
     taken = run.aligned if nominal < allowed else run.best.calibrated
     cause = ""
     if best > allowed:
@@ -202,18 +205,13 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
     )
 
 
-def _read(readings: Path | Dataset | Sequence[str], robot: Robot) -> Displayed:
-    if isinstance(readings, Dataset):
-        return of_dataset(readings)
-    if not isinstance(readings, Path):
-        return typed(readings, robot.dof)
-    try:
-        return read_display(readings, robot)
-    except FileError as error:  # a log or bag
-        try:
-            return of_dataset(read_measurements(readings, joints=robot.joint_names))
-        except FileError:
-            raise error from None
+def _identified(arm: Robot, data: Dataset) -> tuple[Identification, float, float, float]:
+    """The model that fits, what the nominal arm and it leave, and how much a model may leave."""
+    run = identify(arm, data, held_out=0.0, reading="given")
+    used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
+    nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
+    allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
+    return run, nominal, best * float(np.sqrt(6 * len(used) / spare)), allowed
 
 
 def _left(arm: Robot, data: Dataset) -> float:

@@ -5,7 +5,7 @@ own rows by its manufacturing errors, well below 2 % of its reach; else `meaning
 mean.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import RobotError, ShapeError
-from workbench.base.wording import in_mm, plural, ranges
+from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.as_read import is_misread, misread_text, remedy, unexplained_text
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import majority, zeros_fitted
+from workbench.identification.meaning.nominal_fit import zeros_fitted
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT
 
@@ -37,32 +37,27 @@ class ArmMatch:
         robot: Name of the arm.
         meaning: What the rows mean; None where they fit at a glance, or too few have a point.
         rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
-        joints: Number of joints of the rows and of the arm, where they differ.
-        rows: Rows that alone don't fit, where most others do, and what these leave [m].
+        joints: Number of joints of the rows and of the arm.
     """
 
     robot: str
     meaning: RowMeaning | None = None
     rival: str = ""
     joints: tuple[int, int] = (0, 0)
-    rows: tuple[int, ...] = ()
-    others: float = np.nan
 
     @property
     def is_foreign(self) -> bool:
         """Whether the rows clearly belong to another arm, or need another reading."""
-        if self.joints[0] != self.joints[1] or self.rows:
-            return True
-        if self.meaning is None:
-            return False
+        if self.joints[0] != self.joints[1] or self.meaning is None:
+            return self.joints[0] != self.joints[1]
         plain = self.meaning.plain
         far = plain is None or plain.position > FOREIGN_MISFIT * plain.robot.reach
-        return is_misread(self.meaning) or (far and not self.meaning.is_found)
+        return is_misread(self.meaning) or (not self.meaning.is_found and (far or bool(self.meaning.parts)))
 
     @property
     def has_reading(self) -> bool:
         """Whether another reading of the rows makes them this arm's."""
-        return self.meaning is not None and not self.rival and not self.rows and is_misread(self.meaning)
+        return self.meaning is not None and not self.rival and is_misread(self.meaning)
 
     @property
     def rival_name(self) -> str:
@@ -72,9 +67,6 @@ class ArmMatch:
     def text(self) -> str:
         rows, arm = self.joints
         head = f"{rows} joints in the file, {arm} in the arm: " if rows != arm else ""
-        if self.rows:
-            few = f"{plural(len(self.rows), 'row')} ({ranges(self.rows)}) don't fit the others"
-            return f"{few}, which the arm fits to {in_mm(self.others)}"
         if self.rival and self.meaning is not None:
             given = self.meaning.plain
             own = f"the nominal arm is {given.size} off with the best base and tool, " if given else ""
@@ -85,8 +77,6 @@ class ArmMatch:
 
     @property
     def remedy(self) -> str:
-        if self.rows:
-            return "correct the units or joints of these rows, or exclude them"
         return "choose the robot that was measured" if self.meaning is None else remedy(self.meaning)
 
 
@@ -96,17 +86,9 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     Args:
         data: Rows; if their number of joints differs, built-in arms and choices of columns are searched.
     """
-    found = ArmMatch(robot=robot.name)
-    if data.joints != robot.dof:
-        found = replace(found, joints=(data.joints, robot.dof))
     meaning = read_rows(robot, data)
-    if meaning is None:
-        return found
-    found = replace(found, meaning=meaning, rival=meaning.best.other if meaning.is_found else "")
-    lost = meaning.plain is not None and not meaning.is_found
-    if lost and (few := majority(robot, data)):
-        return replace(found, rows=few[0], others=few[1])
-    return found
+    rival = meaning.best.other if meaning is not None and meaning.is_found else ""
+    return ArmMatch(robot=robot.name, meaning=meaning, rival=rival, joints=(data.joints, robot.dof))
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:

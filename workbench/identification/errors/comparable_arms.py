@@ -45,9 +45,8 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
     skipped = [e.name for e in calibrated.effects if not e.moves_arm]
     notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]
     if not place and not usable.sees_rotation:
-        notes.append(
-            "orientations of the path are met by the model only: no measured orientation confirms it"
-        )
+        why = "no measured orientation confirms it"
+        notes.append(f"orientations of the path are met by the model only: {why}")
     here, arm = Frame(), usable.robot
     return ComparedArms(
         calibrated=arm.with_effects(*effects).with_frames(base=here),

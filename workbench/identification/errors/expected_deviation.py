@@ -54,9 +54,8 @@ def with_expected_deviation(
         x: Solution with `MAX_DEVIATION`, if known.
     """
     if isinstance(deviation, str) and deviation != AUTO:
-        raise OptionError(
-            f"the expected deviation must be '{AUTO}' or a number in rad and m, got '{deviation}'"
-        )
+        wanted = f"'{AUTO}' or a number in rad and m"
+        raise OptionError(f"the expected deviation must be {wanted}, got '{deviation}'")
     if deviation != AUTO and not float(deviation) > 0.0:
         raise OptionError(f"the expected deviation must be positive [rad, m], got {deviation:g}")
     problem = problem.with_shares()

@@ -87,9 +87,8 @@ class RowErrors:
 
     def widened(self, position: float, rotation: float) -> "RowErrors":
         """The same with the model's own uncertainty at the tool [m], [rad] added in quadrature."""
-        return replace(
-            self, position=np.hypot(self.position, position), rotation=np.hypot(self.rotation, rotation)
-        )
+        wider = np.hypot(self.position, position), np.hypot(self.rotation, rotation)
+        return replace(self, position=wider[0], rotation=wider[1])
 
     @property
     def summary(self) -> "Errors | None":

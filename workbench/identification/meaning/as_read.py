@@ -16,6 +16,7 @@ from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
+from workbench.identification.meaning.unexplained import told_by_column
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 
 SMALL_ZERO = 0.26
@@ -38,9 +39,8 @@ class ReadAs(StrEnum):
 def is_misread(meaning: RowMeaning) -> bool:
     """Whether the rows clearly mean something else, which the saved arm would have to share."""
     best = meaning.best
-    if not meaning.is_found or best.is_plain:
-        return False
-    return not (best.only_zeros and np.abs(best.zero).max() < SMALL_ZERO)
+    is_small = best.only_zeros and bool(np.abs(best.zero).max() < SMALL_ZERO)
+    return meaning.is_found and not best.is_plain and not is_small
 
 
 def as_read(
@@ -86,6 +86,12 @@ def _as_read(
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
         return robot, data
     best, plain = meaning.best, meaning.plain
+    meaning = told_by_column(robot, data, meaning)
+    if meaning.kept is not None:
+        lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
+        kept = data.kept_out(dict.fromkeys(lost, "is told by a column not to fit"))
+        note = f"{plural(len(lost), 'row')} left out: {meaning.parts}"
+        return _as_read(robot, _with_notes(kept, note), how, keeps_arm, notes_rival)
     if is_misread(meaning):
         sentence = misread_text(meaning, robot)
         if best.other and notes_rival:
@@ -99,13 +105,12 @@ def _as_read(
     turned = meaning.turned
     if turned is not None and plain is not None:
         note = f"{turned.orientation}: {turned.size} instead of {plain.size} as the heading says; read so"
-        data = _read_as(turned.apply(data), note)
-        plain = turned
+        data, plain = _read_as(turned.apply(data), note), turned
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
     if not meaning.is_found:
-        return robot, _with_notes(data, unexplained_text(meaning))
+        return robot, _with_notes(data, unexplained_text(meaning), *[meaning.remedy] * bool(meaning.parts))
     notes, off, some = _unconfirmed(data), plain.position, usable(data) if meaning.tried else None
     if some is not None and (rival := other_arm(robot, some, off)) is not None:
         found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
@@ -119,11 +124,10 @@ def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
     The weight at the flange is the payload, compared at the same postures, or else that of the links. An arm
     with masses needs no measured torques.
     """
-    if (shown := data.torque) is None:
+    shown = data.torque
+    if shown is None or robot.has_masses or shown.shape[1] != robot.dof or not np.isfinite(shown).all():
         return data
     torque = shown
-    if robot.has_masses or torque.shape[1] != robot.dof or not np.isfinite(torque).all():
-        return data
     expected = -np.einsum("rij,i->rj", geometric_jacobian(robot.bare, data.q)[:, :3], robot.gravity)
     if data.payload is not None and np.isfinite(data.payload).all():
         change = within_postures(data.q, data.payload[:, None])
@@ -198,7 +202,7 @@ def unexplained_text(meaning: RowMeaning) -> str:
 def remedy(meaning: RowMeaning) -> str:
     """What to do where rows mean something else."""
     if meaning.parts:
-        return "name what was moved in between in a column 'session', or correct the rows"
+        return meaning.remedy
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
     if meaning.best.other:

@@ -12,14 +12,15 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import block_diag
 
+Flanges = Float[np.ndarray, "s m 4 4"]
+Points = Float[np.ndarray, "m 3"]
+Grams = Float[np.ndarray, "c k"]
 WEIGHT = 0.3
 """Weight of an angle of 1 rad against a length of one reach."""
 ROUNDING = 1e-9
 
 
-def point_bounds(
-    flange: Float[np.ndarray, "s m 4 4"], points: Float[np.ndarray, "m 3"], sessions: int = 1
-) -> Float[np.ndarray, " s"]:
+def point_bounds(flange: Flanges, points: Points, sessions: int = 1) -> Float[np.ndarray, " s"]:
     """Root mean square distance [m] of points from the nearest affine images of sessions, per candidate."""
     rows, far = len(points), max(np.ptp(points), ROUNDING)
     each = ((p - p.mean(0), np.full(len(p), far)) for p in points.reshape(sessions, -1, 3))
@@ -37,9 +38,7 @@ def point_bounds(
     return np.sqrt(np.maximum(left, 0.0) / freedom)
 
 
-def held_bounds(
-    flange: Float[np.ndarray, "s m 4 4"], points: Float[np.ndarray, "m 3"], axis: Float[np.ndarray, "4 4"]
-) -> Float[np.ndarray, " s"]:
+def held_bounds(flange: Flanges, points: Points, axis: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, " s"]:
     """Root mean square distance [m] of flanges from points, turned about the z axis of a frame as suits best.
 
     That leaves the zero of the first joint open; turning the flange, which moves it nowhere, leaves that of
@@ -55,7 +54,7 @@ def held_bounds(
     return np.sqrt(square.mean(1))
 
 
-def grams(rotations: Float[np.ndarray, "c m 3 3"], sessions: int = 1) -> Float[np.ndarray, "c k"]:
+def grams(rotations: Float[np.ndarray, "c m 3 3"], sessions: int = 1) -> Grams:
     """Gram matrices ⟨R_i, R_j⟩ of the rotations of each session's rows, their upper triangles."""
     i, j = np.triu_indices(rotations.shape[1], 1)
     size = rotations.shape[1] // sessions
@@ -64,9 +63,7 @@ def grams(rotations: Float[np.ndarray, "c m 3 3"], sessions: int = 1) -> Float[n
     return (flat @ np.swapaxes(flat, 1, 2))[:, i, j]
 
 
-def turn_bounds(
-    flange: Float[np.ndarray, "s m 4 4"], conventions: Float[np.ndarray, "c k"], sessions: int = 1
-) -> Float[np.ndarray, "s c"]:
+def turn_bounds(flange: Flanges, conventions: Grams, sessions: int = 1) -> Float[np.ndarray, "s c"]:
     """Root mean square difference of Gram matrices as an angle [rad], for each convention."""
     own = grams(flange[:, :, :3, :3], sessions)
     cross = own @ conventions.T / own.shape[1]

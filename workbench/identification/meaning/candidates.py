@@ -76,10 +76,7 @@ class Families:
     @cached_property
     def parallel(self) -> tuple[tuple[int, int], ...]:
         """Neighbours that turn about parallel axes."""
-        h = 1e-6
-        poses = chains.poses(self.robot.bare.chain, np.vstack([np.zeros(self.dof), h * np.eye(self.dof)]))
-        turned = (poses[1:, :3, :3] @ poses[0, :3, :3].T) / h
-        axes = np.stack([turned[:, 2, 1], turned[:, 0, 2], turned[:, 1, 0]], axis=1)
+        axes = chains.joint_twists(self.robot.bare.chain, np.zeros((1, self.dof)))[1][0, 3:].T
         cosine = np.abs((axes[1:] * axes[:-1]).sum(1))
         return tuple((k, k + 1) for k in np.flatnonzero(cosine > PARALLEL).tolist())
 
@@ -191,10 +188,8 @@ class Families:
         """One simple coupling with all signs and one quarter turn, or two of arms with few joints."""
         diagonal, flips = self._signs
         simple = [c for cost, c in self.couplings if cost == COUPLING]
-        if not simple:
-            return ColumnReadings(np.zeros((0, self.dof, self.dof)), np.zeros((0, self.dof)), np.zeros(0))
         zeros = np.array([QUARTER * a * np.eye(self.dof)[k] for k in self._inner for a in (1, 2, 3)])
-        w = np.concatenate([c @ diagonal for c in simple])
+        w = np.reshape([c @ diagonal for c in simple], (-1, self.dof, self.dof))
         return self._with_zeros(w, np.tile(COUPLING + flips, len(simple)), zeros.reshape(-1, self.dof))
 
     @property

@@ -15,6 +15,7 @@ from workbench.identification.meaning.bounds import grams
 
 INVERSE, MIXED, UNIT, USUAL, RARE = 1.0, 1.2, 0.5, 0.3, 0.8
 """Complexity of an inverse, of columns in another order, of a unit, of a usual and of a rare convention."""
+Turns = Float[np.ndarray, "rows 3 3"]
 DEGREE, TURN = np.pi / 180.0, 2.0 * np.pi
 COMPARED, TRIED = 40, 16
 """Rows by which turns are compared, and conventions in which they agree of which places are."""
@@ -64,9 +65,7 @@ class Convention:
         return np.swapaxes(found, 1, 2) if self.inverse else found
 
 
-def conventions(
-    data: Dataset, *, usual: bool = False
-) -> Iterator[tuple[Convention, Float[np.ndarray, "rows 3 3"]]]:
+def conventions(data: Dataset, *, usual: bool = False) -> Iterator[tuple[Convention, Turns]]:
     """All ways to read the orientation columns, with what they give, the declared one first; equal ones once.
 
     Args:
@@ -109,7 +108,7 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
                     yield Convention(kind, factor, order=order, cost=cost + MIXED)
 
 
-def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Float[np.ndarray, "rows 3 3"], str]]:
+def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
     """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared."""
     ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in (a, b)]
     if len(a) != len(b) or not all(ways):

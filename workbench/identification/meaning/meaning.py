@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
@@ -31,7 +31,8 @@ class RowMeaning:
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
         turned: The joints as given with another convention of orientations that is clearly theirs, if any.
-        parts: Which of rows that nothing explains fit the arm by themselves.
+        parts: Which of rows that nothing explains fit the arm by themselves; `remedy`: what to do about that.
+        kept: Numbers of the rows that fit, where the others don't and a column tells them; None otherwise.
         constant: What rows that nothing else explains fit with one constant of the arm's table changed.
     """
 
@@ -44,6 +45,8 @@ class RowMeaning:
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
     parts: str = ""
+    remedy: str = "name what was moved in between in a column 'session', or correct the rows"
+    kept: Int[np.ndarray, " k"] | None = None
     constant: str = ""
 
     @property

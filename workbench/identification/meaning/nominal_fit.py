@@ -7,6 +7,7 @@ import numpy as np
 from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
+from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
@@ -20,12 +21,8 @@ MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
 """Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
 
 
-def majority(robot: Robot, data: Dataset) -> tuple[tuple[int, ...], float] | None:
-    """Numbers of the rows that stand off from an arm that most others fit, and its error on these [m]."""
-    located = usable(data)
-    if located is None:
-        return None
-    located = replace(located, rotation=None, written=None)
+def majority(robot: Robot, located: Dataset) -> str:
+    """`12 rows (10–21) don't fit the others, which the arm fits to 2.6 mm`; empty if it doesn't fit most."""
     off = np.zeros(len(located))
     for _ in range(TRIM_ROUNDS):
         most = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
@@ -34,8 +31,9 @@ def majority(robot: Robot, data: Dataset) -> tuple[tuple[int, ...], float] | Non
     fits = off < FITS * robot.reach
     error = float(np.median(off[fits])) if fits.any() else np.inf
     if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
-        return None
-    return tuple(located.row[~fits].tolist()), error
+        return ""
+    few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())}) don't fit the others"
+    return f"{few}, which the arm fits to {in_mm(error)}"
 
 
 def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
@@ -47,8 +45,7 @@ def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
 
 def placed(robot: Robot, data: Dataset) -> Robot:
     """The nominal arm with the base and tool that fit its rows best; unchanged with too few points."""
-    rows = usable(data) if data.joints == robot.dof else None
-    if rows is None:
+    if data.joints != robot.dof or (rows := usable(data)) is None:
         return robot
     at = ReadingSearch(robot, rows).plain()
     return replace(robot, mounting=robot.mounting.at(at.base, at.tool), sessions={})

@@ -127,9 +127,7 @@ class _Fit:
         """Zeros of the first and the last joint, as the base and tool that are held would have to turn."""
         poses, twists = chains.joint_twists(self.robot.chain, self.joints[0, :1])
         first, last = twists[0, 3:, 0], poses[0, :3, :3].T @ twists[0, 3:, -1]
-        turned = [
-            base_and_tool(flange[k], se3.pose(rotations[k], self.points[k])) for k in range(len(flange))
-        ]
+        turned = map(base_and_tool, flange, se3.pose(rotations, self.points))
         return np.array([(_angle(base, first), _angle(tool, last)) for base, tool in turned])
 
     def _flange(self, joints: np.ndarray, *, moves: bool = False) -> tuple[np.ndarray, np.ndarray | None]:

@@ -11,9 +11,10 @@ from workbench.base.assets import built_in_robots
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.candidates import ColumnReadings, Families
 from workbench.identification.meaning.meaning import RowMeaning, ranked
+from workbench.identification.meaning.nominal_fit import majority
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import CLEAR, FEW_POINTS, SURE, ReadingSearch
-from workbench.identification.meaning.unexplained import one_constant, parts_in_order
+from workbench.identification.meaning.unexplained import ELSEWHERE, one_constant, parts_in_order
 from workbench.identification.meaning.usable_rows import few_each, usable, without_still_turns
 
 HELD_ROWS = 3
@@ -55,43 +56,34 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     given = meaning.turned or plain
     if likely or given is None or meaning.is_found or sessions > 1:
         return meaning
-    if parts := parts_in_order(robot, search.data):
-        return replace(meaning, parts=parts)
-    return replace(meaning, constant=one_constant(given, search.data))
+    parts = parts_in_order(robot, search.data)
+    if not parts.endswith(ELSEWHERE) and (most := majority(robot, rows)):
+        how = "correct the units or joints of these rows, or exclude them"
+        return replace(meaning, parts=most, remedy=how)
+    return replace(meaning, parts=parts, constant="" if parts else one_constant(given, search.data))
 
 
 def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     """Families in their order."""
-    robot, columns = search.robot, search.data.joints
-    own = Families(robot, columns)
-    stages: list[Callable[[], None]] = []
-    if columns == robot.dof:
-        near = min(r.position for r in search.found) < FITS * robot.reach
+    robot, own = search.robot, Families(search.robot, search.data.joints)
+    arms: list[Callable[[], None]] = [] if likely else [lambda: _try_arms(search)]
+    if own.columns != robot.dof:
+        choices = [lambda: search.family("choices of columns", robot, own.plain)]
+        return [*(choices if own.columns > robot.dof else []), *arms]
+    near = min(r.position for r in search.found) < FITS * robot.reach
 
-        def first() -> None:
-            search.family("signs and couplings", robot, own.signs)
-            if (
-                near or likely
-            ) and search.sessions == 1:  # a plain reading that fits so-so has met these before it stands
-                search.family("exchanges", robot, own.exchanges)
-                search.family("zeros", robot, own.zeros, inverse=False)
-
-        stages.append(first)
-    elif columns > robot.dof:
-        stages.append(lambda: search.family("choices of columns", robot, own.plain))
-    if not likely:
-        stages.append(lambda: _try_arms(search))
-    if columns != robot.dof:
-        return stages
+    def first() -> None:
+        search.family("signs and couplings", robot, own.signs)
+        if (near or likely) and search.sessions == 1:  # a plain reading that fits so-so meets these first
+            search.family("exchanges", robot, own.exchanges)
+            search.family("zeros", robot, own.zeros, inverse=False)
 
     def with_zeros(name: str) -> Callable[[], None]:
         return lambda: search.family(name, robot, FAMILIES[name](own), inverse=False)
 
-    zeros = [with_zeros(name) for name in [*FAMILIES][1:]]
-    if likely:
-        return stages + zeros[:1]
-    stages.append(lambda: search.family("orders", robot, own.orders))
-    return stages + zeros if search.sessions == 1 else stages
+    zeros = [with_zeros(name) for name in [*FAMILIES][1:]] if search.sessions == 1 or likely else []
+    orders = [] if likely else [lambda: search.family("orders", robot, own.orders)]
+    return [first, *arms, *orders, *(zeros[:1] if likely else zeros)]
 
 
 def other_arm(robot: Robot, data: Dataset, off: float) -> RowReading | None:

@@ -9,17 +9,20 @@ from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.wording import in_mm
+from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
+from workbench.data.postures import postures
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.meaning.bounds import WEIGHT
-from workbench.identification.meaning.nominal_fit import placed_errors
+from workbench.identification.meaning.meaning import RowMeaning
+from workbench.identification.meaning.nominal_fit import MIN_FITTING_SHARE, placed_errors
 from workbench.identification.meaning.reading import FITS, FITS_TURN, NARROW, RowReading
 from workbench.identification.meaning.search import CLEAR
+from workbench.identification.meaning.usable_rows import usable
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
-MIN_PART = 10
-"""Minimum number of rows of a part: with fewer, base and point of the tool fit too much."""
+MIN_PART, MAX_PARTS = 10, 12
+"""Minimum number of rows of a part: with fewer, base and point of the tool fit too much; and of parts."""
 WITHIN = 0.5 * FITS
 """Misfit of a part as a share of the reach."""
 STEPS, UNIT = 30, 1e-4
@@ -27,6 +30,34 @@ STEPS, UNIT = 30, 1e-4
 ALIKE = 1.3
 """Ratio of misfits within which other constants are named as well."""
 SHOWN = 2
+ELSEWHERE = "with another base or tool"
+
+
+def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeaning:
+    """The meaning of rows of which some or all don't fit, with what a column that was left out tells of them:
+    by its values they fit by themselves, or those of one of two; or that tables are shifted by a row."""
+    all_fit = meaning.is_found and not (meaning.best.apart and meaning.best.is_plain)
+    if all_fit or data.joints != robot.dof or (rows := usable(data)) is None:
+        return meaning
+    for heading, cells in rows.unread.items():
+        parts = {value: rows.take(cells == value) for value in dict.fromkeys(cells.tolist())}
+        fits = {v: own for v, own in parts.items() if len(own) >= MIN_PART and _fits(robot, own)}
+        if not 1 < len(parts) <= MAX_PARTS or sum(map(len, fits.values())) < MIN_FITTING_SHARE * len(rows):
+            continue
+        sizes = ", ".join(f"{v} fit to {in_mm(_misfit(robot, own))}" for v, own in fits.items())
+        if len(fits) == 1:
+            text = f"those whose '{heading}' is {sizes}, the others don't"
+            return replace(meaning, parts=text, kept=next(iter(fits.values())).row)
+        if not meaning.is_found:
+            key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
+            text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
+            return replace(meaning, parts=text, remedy=f"give columns='{key}={heading}' (--columns)")
+    for ahead in () if meaning.is_found else (1, -1, 2, -2):
+        if _fits(robot, replace(rows, q=np.roll(rows.q, ahead, axis=0)).take(np.arange(2, len(rows) - 2))):
+            where = "before" if ahead > 0 else "after"
+            text = f"each row fits the joints {plural(abs(ahead), 'row')} {where} it"
+            return replace(meaning, parts=text, remedy="correct the order of joints and measurements")
+    return meaning
 
 
 def parts_in_order(robot: Robot, data: Dataset) -> str:
@@ -42,7 +73,7 @@ def parts_in_order(robot: Robot, data: Dataset) -> str:
         own, other = rows.take(np.arange(length)), rows.take(np.arange(length, len(rows)))
         text = f"data rows {_span(own)} fit to {in_mm(_misfit(robot, own))}"
         if len(other) >= MIN_PART and _fits(robot, other):
-            return f"{text}, and {_span(other)} to {in_mm(_misfit(robot, other))} with another base or tool"
+            return f"{text}, and {_span(other)} to {in_mm(_misfit(robot, other))} {ELSEWHERE}"
         return f"{text}, those {'after' if is_begin else 'before'} them don't"
     return ""
 
@@ -72,8 +103,7 @@ def _misfit(robot: Robot, data: Dataset) -> float:
 
 
 def _fits(robot: Robot, data: Dataset) -> bool:
-    points = np.asarray(data.position)
-    wide = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
+    wide = float(np.linalg.norm(np.asarray(data.position).std(0)))
     return _misfit(robot, data) < min(WITHIN * robot.reach, NARROW * wide)
 
 

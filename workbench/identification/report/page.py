@@ -1,5 +1,6 @@
 """The page of an identification."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,20 +10,24 @@ from workbench.identification.report.document import identification_blocks
 from workbench.identification.report.how_to_apply import controller_use
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
+from workbench.report.blocks import Block
 from workbench.report.page import write_page
 
 
-def write_identification(result: Identification, folder: Path | str, *, wanted: Wanted | None = None) -> Path:
+def write_identification(
+    result: Identification, folder: Path | str, *, wanted: Wanted | None = None, first: Sequence[Block] = ()
+) -> Path:
     """Write `report.html` and `result.json`: both or nothing.
 
     Args:
         folder: Made if it is not there.
         wanted: Required error of every pose; no verdict if None.
+        first: What the page begins with.
     """
     judged, use = None if wanted is None else judge(result, wanted), controller_use(result)
     content = identification_json(result)
     content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
-    blocks = [*identification_blocks(result, wanted=wanted), *use.blocks()]
+    blocks = [*first, *identification_blocks(result, wanted=wanted), *use.blocks()]
     title = f"{result.robot.name}: {result.data.source}"
     return write_page(
         folder, ("report.html", "result.json"), blocks, content, title=title, kind="Identification"

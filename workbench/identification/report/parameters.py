@@ -68,7 +68,8 @@ def unseen(fit: Fit) -> frozenset[str]:
 
 def identified(fit: Fit) -> Iterator[Identified]:
     """The parameters of a fit."""
-    shared = {name for c in fit.unidentifiable if len(c.names) > 1 for name in c.names}
+    together = (c for c in (*fit.unidentifiable, *fit.weakly_observable) if len(c.names) > 1)
+    shared = {name for c in together for name in c.names}
     hidden = unseen(fit)
     for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
         is_shared = p.name in shared or p.text in fit.idle

@@ -85,9 +85,8 @@ class Blocks:
                 f"{np.rad2deg(max((self.max_tilt, *self.tilts), key=abs)):g}°"
             )
         if self.turn < 0.0:
-            raise OptionError(
-                f"the step of block angles must not be negative, got {np.rad2deg(self.turn):g}°"
-            )
+            turn = f"{np.rad2deg(self.turn):g}°"
+            raise OptionError(f"the step of block angles must not be negative, got {turn}")
 
     def draw(self, rows: int, half: Float[np.ndarray, "2"], *, rng: np.random.Generator) -> Places:
         """Random blocks whose faces' centres lie within ±half of the plate's centre [m]."""

@@ -32,7 +32,7 @@ from workbench.session.part import GoesWith
 from workbench.session.played_motion import Played
 from workbench.session.start import default_plate, is_default_plate, start
 from workbench.session.state import Focus, Session, UndoStep
-from workbench.session.target_steps import instrument_for
+from workbench.session.target_steps import check_free, instrument_for
 
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
@@ -58,20 +58,16 @@ class ChooseRobot(AbstractTask[Session]):
     title = computed(lambda self: f"Choose the robot {self.name}")
 
     def check(self, session: Session) -> None:
-        _check_quiet(session)
-        if (
-            self.keep
-            and self._unread(session) is None
-            and (session.measurements.loaded is None or session.measurements.loaded.read is None)
-        ):
+        check_free(session)
+        loaded = session.measurements.loaded
+        if self.keep and self._unread(session) is None and (loaded is None or loaded.read is None):
             raise OptionError("there are no measurements from a file to keep")
 
     def compute(self, session: Session) -> Session:
         progress(0.2, "solving inverse kinematics for the targets")
         if self.name.lower() not in (known := built_in_robots()):  # a journal may say anything
-            raise OptionError(
-                f"unknown arm '{self.name}'; built-in: {', '.join(known)}", option="name", found=self.name
-            )
+            text = f"unknown arm '{self.name}'; built-in: {', '.join(known)}"
+            raise OptionError(text, option="name", found=self.name)
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
         if self.keep and (file := self._unread(session)) is not None:
             begun = start_with(robot, session)
@@ -109,7 +105,7 @@ class LoadModel(AbstractTask[Session]):
     title = computed(lambda self: f"Open {safe_name(self.name)}")
 
     def check(self, session: Session) -> None:
-        _check_quiet(session)
+        check_free(session)
         largest = LARGEST_ARCHIVE if self._is_archive else LARGEST_MODEL
         if not 0 < len(self.content) <= largest:
             raise FileError(
@@ -166,9 +162,8 @@ def _unpacked(path: Path) -> Path:
             files = [one for one in files if not one.filename.startswith("__MACOSX")]
             if len(files) > MAX_FILES or sum(one.file_size for one in files) > LARGEST_UNPACKED:
                 limits = f"{MAX_FILES} files and {LARGEST_UNPACKED // 2**20} MiB"
-                raise FileError(
-                    f"holds more than {limits}; leave out what the arm doesn't need", path=path.name
-                )
+                text = f"holds more than {limits}; leave out what the arm doesn't need"
+                raise FileError(text, path=path.name)
             for one in files:
                 archive.extract(one, path.parent / "unpacked")  # which keeps within that folder
     except DAMAGED:
@@ -252,11 +247,9 @@ class JogTo(AbstractChange):
         session = session.updated("playback", focus=Focus.JOG, jogged=found.q)
         if found.converged:
             return session
-        return session.with_message(
-            Severity.WARNING,
-            f"the arm stops {1e3 * found.position_error:.1f} mm and "
-            f"{np.rad2deg(found.rotation_error):.1f}° short of that pose; choose one within reach",
-        )
+        short = f"{1e3 * found.position_error:.1f} mm and {np.rad2deg(found.rotation_error):.1f}° short of"
+        text = f"the arm stops {short} that pose; choose one within reach"
+        return session.with_message(Severity.WARNING, text)
 
 
 def drawn_joints(session: Session) -> np.ndarray:
@@ -286,10 +279,9 @@ def start_with(robot: Robot, session: Session) -> Session:
     from workbench.plate.optimiser.constraints import is_clear_of
 
     if not is_default_plate(session) and is_clear_of(robot, session.plate):
-        kept = [
-            t if t.q is None or len(t.q) == robot.dof else replace(t, q=None) for t in session.plate.targets
-        ]
-        plate = replace(session.plate, targets=tuple(kept))
+        is_its_own = [t.q is None or len(t.q) == robot.dof for t in session.plate.targets]
+        both = zip(session.plate.targets, is_its_own, strict=True)
+        plate = replace(session.plate, targets=tuple(t if own else replace(t, q=None) for t, own in both))
         begun = start(robot, plate, is_given=session.is_plate_given, noise=session.noise)
         if 2 * begun.score.measurable >= len(plate):
             return begun
@@ -306,14 +298,8 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
-    checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]
-    text = "; ".join([text, *checked])
-    return begun.with_message(Severity.INFO, text)
-
-
-def _check_quiet(session: Session) -> None:
-    if session.drag is not None:
-        raise OptionError("a target is being dragged; wait until it is released")
+    checked = (note for note in begun.robot.notes if note.startswith(("it fits:", "change:")))
+    return begun.with_message(Severity.INFO, "; ".join([text, *checked]))
 
 
 MAX_CAPTURED = 200

@@ -162,10 +162,8 @@ class SetOverlay(AbstractChange):
 
     def check(self, session: Session) -> None:
         if not MIN_TIMES <= self.overlay.exaggeration <= MAX_TIMES:
-            limits = f"{MIN_TIMES:g} to {MAX_TIMES:g}"
-            raise OptionError(
-                f"the exaggeration of errors must be {limits}, got {self.overlay.exaggeration:g}"
-            )
+            wrong = f"must be {MIN_TIMES:g} to {MAX_TIMES:g}, got {self.overlay.exaggeration:g}"
+            raise OptionError(f"the exaggeration of errors {wrong}")
 
     def apply(self, session: Session) -> Session:
         return session.updated("choices", overlay=self.overlay)

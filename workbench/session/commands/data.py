@@ -186,15 +186,16 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
             raise OptionError(f"the seed must be 0 to {MAX_SEED}, got {self.seed}")
         if not all(0.0 <= own <= most for own, most in zip(self.errors, EARLIER_ERRORS, strict=True)):
             length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
-            raise OptionError(
-                f"hidden errors must be 0 to 5 mm and 0 to 5°, got {length:g} mm and {angle:g}°"
-            )
+            sizes = f"{length:g} mm and {angle:g}°"
+            raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {sizes}")
         if not 0 <= self.more <= MAX_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MAX_MORE}, got {self.more}")
         if self.instrument and self.instrument not in (offered := virtual_instruments()):
             known = ", ".join(offered)
             raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
-        check_measurable(session)
+        if not any(state.measurable for state in session.states):
+            remedy = "drag some within reach, or choose other branches"
+            raise DataError(f"the arm reaches none of the targets; {remedy}")
 
     def compute(self, session: Session) -> Loaded:
         rng = np.random.default_rng(self.seed)
@@ -228,9 +229,8 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         return Instrument(name=name, observes=Observes.POSE, sigma_position=place, sigma_rotation=turn)
 
     def finish(self, session: Session, result: Loaded) -> Session:
-        return with_other_data(session, result).with_message(
-            Severity.LOG, f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
-        )
+        text = f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
+        return with_other_data(session, result).with_message(Severity.LOG, text)
 
 
 class ForgetData(AbstractChange):
@@ -245,14 +245,6 @@ class ForgetData(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return with_other_data(session, None)
-
-
-def check_measurable(session: Session) -> None:
-    """Refuse if the arm reaches none of the targets."""
-    if not any(state.measurable for state in session.states):
-        raise DataError(
-            "the arm reaches none of the targets; drag some within reach, or choose other branches"
-        )
 
 
 def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: bool = False) -> Loaded:
@@ -350,7 +342,8 @@ def with_other_data(session: Session, loaded: Loaded | None) -> Session:
     if before is None or (session.results.identification is None and session.results.diagnosis is None):
         return with_data(session, loaded)
     text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
-    return with_data(begin_step(session, session), loaded).with_message(Severity.WARNING, text)
+    after = with_data(begin_step(session, session), loaded)
+    return after.with_message(Severity.WARNING, text, refused="Identify")  # the next one ends it
 
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:

@@ -53,10 +53,8 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             raise DataError(own.undiagnosed)
         rows = len(dataset) - len(session.measurements.left_out)
         if rows < MIN_ROWS:
-            raise DataError(
-                f"a diagnosis needs at least {MIN_ROWS} rows, got {rows} "
-                "(for a virtual arm, increase 'More poses' in the Measure tab)"
-            )
+            remedy = "for a virtual arm, increase 'More poses' in the Measure tab"
+            raise DataError(f"a diagnosis needs at least {MIN_ROWS} rows, got {rows} ({remedy})")
 
     def compute(self, session: Session) -> tuple[Loaded, Diagnosis]:
         from workbench.diagnosis.diagnose import diagnose

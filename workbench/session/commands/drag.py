@@ -13,7 +13,6 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.state import Drag, Focus, Session
 from workbench.session.target_postures import branches_to, follow_target, with_branch_name
@@ -43,9 +42,8 @@ class SelectTarget(AbstractChange):
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         if session.drag is not None and session.drag.target != self.target:
-            raise OptionError(
-                f"target {session.drag.target + 1} is being dragged; select another one once it is released"
-            )
+            held = f"target {session.drag.target + 1} is being dragged"
+            raise OptionError(f"{held}; select another one once it is released")
 
     def apply(self, session: Session) -> Session:
         return replace(session, selected=self.target).updated("playback", focus=Focus.TARGET)
@@ -118,12 +116,13 @@ class MoveTarget(AbstractChange):
         check_unlocked(session, self.target)
         if self.client == NOBODY:
             check_free(session)
-        check_place(self.target, self.xyz, self.rpy)
+        check_place(f"target {self.target + 1}", self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
         if session.drag is not None and not self._is_part_of(session.drag):
             return session
-        target = self._moved(session)
+        old = session.plate.targets[self.target]
+        target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
         before = session.states[self.target] if self.start is None else self.start.state
         state = follow_target(session.robot, target, before)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
@@ -141,10 +140,6 @@ class MoveTarget(AbstractChange):
 
     def _is_part_of(self, drag: Drag) -> bool:
         return (drag.client, drag.target) == (self.client, self.target)
-
-    def _moved(self, session: Session) -> Target:
-        old = session.plate.targets[self.target]
-        return replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
 
 
 class DropTarget(AbstractChange):
@@ -166,12 +161,10 @@ class DropTarget(AbstractChange):
         return commit_step(replace(session, states=with_item(session.states, index, state)))
 
 
-def check_place(number: int, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:
+def check_place(what: str, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:
     """Refuse a position that is not finite or too far away."""
     if not np.isfinite((*xyz, *rpy)).all():
-        raise OptionError(f"the coordinates of target {number + 1} must be finite numbers")
-    if max(abs(v) for v in xyz) > MAX_TARGET_DISTANCE:
-        raise OptionError(
-            f"target {number + 1} would be {max(abs(v) for v in xyz):.3g} m from the base; "
-            f"the limit is {MAX_TARGET_DISTANCE:g} m"
-        )
+        raise OptionError(f"the coordinates of {what} must be finite numbers")
+    if (far := max(abs(v) for v in xyz)) > MAX_TARGET_DISTANCE:
+        limit = f"the limit is {MAX_TARGET_DISTANCE:g} m"
+        raise OptionError(f"{what} would be {far:.3g} m from the base; {limit}")

@@ -9,9 +9,17 @@ from workbench.base.types import frozen
 from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import AUTO
 from workbench.session.command import AbstractChange, computed
+from workbench.session.commands.drag import check_place
 from workbench.session.state import Session
 from workbench.session.target_postures import branches_to, place
-from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
+from workbench.session.target_steps import (
+    AbstractTargetStep,
+    check_free,
+    check_unlocked,
+    move_targets,
+    place_plate,
+    with_item,
+)
 
 STEP = 0.06
 """Distance of a new target from all others, and of the places that are tried for it [m]."""
@@ -83,6 +91,28 @@ class LockTarget(AbstractChange):
         return move_targets(session, plate, session.states)
 
 
+class MovePlate(AbstractTargetStep):
+    """Put the plate elsewhere, with all its targets, which the arm then reaches in branches chosen anew.
+
+    Args:
+        xyz: Centre of its top in the robot's base [m].
+        rpy: Its roll, pitch, yaw [rad].
+    """
+
+    title = "Move the plate"
+
+    xyz: tuple[float, float, float]
+    rpy: tuple[float, float, float]
+
+    def check(self, session: Session) -> None:
+        super().check(session)
+        check_place("the plate", self.xyz, self.rpy)
+
+    def apply(self, session: Session) -> Session:
+        xyz, rpy = frozen(np.array(self.xyz)), frozen(np.array(self.rpy))
+        return place_plate(session, session.plate.moved(xyz, rpy))
+
+
 def free_place(session: Session) -> tuple[float, float, float]:
     """Nearest the region's middle at the selected target's height, `STEP` from all targets.
 
@@ -121,6 +151,5 @@ class ChooseBranch(AbstractChange):
         target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
         state = place(session.robot, target, session.states[self.target].q)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
-        return move_targets(
-            session, plate, with_item(session.states, self.target, state), selected=self.target
-        )
+        states = with_item(session.states, self.target, state)
+        return move_targets(session, plate, states, selected=self.target)

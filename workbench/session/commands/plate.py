@@ -120,11 +120,8 @@ def _moved(before: Plate, after: Plate) -> str:
     """How far a plate was moved, and which way; empty where it was not."""
     out = float(np.hypot(*after.xyz[:2]) - np.hypot(*before.xyz[:2]))
     steps = (("farther", "nearer", out), ("up", "down", float(after.xyz[2] - before.xyz[2])))
-    return " and ".join(
-        f"{1e3 * abs(size):.0f} mm {more if size > 0.0 else less}"
-        for more, less, size in steps
-        if abs(size) >= MIN_REPORTED_MOVE
-    )
+    seen = (step for step in steps if abs(step[2]) >= MIN_REPORTED_MOVE)
+    return " and ".join(f"{1e3 * abs(size):.0f} mm {up if size > 0.0 else down}" for up, down, size in seen)
 
 
 def more_targets(session: Session) -> int | None:
@@ -176,14 +173,10 @@ class SetNoise(AbstractChange):
     rotation: float
 
     def check(self, session: Session) -> None:
-        for what, value, largest in (
-            ("position", self.position, LARGEST_POSITION),
-            ("rotation", self.rotation, LARGEST_ROTATION),
-        ):
-            if not 0.0 < value <= largest:
-                raise OptionError(
-                    f"the instrument's {what} noise must be above 0 and at most {largest:.3g}, got {value:g}"
-                )
+        for what, most in (("position", LARGEST_POSITION), ("rotation", LARGEST_ROTATION)):
+            if not 0.0 < (value := getattr(self, what)) <= most:
+                wrong = f"must be above 0 and at most {most:.3g}, got {value:g}"
+                raise OptionError(f"the instrument's {what} noise {wrong}")
 
     def apply(self, session: Session) -> Session:
         noise = Noise(self.position, self.rotation)

@@ -50,11 +50,9 @@ class SetRegion(AbstractChange):
             raise OptionError("the region's corners must be finite numbers")
         if max(map(abs, (*self.low, *self.high))) > MAX_CORNER_DISTANCE:
             raise OptionError(f"the region must stay within {MAX_CORNER_DISTANCE:g} m of the base")
-        cubes = self.region().cubes
-        if cubes > MAX_CUBES:
-            raise OptionError(
-                f"the region would have {cubes} cubes; the limit is {MAX_CUBES}: make the cubes larger"
-            )
+        if (cubes := self.region().cubes) > MAX_CUBES:
+            most = f"the limit is {MAX_CUBES}: make the cubes larger"
+            raise OptionError(f"the region would have {cubes} cubes; {most}")
 
     def apply(self, session: Session) -> Session:
         if self.step:
@@ -80,11 +78,9 @@ class ShowCubes(AbstractChange):
         if self.view.field == NO_FIELD:
             return
         if self.view.field not in CUBE_FIELDS:
-            raise OptionError(
-                f"unknown field of cubes '{self.view.field}'; choose {NO_FIELD}, {', '.join(CUBE_FIELDS)}",
-                option="field",
-                found=self.view.field,
-            )
+            known = f"{NO_FIELD}, {', '.join(CUBE_FIELDS)}"
+            text = f"unknown field of cubes '{self.view.field}'; choose {known}"
+            raise OptionError(text, option="field", found=self.view.field)
         if self.view.field == MEASURED.name:
             measurements(session)
 
@@ -140,12 +136,8 @@ class MapCubes(AbstractChore[CubeMap]):
         return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
 
     def compute(self, session: Session) -> CubeMap:
-        found = map_cubes(
-            session.robot,
-            session.plate.region,
-            session.plate.poses[:MAX_ORIENTATIONS, :3, :3],
-            names=identified_names(session.robot),
-        )
+        turns, names = session.plate.poses[:MAX_ORIENTATIONS, :3, :3], identified_names(session.robot)
+        found = map_cubes(session.robot, session.plate.region, turns, names=names)
         if found is None:
             raise Cancelled
         return found

@@ -12,7 +12,6 @@ from workbench.session.target_steps import (
     begin_step,
     check_free,
     commit_step,
-    first_difference,
     with_targets,
 )
 
@@ -57,9 +56,7 @@ class ResetTargets(AbstractTargetStep):
 
     def apply(self, session: Session) -> Session:
         first = session.history.first
-        if session.plate is first.plate:
-            return session.with_message(Severity.INFO, f"the targets are already as in '{first.plate.name}'")
-        return go_to_step(begin_step(session), first)
+        return _back_to(session, first, f"the targets are already as in '{first.plate.name}'")
 
 
 class RestoreBest(AbstractTargetStep):
@@ -68,9 +65,7 @@ class RestoreBest(AbstractTargetStep):
     title = "Back to the best plate so far"
 
     def apply(self, session: Session) -> Session:
-        if session.history.best is None or session.history.best.plate is session.plate:
-            return session.with_message(Severity.INFO, "this is the best plate so far")
-        return go_to_step(begin_step(session), session.history.best)
+        return _back_to(session, session.history.best, "this is the best plate so far")
 
 
 class GoBackTo(AbstractChange):
@@ -87,17 +82,18 @@ class GoBackTo(AbstractChange):
     def check(self, session: Session) -> None:
         check_free(session)
         if not 0 <= self.step < len(session.history.past):
-            raise OptionError(
-                f"step must be 1 to {len(session.history.past)}, got {self.step + 1}",
-                option="step",
-                found=self.step,
-            )
+            text = f"step must be 1 to {len(session.history.past)}, got {self.step + 1}"
+            raise OptionError(text, option="step", found=self.step)
 
     def apply(self, session: Session) -> Session:
-        step = session.history.past[self.step]
-        if step.plate is session.plate:
-            return session.with_message(Severity.INFO, "the plate has not changed since then")
-        return go_to_step(begin_step(session), step)
+        return _back_to(session, session.history.past[self.step], "the plate has not changed since then")
+
+
+def _back_to(session: Session, step: UndoStep | None, already: str) -> Session:
+    """The targets of an earlier step, as a new one; a message where they stand so already."""
+    if step is None or step.plate is session.plate:
+        return session.with_message(Severity.INFO, already)
+    return go_to_step(begin_step(session), step)
 
 
 def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Session:
@@ -113,6 +109,6 @@ def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Ses
 
 def go_to_step(session: Session, step: UndoStep) -> Session:
     """The session with the targets of a step, the first one that differs selected."""
-    return commit_step(
-        with_targets(session, step.plate, step.states, selected=first_difference(session.plate, step.plate))
-    )
+    pairs = enumerate(zip(session.plate.targets, step.plate.targets, strict=False))
+    other = next((i for i, (now, then) in pairs if now is not then), None)
+    return commit_step(with_targets(session, step.plate, step.states, selected=other))

@@ -171,16 +171,13 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Star
         session: Its state there.
         root: Where recordings go.
     """
-    header = recording.header | {
-        "branched": {"from": recording.folder.name, "step": len(recording.lines)},
-        "began": _now().isoformat(timespec="seconds"),
-    }
+    branched = {"from": recording.folder.name, "step": len(recording.lines)}
+    header = recording.header | {"branched": branched, "began": _now().isoformat(timespec="seconds")}
     folder = None
     try:
         folder = _make(None, root, session.robot.name)
-        shutil.copytree(
-            recording.folder / ROBOT.parent, folder / ROBOT.parent, symlinks=True, dirs_exist_ok=True
-        )
+        of_old, of_new = (place / ROBOT.parent for place in (recording.folder, folder))
+        shutil.copytree(of_old, of_new, symlinks=True, dirs_exist_ok=True)
         lines = [_sealed(header, folder), *(line.text for line in recording.lines)]
         write_text(folder / JOURNAL, "".join(f"{line}\n" for line in lines))
         file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)

@@ -70,11 +70,8 @@ def changed_numbers(session: Session, before: Session | None) -> Json:
     """What is new since an earlier snapshot; everything if there is none."""
     if before is None:
         return numbers_of(session, _SUBJECTS)
-    changed = [
-        name
-        for name, (parts, _) in _SUBJECTS.items()
-        if any(a is not b for a, b in zip(parts(session), parts(before), strict=True))
-    ]
+    both = ((name, zip(parts(session), parts(before), strict=True)) for name, (parts, _) in _SUBJECTS.items())
+    changed = [name for name, pairs in both if any(a is not b for a, b in pairs)]
     found = numbers_of(session, changed)
     if "targets" in found and len(before.states) == len(session.states):
         kept = zip(session.plate.targets, before.plate.targets, session.states, before.states, strict=True)

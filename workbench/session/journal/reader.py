@@ -161,9 +161,8 @@ class Recording:
     def truncated_at(self, step: int) -> "Recording":
         """The recording cut off after so many commands."""
         if not 0 <= step <= len(self.lines):
-            raise OptionError(
-                f"step must be 0 to {len(self.lines)} in {self.folder}, got {step}", option="step", found=step
-            )
+            text = f"step must be 0 to {len(self.lines)} in {self.folder}, got {step}"
+            raise OptionError(text, option="step", found=step)
         return replace(self, lines=self.lines[:step])
 
 
@@ -230,10 +229,8 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
     except MALFORMED:
         raise FileError("is not a journal: its first line names no schema", path=str(path)) from None
     if name != NAME or kind > NUMBER:
-        raise FileError(
-            f"has the schema {header['schema']}, and this version reads {SCHEMA}; install a newer workbench",
-            path=str(path),
-        )
+        why = f"has the schema {header['schema']}, and this version reads {SCHEMA}"
+        raise FileError(f"{why}; install a newer workbench", path=str(path))
     if not isinstance(header.get("numbers"), dict):
         raise FileError("the first line has no table of numbers", path=str(path), line=1)
     if header.pop(codec.CHECK, None) is None:
@@ -296,10 +293,9 @@ def _line(text: bytes, step: int, path: Path) -> JournalLine:
         return JournalLine(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
     except (*MALFORMED, WorkbenchError, codec.LostFile) as error:
         why = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
+        remedy = f"--step {step - 1} opens the session before it"
         raise FileError(
-            f"step {step} can't be read ({why}); --step {step - 1} opens the session before it",
-            path=str(path),
-            line=step + 1,
+            f"step {step} can't be read ({why}); {remedy}", path=str(path), line=step + 1
         ) from None
 
 

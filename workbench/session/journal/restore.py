@@ -50,9 +50,8 @@ class Restored:
     @property
     def worst(self) -> Difference:
         """The most telling difference."""
-        return max(
-            self.differences, key=lambda d: (d.name.endswith(MEAN_ERROR), math.isfinite(d.size), d.size)
-        )
+        telling = lambda d: (d.name.endswith(MEAN_ERROR), math.isfinite(d.size), d.size)  # noqa: E731
+        return max(self.differences, key=telling)
 
     @property
     def text(self) -> str:
@@ -109,10 +108,8 @@ def restore(
     if not found:
         return Restored(session, recording, compared)
     header = recording.header | {"workbench": package_version(), "numbers": now.get(0, written[0])}
-    lines = [
-        _rewritten(line, now[step]) if step in now else line
-        for step, line in enumerate(recording.lines, start=1)
-    ]
+    every = enumerate(recording.lines, start=1)
+    lines = [_rewritten(line, now[step]) if step in now else line for step, line in every]
     rewritten = replace(recording, lines=tuple(lines), header=header)
     return Restored(session, rewritten, compared, tuple(found), _reason(recording, found[0].step))
 

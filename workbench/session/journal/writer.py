@@ -102,9 +102,8 @@ class Appender:
         """Write the newest place of a drag over the one before the last."""
         self._keep_lock()
         if not self._slots:
-            self._slots = [
-                open_regular(self._folder / name, os.O_WRONLY | os.O_CREAT) for name in codec.PLACES
-            ]
+            places = (self._folder / name for name in codec.PLACES)
+            self._slots = [open_regular(place, os.O_WRONLY | os.O_CREAT) for place in places]
         _write_whole(self._slots[0], self._place, 0)
         self._slots.reverse()
 
@@ -202,9 +201,8 @@ class Logbook(AbstractKeeper):
             if not is_instead:
                 self._before = self._last
             self._step, self._last = step, session
-            line = json.dumps(
-                _line(step, entry, fields, session, self._before), ensure_ascii=False, allow_nan=False
-            )
+            content = _line(step, entry, fields, session, self._before)
+            line = json.dumps(content, ensure_ascii=False, allow_nan=False)
             self._file.add(codec.sealed(line), files, instead=is_instead)
         except (OSError, WorkbenchError) as error:
             self._fail(error)

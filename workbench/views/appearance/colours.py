@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from workbench.report import colours as models
+from workbench.session.comparison import ModelStage
 
 
 def _rgb(code: str) -> tuple[int, int, int]:
@@ -38,10 +39,7 @@ NOMINAL, GEOMETRY, CALIBRATED = map(_rgb, (models.NOMINAL, models.GEOMETRY, mode
 MARK = (250, 204, 21)
 
 
-def stage_colours(number: int) -> tuple[tuple[int, int, int], ...]:
-    """Colours of so many stages of the model: nominal first, the result last."""
-    return (NOMINAL, *(GEOMETRY,) * (number - 2), CALIBRATED)[:number]
-
+STAGE_COLOURS = dict(zip(ModelStage, (NOMINAL, GEOMETRY, CALIBRATED), strict=True))
 
 BLAMED = (225, 29, 72)
 EVENT = _rgb(models.EVENT)

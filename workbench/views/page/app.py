@@ -15,7 +15,7 @@ from workbench.session.page_state import Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
-from workbench.views.page.local_server import local_server, page_address, session_link
+from workbench.views.page.local_server import local_server, page_address
 from workbench.views.page.render import BrowserView
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.viser_internals import stop_server
@@ -54,7 +54,10 @@ class App:
         self.worker = Worker(
             begun.session, keepers=begun.keepers, journal=begun.entries, opening=begun.opening
         )
-        link, asks = session_link(self.server, begun.name) if begun.name else "", asks and not begun.entries
+        link, asks = (
+            page_address(self.server, session=begun.name) if begun.name else "",
+            asks and not begun.entries,
+        )
         self.demo: Demo | None = None
         self.view = BrowserView(
             self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks, drawn=drawn

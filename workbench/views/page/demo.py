@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.base.assets import assets
-from workbench.base.wording import capital
+from workbench.diagnosis.result import Diagnosis, judged
+from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
@@ -50,13 +51,13 @@ class DemoScene:
         caption: Empty: what was said before still stands.
         commands: What is done, one after the other.
         seconds: How long it stands afterwards, or in all for many commands.
-        tab: Where its outcome is seen.
+        tab: Where its outcome is seen; None: where that of the scene before was.
     """
 
     caption: str
     commands: tuple[AbstractCommand, ...] = ()
     seconds: float = 6.0
-    tab: Tab = Tab.PLATE
+    tab: Tab | None = None
 
 
 class Demo:
@@ -68,7 +69,6 @@ class Demo:
         self._on = threading.Event()
         self._on.set()
         self._mine: AbstractCommand | None = None
-        self._tab: Tab | None = None
         self.is_finished = False
         worker.listen(self._heard)
         self._thread = threading.Thread(target=self._run, name="workbench-demo", daemon=True)
@@ -103,8 +103,7 @@ class Demo:
         """Play one scene to its end, or until the user stops."""
         if scene.caption:
             self._submit(SetCaption(scene.caption))
-        if scene.tab is not self._tab:
-            self._tab = scene.tab
+        if scene.tab is not None:
             self._submit(OpenTab(scene.tab))
         for command in scene.commands or (None,):
             if command is not None:
@@ -148,10 +147,8 @@ class Demo:
 
 def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     """The scenes; later ones look at what earlier ones led to."""
-    yield DemoScene("", (ChooseRobot(ROBOT),), seconds=0.0)
-    yield DemoScene(
-        "No arm is built exactly as its data sheet says. How far is it off, and why?", seconds=6.0
-    )
+    yield DemoScene("", (ChooseRobot(ROBOT),), seconds=0.0, tab=Tab.PLATE)
+    yield DemoScene("No arm is built exactly as its data sheet says. How far is it off, and why?")
     yield DemoScene(
         "To find out, measure it at targets on a plate. Colours show the error expected after calibration.",
         seconds=7.0,
@@ -176,43 +173,40 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
     overlay = session().choices.overlay
     yield DemoScene(
-        f"All errors are drawn × {overlay.exaggeration:g}: grey is the arm of the data sheet, orange the "
-        "real one.",
+        f"All errors are drawn × {overlay.exaggeration:g}: blue and grey is the arm of the data sheet, "
+        "orange the real one.",
         (SetOverlay(replace(overlay, stage=ModelStage.NOMINAL)), *map(ShowRow, range(0, 120, 12))),
         seconds=10.0,
-        tab=Tab.CALIBRATE,
     )
     yield DemoScene(
         "With its geometry identified, the model comes nearer to the real arm.",
         (SetOverlay(overlay), *map(ShowRow, range(108, -12, -12))),
         seconds=8.0,
-        tab=Tab.CALIBRATE,
     )
-    yield DemoScene(
-        "Geometry can't explain the remaining error. The diagnosis looks for its causes …",
-        (Diagnose(),),
-        seconds=1.0,
-        tab=Tab.CALIBRATE,
-    )
+    sentence = "Geometry can't explain the remaining error. The diagnosis looks for its causes …"
+    yield DemoScene(sentence, (Diagnose(),), seconds=1.0)
     found = session().results.diagnosis
     causes = "" if found is None else " and ".join(cause.plain for cause in found.causes)
     if found is not None and found.effects:
-        rest = "; a correction learned from the rows takes part of the rest"
-        yield DemoScene(
-            f"Found: {causes or 'no named cause'}{rest if found.residual_map else ''}. With these effects, "
-            "the error falls further.",
-            seconds=8.0,
-            tab=Tab.CALIBRATE,
-        )
+        yield DemoScene(f"Found: {_found(found, causes)}", seconds=8.0)
         yield DemoScene(
             "One button adds them, and the model moves to where the real arm is.",
             (AddEffects(), *map(ShowRow, range(0, 120, 12))),
             seconds=10.0,
-            tab=Tab.CALIBRATE,
         )
-    why = f"{capital(causes)}, and the geometry was off. " if causes else ""
+    why = f"The geometry was off{f', and {causes}' if causes else ''}. "
     bare = SetOverlay(replace(session().choices.overlay, **BARE))
-    yield DemoScene(f"{why}{END}", (bare,), seconds=1.0, tab=Tab.CALIBRATE)
+    yield DemoScene(f"{why}{END}", (bare,), seconds=1.0)
+
+
+def _found(found: Diagnosis, causes: str) -> str:
+    """What the causes explain, and what is learned without a name: each with the error that it leaves."""
+    before, after = (compared(judged(e).position_mm.mean) for e in (found.before, found.after))
+    if found.residual_map is None:
+        return f"{causes}. With that, {before} mm fall to {after} mm."
+    named = f"{causes} ({before} → {compared(found.residual_map.before.position_mm.mean)} mm)"
+    rest = f"What is left has no name; with a correction learned from the rows {after} mm remain."
+    return f"{named if causes else 'no cause'}. {rest}"
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

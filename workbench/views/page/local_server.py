@@ -72,7 +72,7 @@ def local_server(
         port: Port, or 0 for any free one.
         label: Name shown in the browser.
         shown: Tells the name of the session on the page, empty if it has none: a link to another one
-            (`session_link`) is answered with a sentence instead of the wrong page.
+            is answered with a sentence instead of the wrong page.
     """
     if not 0 <= port < 65536:
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
@@ -178,18 +178,11 @@ def _connection_log() -> logging.Logger:
     return log
 
 
-def session_link(server: viser.ViserServer, name: str) -> str:
-    """A link that opens the page with this session, and with no other."""
-    return page_address(server, **{SESSION: name})
-
-
-def is_open(server: viser.ViserServer) -> bool:
-    """Whether other machines can reach it."""
-    return isinstance(server, LocalServer) and bool(server.key)
-
-
 def page_address(server: viser.ViserServer, **query: str) -> str:
-    """Where its page is opened, by other machines too if they can reach it; with the secret if it has one."""
+    """Where its page is opened, by other machines too if they can reach it; with the secret if it has one.
+
+    With a `session` it is opened with that one, and with no other.
+    """
     host = server.get_host()
     if host in EVERYWHERE:
         host = _own_address()

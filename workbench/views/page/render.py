@@ -136,7 +136,7 @@ def _build_panels(
         panels.append(panel)
 
     def make_all(tab: Tab | None) -> None:
-        for kind in _placed(tab):
+        for kind in sorted((p for p in all_panels() if p.tab is tab), key=lambda p: p.order):
             try:
                 make(kind(worker))
             except Exception as error:  # whatever is wrong with somebody else's package
@@ -160,11 +160,6 @@ def _build_panels(
     make(card)
     make(CaptionPanel(worker, card.ask))
     return panels, tabs
-
-
-def _placed(tab: Tab | None) -> list[type[AbstractPanel]]:
-    """The panels of a tab, or those above all tabs, in order."""
-    return sorted((p for p in all_panels() if p.tab is tab), key=lambda p: p.order)
 
 
 def _panel_fitter(server: viser.ViserServer, client: viser.ClientHandle) -> Callable[[int, int], None]:

@@ -22,7 +22,7 @@ from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes
 from workbench.base.threads import one_thread
 from workbench.views.page.html import block, text
-from workbench.views.page.local_server import is_open, local_server, page_address
+from workbench.views.page.local_server import LocalServer, local_server, page_address
 from workbench.views.page.viser_internals import stop_server
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def _announce(server: viser.ViserServer, on_ready: Callable[[str], None] | None,
     url = page_address(server)
     if on_ready is not None:
         on_ready(url)
-        if is_open(server):
+        if isinstance(server, LocalServer) and server.key:  # other machines can reach it
             on_ready("Anyone on the network who has this link can control the workbench.")
     if open_browser and _has_browser():
         webbrowser.open(url)

@@ -21,7 +21,7 @@ from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
 from workbench.data.readers.table import Grid
 from workbench.data.readers.text import read_text
-from workbench.extras.pendant.displayed import UNITS, typed
+from workbench.extras.pendant.displayed import UNITS, Displayed, typed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
 
@@ -29,7 +29,9 @@ NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r":
 """Other headings of the constants."""
 KINDS = {"r": "revolute", "p": "prismatic"} | {k: k for k in ("revolute", "prismatic", "fixed")}
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
-DRIVE = re.compile(r"^(?:q|theta|θ)_?\d*(?=[+-]|$)")
+INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
+"""Of a constant in a paper, as in `alpha_{i-1}`."""
+DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
 MAX_FILE_BYTES = 2**20
@@ -62,7 +64,8 @@ def read_joint_table(path: Path | str) -> JointTable:
     if len(grid.rows) < 2:
         raise grid.error("has no joints; give a line of headings and one for each joint")
     heads = [parse_heading(cell) for cell in grid.rows[0]]
-    names = [NAMES.get(head.name.lower(), head.name.lower()) for head in heads]
+    names = [INDEX.sub("", head.name.lower()) for head in heads]
+    names = [NAMES.get(name, name) for name in names]
     if missing := [name for name in CONSTANTS[:4] if name not in names]:
         raise grid.error(f"has no column {', '.join(missing)}; give theta, d, a, alpha", 0)
     rows = [
@@ -92,7 +95,7 @@ def _row(cells: dict[str, str], grid: Grid, number: int) -> dict[str, Any]:
 
 def _number(text: str) -> float | None:
     """A number, a share of pi such as `-pi/2`, or the constant of `q2-90`; None if it is none of these."""
-    text = text.lower().replace(" ", "").replace("−", "-").replace("π", "pi")
+    text = re.sub("[ °]", "", text.lower()).replace("−", "-").replace("π", "pi")
     constant = DRIVE.sub("", text)
     if constant != text and not constant:
         return 0.0
@@ -115,7 +118,7 @@ def _units(
 
 
 def check_robot(
-    source: Path | str, poses: Sequence[str] | Dataset, *, tip: str | None = None, name: str = ""
+    source: Path | str, poses: Sequence[str] | Displayed | Dataset, *, tip: str | None = None, name: str = ""
 ) -> FoundConvention:
     """The reading of an arm or its table that gives the poses of the pendant.
 
@@ -128,9 +131,8 @@ def check_robot(
         name: Of the arm in what is found; its own, or that of the table's file, if empty.
     """
     readings = readings_of(source, tip=tip, name=name)
-    found = find_convention(
-        readings, poses if isinstance(poses, Dataset) else typed(poses, readings[0].robot.dof)
-    )
+    shown = poses if isinstance(poses, Displayed | Dataset) else typed(poses, readings[0].robot.dof)
+    found = find_convention(readings, shown)
     return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
 
 

@@ -1,12 +1,9 @@
 """Comparison: step through the measured poses, choose the overlays in the scene."""
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 import viser
 
-from workbench.session.commands.compare import SetOverlay, ShowRow
+from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.page_state import Tab
@@ -59,7 +56,7 @@ class ComparePanel(AbstractPanel):
         self.form(self._leave_out, excluded)
         with gui.add_folder("Shown in the scene"):
             switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
-        self.form(self._set, *switches)
+        self.form(lambda *typed: self.overlaid(**dict(zip(SWITCHES, typed, strict=True))), *switches)
         hint = "Move the camera to show the robot and all measured positions."
         self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint, visible=_has_rows)
 
@@ -83,10 +80,6 @@ class ComparePanel(AbstractPanel):
         left_out = session.measurements.left_out
         rows = left_out | number if is_excluded else left_out - number
         return LeaveRowsOut(tuple(sorted(rows)))
-
-    def _set(self, *typed: Any) -> SetOverlay:
-        chosen = dict(zip(SWITCHES, typed, strict=True))
-        return SetOverlay(replace(self._worker.session.choices.overlay, **chosen))
 
 
 def _has_rows(session: Session) -> bool:

@@ -6,8 +6,7 @@ from functools import partial
 import viser
 
 from workbench.base.wording import capital
-from workbench.diagnosis.report.charts import budget_bars
-from workbench.diagnosis.report.document import alternatives, candidates, causes, effects, next_poses, remarks
+from workbench.diagnosis.report import document
 from workbench.report.blocks import Block, Sentence, Tone
 from workbench.report.chart import Bar, Bars
 from workbench.report.result_display import as_html
@@ -97,7 +96,7 @@ def _details(session: Session) -> str:
     found = session.results.diagnosis
     if found is None or not found.worth_measuring:
         return ""
-    listed = folded("Where to measure next", as_html(next_poses(found)))
+    listed = folded("Where to measure next", as_html(document.next_poses(found)))
     return block(listed, testid="diagnosis")
 
 
@@ -106,9 +105,10 @@ def _verdict(session: Session) -> str:
     if (found := session.results.diagnosis) is None:
         return ""
     added = "; now part of the model" if session.results.accepted else ""
-    bars = budget_bars(found)
+    bars = document.budget_bars(found)
     head = heading(f"{capital(found.verdict_text)}{added}. {bars.title}")
     why: list[Block] = [Sentence(found.message), Sentence(weighed(found), tone=Tone.QUIET)]
-    for part in (causes, effects, alternatives, candidates, remarks):
+    parts = document.causes, document.effects, document.alternatives, document.candidates, document.remarks
+    for part in parts:
         why += part(found)
     return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")

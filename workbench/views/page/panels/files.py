@@ -46,8 +46,8 @@ def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> 
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
-        f"<div><b>{text(errors[name])}</b> {_verdict(run.file_errors[name], wanted)} "
-        f'<span style="color:{MUTED}">{what}</span></div>'
+        f'<div><b>{text(errors[name])}</b> <span style="color:{MUTED}">{what}</span>'
+        f"{_verdict(run.file_errors[name], wanted)}</div>"
         for name, what in holds.items()
         if name in errors
     )
@@ -60,13 +60,13 @@ def _verdict(errors: Errors, wanted: Wanted | None) -> str:
     """Whether the worst row keeps the required error; nothing where its length alone doesn't tell."""
     if wanted is None or not np.isfinite(errors.position_mm.max):
         return ""
-    worst = 1e-3 * errors.position_mm.max
-    turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.max)
-    if wanted.within_by_norms(worst, turned):
-        return f'<span style="color:{GOOD}">✓ keeps {text(wanted.text)}</span>'
-    if wanted.per_axis and worst <= np.sqrt(3.0) * wanted.position:
+    worst, angle = errors.position_mm.max, errors.orientation_deg and errors.orientation_deg.max
+    is_kept = wanted.within_by_norms(1e-3 * worst, np.nan if angle is None else np.deg2rad(angle))
+    if not is_kept and wanted.per_axis and 1e-3 * worst <= np.sqrt(3.0) * wanted.position:
         return ""
-    return f'<span style="color:{BAD}">✗ misses {text(wanted.text)}</span>'
+    shown = f"{worst:.3g} mm" + (f" and {angle:.2g}°" if wanted.rotation and angle is not None else "")
+    colour, mark = (GOOD, "✓ at most") if is_kept else (BAD, "✗ up to")
+    return f'<div style="color:{colour}">{mark} {shown}; required: {text(wanted.text)}</div>'
 
 
 def _is_identified(session: Session) -> bool:

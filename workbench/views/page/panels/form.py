@@ -11,6 +11,7 @@ Panels bring all controls in line with every snapshot that they draw; SI inside,
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -18,6 +19,7 @@ import viser
 
 from workbench.base.errors import WorkbenchError
 from workbench.session.command import AbstractCommand
+from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.worker import Worker
@@ -100,6 +102,10 @@ class AbstractControls:
     @property
     def session(self) -> Session:
         return self._worker.session
+
+    def overlaid(self, **changes: Any) -> SetOverlay:
+        """What lays other things over the scene."""
+        return SetOverlay(replace(self.session.choices.overlay, **changes))
 
     def show_fields(self, session: Session) -> None:
         for field in self._controls:

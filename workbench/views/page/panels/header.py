@@ -167,7 +167,7 @@ def _message(message: Message | None, dismiss: str) -> str:
 
 def _sentence(message: str) -> str:
     first = message.split(maxsplit=1)[0] if message.strip() else ""
-    is_name = "." in first or "/" in first  # a file's name stays as it is
+    is_name = any(c.isdigit() or c in "./" for c in first)  # of a file or an arm: it stays as it is
     start = message[:1] if is_name else message[:1].upper()
     return start + message[1:] + ("" if message.endswith((".", "?", "!")) else ".")
 

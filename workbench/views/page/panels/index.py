@@ -156,7 +156,8 @@ def _about(session: Session) -> str:
     length = np.sqrt(3.0) * session.noise.position
     times = error / length
     share = "Below" if times < 1.0 else f"{number(times, 2)} ×"
-    return f"{share} the error of one instrument reading ({number(1e3 * length)} mm rms)"
+    reading = f"{number(1e3 * session.noise.position)} mm per axis, {number(1e3 * length)} mm in all"
+    return f"{share} the error of one instrument reading ({reading})"
 
 
 def loss_bars(session: Session) -> str:

@@ -1,6 +1,5 @@
 """Residuals along each joint's motion, plotted over its position, with the law of an effect."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,12 +7,11 @@ import viser
 
 from workbench.arm.joint_units import joint_titles, shown_joints, shown_units
 from workbench.report.chart import Chart, Marks
-from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, law_along_joints, shown_effect
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.appearance.colours import BLAMED, css, stage_colours
+from workbench.views.appearance.colours import BLAMED, STAGE_COLOURS, css
 from workbench.views.page.html import MUTED, badge, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -41,10 +39,7 @@ class JointsPanel(AbstractPanel):
                 visible=lambda s: s.results.diagnosis is not None and s.results.diagnosis.effects,
             )
             self.html(_plots)
-        self.form(self._choose, law)
-
-    def _choose(self, law: str) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.choices.overlay, law=law))
+        self.form(lambda law: self.overlaid(law=law), law)
 
 
 def _has_errors(session: Session) -> bool:
@@ -125,8 +120,7 @@ def _means(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _inks(rows: Comparison) -> dict[int, str]:
     """Colours of the known stages, by their number."""
-    colours = map(css, stage_colours(len(rows.stages)))
-    return dict(zip(map(STAGES.index, rows.stages), colours, strict=True))
+    return {STAGES.index(stage): css(STAGE_COLOURS[stage]) for stage in rows.stages}
 
 
 def _legend(rows: Comparison, law: str) -> str:

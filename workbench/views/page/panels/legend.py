@@ -1,15 +1,12 @@
 """Window over the scene's empty corner: what its colours mean, and the errors of the selected row."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import viser
 
 from workbench.arm.effects.events import AbstractEvent
-from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
 from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
 from workbench.session.played_motion import Played
@@ -73,16 +70,13 @@ class LegendPanel(AbstractPanel):
                 label=lambda s: f"Errors × {s.choices.overlay.exaggeration:g}",
                 value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
             )
-        self.form(lambda times: self._overlaid(exaggeration=times), self.add(times))
+        self.form(lambda times: self.overlaid(exaggeration=times), self.add(times))
         window.float(x=MARGIN, y=MARGIN, width=WIDTH)
         self.add(Control(window, visible=lambda session: key.content))
         self._links = {
-            stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self._overlaid, stage=stage)))
+            stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self.overlaid, stage=stage)))
             for stage in ModelStage
         }
-
-    def _overlaid(self, **changes: Any) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.choices.overlay, **changes))
 
     def _key(self, session: Session) -> str:
         rows, scales = session.results.comparison, cubes_scale(session)
@@ -149,12 +143,10 @@ def things(session: Session, *, is_alone: bool = False) -> str:
         ("nominal error", NOMINAL, is_bent and overlay.arrows and focus in (Focus.ROW, Focus.JOG)),
         ("other branches", BRANCH, overlay.ghosts and focus is Focus.TARGET),
     )
-    content = "".join(_mark(label, colour) for label, colour, is_seen in marks if is_seen)
+    style = "white-space:nowrap;margin-right:10px"
+    seen = ((label, colour) for label, colour, is_seen in marks if is_seen)
+    content = "".join(f'<span style="{style}">{_dot(colour)} {label}</span> ' for label, colour in seen)
     return content and f'<div data-testid="things" {"" if is_alone else MORE}>{content}</div>'
-
-
-def _mark(label: str, colour: tuple[int, int, int]) -> str:
-    return f'<span style="white-space:nowrap;margin-right:10px">{_dot(colour)} {label}</span> '
 
 
 def _dot(colour: tuple[int, int, int]) -> str:

@@ -2,13 +2,14 @@
 
 import viser
 
+from workbench.session.commands.edit import MovePlate
 from workbench.session.commands.plate import ImprovePlate, SetNoise
 from workbench.session.export import fixture_zip
 from workbench.session.page_state import Tab
-from workbench.views.page.panels.form import DEGREE
+from workbench.views.page.panels.form import ANGLE, DEGREE, LENGTH
 from workbench.views.page.panels.panel import AbstractPanel
 
-PARTS = "STL, STEP, a drawing and the list of targets."
+PARTS = "STL, STEP, a drawing, the list of targets, and the joint positions to measure them with."
 """What is in the workshop's file."""
 
 
@@ -28,6 +29,21 @@ class ImprovePanel(AbstractPanel):
             main=True,
             disabled=lambda s: s.page.job is not None,
         )
+
+
+class PlacePanel(AbstractPanel):
+    """Where the plate is."""
+
+    tab, order = Tab.PLATE, 35
+    depends = ("plate", "drag")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("Place of the plate", expand_by_default=False):
+            hint = "Centre of the plate's top in the base frame; all targets go with it."
+            xyz = self.coordinates("x, y, z", LENGTH, hint, lambda s: s.plate.xyz)
+            hint = "Roll, pitch and yaw of the plate: turned about x, then y, then z of the base."
+            rpy = self.coordinates("Angles", ANGLE, hint, lambda s: s.plate.rpy)
+        self.form(MovePlate, xyz, rpy)
 
 
 class PlateFilesPanel(AbstractPanel):

@@ -6,9 +6,10 @@ from jaxtyping import Float
 from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.chart import Chart, Marks, Upright
+from workbench.session.comparison import ModelStage
 from workbench.session.stages import StageErrors, noise_length, stages
 from workbench.session.state import Session
-from workbench.views.appearance.colours import css, stage_colours
+from workbench.views.appearance.colours import STAGE_COLOURS, css
 from workbench.views.page.html import CAREFUL, MUTED, block, number, on_any_page, text
 
 HEIGHT, BINS = 84.0, 36
@@ -22,8 +23,7 @@ def result_card(session: Session) -> str:
     found = session.results.identification
     if found is None:
         return ""
-    first, *_, last = stages(session)
-    done = first, last
+    done = first, *_, last = stages(session)
     kind = "held-out" if len(done[0].rows) == len(found.held_out_data) else "fitted"
     fitted = [frame for frame, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
@@ -88,7 +88,7 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
 
 
 def _colours(done: tuple[StageErrors, ...]) -> tuple[str, ...]:
-    return tuple(map(css, stage_colours(len(done))))
+    return tuple(css(STAGE_COLOURS[ModelStage(stage.title)]) for stage in done)
 
 
 def _steps(values: np.ndarray, edges: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.appearance.colours import EVENT, EXCLUDED, css, stage_colours
+from workbench.views.appearance.colours import EVENT, EXCLUDED, STAGE_COLOURS, css
 from workbench.views.page.html import block, heading
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -62,14 +62,13 @@ def chart(
     of their numbers.
     """
     stages = tuple(s for s in rows.stages if s is not ModelStage.NOMINAL)
-    colours = dict(zip(rows.stages, stage_colours(len(rows.stages)), strict=True))
     errors, order = 1e3 * rows.stage_errors, shown(rows)
     x, marks, is_out = rows.number[order].astype(float), [], np.isin(rows.number[order], list(excluded))
     for stage in stages:
         y = errors[order, STAGES.index(stage)]
         titles = [_title(rows, k, v, stage) for k, v in zip(order, y.tolist(), strict=True)]
         leads = [links[k] for k in order]
-        ink, name = css(colours[stage]), str(stage).capitalize()
+        ink, name = css(STAGE_COLOURS[stage]), str(stage).capitalize()
         marks.append(Marks(x, np.where(is_out, np.nan, y), ink, titles, leads, name=name))
         marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
     ends = (f"row {int(x.min())}", str(int(x.max())))

@@ -13,7 +13,7 @@ from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarge
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.session.target_postures import branches_to, from_limit
+from workbench.session.target_postures import branches_to, clearance, from_limit
 from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import CAREFUL, MUTED, badge, block, text
@@ -83,6 +83,8 @@ def _selected(session: Session) -> str:
     shown = "The scene shows measured rows; plate and targets are hidden: choose a target to show them."
     if session.shows_plate:
         shown = _state(target, state) + near_limit(session.robot, state)
+        if state.measurable and (gap := clearance(session.robot, session.plate, state.q)):
+            shown += f'<div data-testid="clearance" style="color:{MUTED}">{capital(gap)}.</div>'
     return block(shown, testid="state", style="margin:4px 0 6px")
 
 
