@@ -192,7 +192,7 @@ def _fit_alike(found: HandEye, robot_told: bool, target_told: bool) -> str:
     return f"poses may be inverse: if {'; if '.join(ways)} mm; names such as base_T_hand tell"
 
 
-def _checked(pairs: Sequence[Poses], source: str, notes: Sequence[str]) -> tuple[list[Poses], list[str]]:
+def _checked(pairs: Sequence[Poses], source: str, notes: Sequence[str]) -> tuple[list[np.ndarray], list[str]]:
     """As many poses on both sides, in metres, their rotations exact, each robot pose once; and what was
     decided."""
     notes, sides = [*notes], list[Poses]()

@@ -161,8 +161,8 @@ def _poses(grid: Grid, seen: int) -> tuple[Dataset, re.Pattern[str] | None]:
     likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}
     read = (likely[unit] for unit in dict.fromkeys(fields.units.values()) if unit in likely)
     notes += (f"{what} of the {SIDES[seen]}'s poses are read as {unit}" for what, unit in read)
-    more: dict[str, Any] = {"written": written_orientation(fields), "source": grid.source, "notes": notes}
-    return Dataset(np.zeros((fields.rows, 1)), position, rotation, **more), way
+    more: dict[str, Any] = {"written": written_orientation(fields), "source": grid.source}
+    return Dataset(np.zeros((fields.rows, 1)), position, rotation, notes=tuple(notes), **more), way
 
 
 def _heading(cell: str, head: Sequence[str]) -> str:
