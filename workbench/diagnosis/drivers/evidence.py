@@ -53,8 +53,9 @@ MIN_GAIN_SHARE = 0.01
 """Share of the largest law's evidence below which a process may be what its linear model leaves."""
 MAX_LAG_REST = 0.5
 """Share of an error's square that a lag may leave for effects not to be looked for beside it."""
-MAX_PLAY = 2e-3
-"""Way of a joint that play may take [rad or m]: a lag that moves none farther can't be told from it."""
+MAX_PLAY, STEADY = 2e-3, 0.9
+"""Way of a joint that play may take [rad or m]: a lag that moves none farther can't be told from it where
+speeds are steady: share of their mean square that is their mean's, 0.81 where they are sines."""
 MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
 MIN_SIDE, MAX_STEPS = 3, 40
@@ -334,7 +335,9 @@ class DriverEvidence:
         """Log odds of a lag against play in all joints, which at steady speed moves them as it does."""
         effect, more = process.candidate.effect, 0.0
         assert isinstance(effect, DriverProcess)
-        if np.abs(effect.together).max() * abs(self._delay(process, (*left.model, lag.term))) < MAX_PLAY:
+        speed, delay = np.abs(effect.together), abs(self._delay(process, (*left.model, lag.term)))
+        is_steady = (speed.mean(0) ** 2).sum() > STEADY * (speed**2).mean(0).sum()
+        if is_steady and speed.max() * delay < MAX_PLAY:
             return 0.0
         ways = [f for f in self.followers if f.phrase == WAY]
         while (play := max(_offered(left, ways).values(), key=lambda o: o.gain, default=None)) is not None:
