@@ -316,12 +316,14 @@ def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> 
     if fitted and count_measured(data) <= fitted:
         return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)
     off, far = Spread.of(errors.position).rms, CLEAR_SHARE_OF_REACH * robot.reach
-    if not off > far:
+    if not off > far / MAX_BASE_ERROR_RATIO:
         return ()
     freedom = FrameFreedom(*visible_parts(data), base_per_session=len(data.sessions) > 1)
     best = Spread.of(row_errors(align(robot, data, freedom), data).position).rms
     if best > far:
         return (f"even the best base and tool leave {in_mm(best)} rms: the rows are hardly this arm's",)
+    if off < min(far, MAX_BASE_ERROR_RATIO * best):
+        return ()
     return (f"the best base and tool leave {in_mm(best)} rms, not {in_mm(off)}; fit them: --frames fit",)
 
 
