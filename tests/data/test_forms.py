@@ -74,11 +74,8 @@ def workbook(sheets):
     return buffer.getvalue()
 
 
-TABLE = [
-    ["q1[deg]", "x[m]", "y[m]", "z[m]", "session"],
-    [90, 1.0, 2.5, 3.0, "a"],
-    [45.5, 1.0, None, 3.0, "b"],
-]
+TABLE = [["q1[deg]", "x[m]", "y[m]", "z[m]", "session"], [90, 1.0, 2.5, 3.0, "a"]]
+TABLE.append([45.5, 1.0, None, 3.0, "b"])
 
 
 def test_workbook_with_gap_and_labels(read):
@@ -97,9 +94,9 @@ def test_workbook_with_two_tables_asks_which(read, read_here):
 
 
 def test_joints_and_points_in_two_sheets_are_joined(read):
-    joints = [["Pose", "J1 [deg]"], ["P1", 10], ["P2", 20]]
+    joints = [["Pose", "J1 [deg]", "X [mm]", "Y [mm]", "Z [mm]"], ["P1", 10, 7, 8, 9], ["P2", 20, 7, 8, 9]]
     points = [["Pose", "X [mm]", "Y [mm]", "Z [mm]"], ["P2", 4, 5, 6], ["P1", 1, 2, 3]]
-    data = read(workbook({"Robot": joints, "Leica": points}), "t.xlsx")
+    data = read(workbook({"Soll": points, "Robot": joints, "Leica": points}), "t.xlsx")
     np.testing.assert_allclose(np.rad2deg(data.q[:, 0]), [20, 10])
     np.testing.assert_allclose(data.position[0], [0.004, 0.005, 0.006])
 

@@ -21,6 +21,7 @@ from workbench.diagnosis.claims.contributions import explained
 from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, Confidence
 from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.saved_model import saved_model
 from workbench.diagnosis.search.candidates import Catalogue
 from workbench.diagnosis.search.evidence import Term, validated
 from workbench.diagnosis.search.gram_matrices import compress
@@ -70,15 +71,17 @@ def test_drift_is_certain_only_where_postures_come_again_later():
 
 
 def test_a_cause_is_as_sure_as_it_survives_and_names_the_joints_that_do(soft, monkeypatch):
-    case, certain = soft
-    (cause,) = certain.causes
+    case, (cause,) = soft[0], soft[1].causes
+    ready, _ = prepare_without_gross_outliers(case.robot, case.data, FitChoices(held_out=0.0))
+    search = search_causes(case.robot, ready, np.random.default_rng(0))
+    saved = saved_model(search)
     for kept, joints, confidence in (
         (Survival(True, frozenset({1})), {*cause.joints} - {1}, Confidence.CERTAIN),
         (Survival(False, frozenset()), {0, *cause.joints}, Confidence.PROBABLE),
         (Survival(True, frozenset(range(6))), {0, *cause.joints}, Confidence.OPEN),
     ):
         monkeypatch.setattr(claimed_causes, "survival", lambda *a, kept=kept, **k: kept)
-        (found,) = diagnose(case.robot, case.data, held_out=0.0).causes
+        (found,) = claimed_causes.find_causes(search.last, saved.fit.arm, None, saved.std, search.drivers)
         assert (found.confidence, {*found.joints}) == (confidence, joints)
 
 

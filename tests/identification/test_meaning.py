@@ -155,10 +155,16 @@ def test_a_column_that_was_left_out_tells_which_rows_belong_together():
         as_read(robot, replace(data, position=places, unread=stations))
     with refuses(DataError, "fits the joints 1 row after"):
         as_read(robot, replace(data, q=np.roll(data.q, 1, axis=0)))
+    robot, turned = measured("puma", with_rotation=True)
+    _, read = as_read(robot, replace(turned, rotation=turn("x", 2.5)[:3, :3] @ turned.rotation))
+    assert mentions("; ".join(read.notes), "the positions alone fit", "columns='rx=-,…'")
     valid = np.arange(len(data)) % 6 > 0
     stale = np.where(valid[:, None], data.position, np.roll(data.position, 1, axis=0))
     _, read = as_read(robot, replace(data, position=stale, unread={"tracked": valid.astype(str)}))
     assert read.included.tolist() == valid.tolist()
+    few = np.where(np.arange(len(data)) < len(data) - 8, "Anna", "Ben")  # tells nothing of one wrong row
+    wrong = data.position + 0.4 * (np.arange(len(data)) == 5)[:, None]
+    assert as_read(robot, replace(data, position=wrong, unread={"who": few}))[1].included.all()
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -35,7 +35,8 @@ def test_bars_are_as_long_as_their_numbers():
 
 REGISTERED = """
 import os
-import numba, pydantic, rich.console, scipy.optimize, scipy.spatial.transform, scipy.sparse.csgraph
+import scipy.optimize
+import workbench.identification.alignment
 import workbench as wb
 from workbench.report.result_display import AbstractReported, blocks_of
 

@@ -160,6 +160,8 @@ class Chain:
 
 LANES = 8
 """Rows that the loop takes at a time."""
+LARGEST = 1e15
+"""Angles beyond this have no sine in double precision that means anything [rad]."""
 QUARTERS = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 SINE = (
     1.58962301576546568060e-10, -2.50507477628578072866e-8, 2.75573136213857245213e-6,
@@ -203,8 +205,8 @@ def frames(
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows f 4 4"]:
     """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
-    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after) + 1
-    part = slice(0, int(ends[-1]))
+    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after, np.int64) + 1
+    part = slice(0, int(ends.max(initial=0)))
     _walk(chain, q, values, shift, part, np.full(part.stop, -1), ends, out, np.empty((len(q), 6, 0)))
     return out
 
@@ -267,6 +269,9 @@ def _walk(
 ) -> None:
     """Fill poses after so many elements, and twists of those with a place; other arguments as of `twists`."""
     values = (chain.values if values is None else values)[part]
+    known = not len(shift) or shift.shape == (len(q), len(chain.elements))
+    if q.shape[1:] != (chain.dof,) or not known or len(values) != len(chain.axes[part]):
+        raise IndexError("joints, constants or increments are not those of the chain")
     fixed = np.array([values, np.sin(values), np.cos(values)])
     rows = frozen(chain.positions(q)), frozen(shift[:, part])
     given = chain.constants[part], place, ends, pose_out, twist_out
@@ -281,7 +286,7 @@ def _sines(lanes):
     Source: S. Moshier, Cephes (1989), sin.c: rest of a quarter turn in three parts, polynomials to 1 ulp.
     """
     for n in range(lanes.shape[1]):
-        x = lanes[0, n]
+        x = lanes[0, n] if abs(lanes[0, n]) < LARGEST else np.nan
         turns = np.rint(x * 0.6366197723675814)
         r = ((x - turns * QUARTERS[0]) - turns * QUARTERS[1]) - turns * QUARTERS[2]
         z = r * r

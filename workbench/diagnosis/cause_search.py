@@ -1,9 +1,8 @@
 """The search of a diagnosis: geometry alone, then rounds of events and effects until the result is confirmed.
 
 Results are judged on rows that took no part in the search. It is repeated without uncertain events, under
-another gravity if only that makes loads explain the error, and without anything if nothing explains much.
-Where the joints' speed explains most of the error, joints and places are of different times, and no effect is
-looked for.
+another gravity if only that makes loads explain the error, and without anything if nothing explains much, or
+if the joints' speed explains most: then joints and places are of different times.
 """
 
 from collections.abc import Sequence
@@ -129,7 +128,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
 def _has_law_of_loads(search: CauseSearch) -> bool:
     """Whether its effects of load win against any dependence without a law."""
     loads = tuple(t for t in search.last.model if driver_of(t.candidate.effect) is Driver.LOAD)
-    return bool(loads and search.drivers and search.drivers.challenges([loads])[0].odds >= PROBABLE)
+    return bool(loads and search.drivers and search.drivers.challenges([loads])[0].cap >= PROBABLE)
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:

@@ -162,9 +162,8 @@ def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows
     minimum = WORSE_AMOUNT if usable.sees_rotation else NOTICED
     for where, rows in (("at the measured poses", q), ("within the joint limits", sampled(arm))):
         for place, tool in (("tool", None), ("flange", Frame())):
-            wanted, old, new = (
-                tool_poses(each.with_frames(tool=tool), Motion(rows)) for each in (actual, start, arm)
-            )
+            framed = (each.with_frames(tool=tool) for each in (actual, start, arm))
+            wanted, old, new = (tool_poses(each, Motion(rows)) for each in framed)
             before, after = (PoseErrors.of(se3.pose_error(wanted, each)) for each in (old, new))
             if after.position_mean > WORSE_RATIO * before.position_mean + WORSE_AMOUNT:
                 change = f"{in_mm(before.position_mean)} → {in_mm(after.position_mean)}"

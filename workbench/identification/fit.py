@@ -217,9 +217,8 @@ class Fit(AbstractReported):
         if self.problem.deviation is None:
             return frozenset()
         limit = UNINFORMATIVE_RATIO * self.problem.deviation * np.sqrt(self.variance_factor)
-        return frozenset(
-            p.name for p, s in zip(self.parameters, self.std, strict=True) if p.is_geometry and s > limit
-        )
+        known = zip(self.parameters, self.std, strict=True)
+        return frozenset(p.name for p, s in known if p.is_geometry and s > limit)
 
     @cached_property
     def poorly_determined(self) -> tuple[str, ...]:

@@ -96,8 +96,8 @@ def identify(
     problem, begin = ready.problem, None
     if ready.identifiability is None:
         some, first = ready.first_fit
-        expected = with_expected_deviation(some, deviation, x=first.x).deviation
-        problem = ready.shared if expected is None else ready.shared.with_deviation(expected)
+        likely = with_expected_deviation(some, deviation, x=first.x).deviation
+        problem = ready.shared if likely is None else ready.shared.with_deviation(likely)
         if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.seen.all():
             begin = first.x  # several are compared, and what is hardly observable stays where it starts
     runs = _runs(ready, problem, chosen, loss, begin)
@@ -114,7 +114,7 @@ def identify(
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held_out_data,
         excluded=ready.excluded,
-        notes=(*ready.notes, *_expected(problem, deviation)),
+        notes=(*ready.notes, *_prior_note(problem, deviation)),
         nominal_rows=ready.nominal_rows,
         runs=runs,
         ready=ready,
@@ -155,7 +155,7 @@ def _runs(
 
 
 @beside("the note on the prior", ())
-def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
+def _prior_note(problem: Problem, deviation: float | str) -> tuple[str, ...]:
     """A note on the prior deviation of the constants."""
     if problem.deviation is None or problem.deviation > MAX_DEVIATION:
         return ()
@@ -193,9 +193,8 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
     if not fit.outcome.ok:
         found.append(f"{title}: {fit.outcome}")
     if fit.at_bounds:
-        found.append(
-            f"{title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if they are too tight"
-        )
+        known = ", ".join(fit.at_bounds)
+        found.append(f"{title}: at a bound: {known}; widen the bounds if they are too tight")
     if fit.beyond_bounds:
         found.append(f"{title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
     return tuple(found)

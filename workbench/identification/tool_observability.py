@@ -36,7 +36,7 @@ def observed_by(fit: "Fit") -> Observed:
     position, rotation = _directions(fit)
     rows = representative_rows(fit.problem.data.q)
     motion = Motion.of(fit.problem.data).take(rows)
-    tool, flange = (_expected(fit, motion, at_flange=place) for place in (False, True))
+    tool, flange = (_expected_error(fit, motion, at_flange=place) for place in (False, True))
     return Observed(
         position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(fit.problem.data.q[rows])
     )
@@ -55,7 +55,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
     return frozenset(fit.parameters[k].text for k, idle in zip(wanted, still, strict=True) if idle)
 
 
-def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
+def _expected_error(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
     """Displacement of tool or flange due to the covariance."""
     poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
     value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])

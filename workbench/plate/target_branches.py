@@ -109,9 +109,8 @@ class Measurable:
     def lacking(self) -> dict[int, str]:
         """The targets that it can't visit, counted from 0, with the reason in words."""
         both = enumerate(zip(self.hits, self.away, strict=True))
-        return {
-            i: f"blocked: {hit}" if hit else f"out of reach: {away}" for i, (hit, away) in both if hit or away
-        }
+        bad = ((i, hit, away) for i, (hit, away) in both if hit or away)
+        return {i: f"blocked: {hit}" if hit else f"out of reach: {away}" for i, hit, away in bad}
 
 
 def measurable(robot: Robot, plate: Plate) -> Measurable:

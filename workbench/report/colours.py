@@ -4,7 +4,7 @@ NOMINAL = "#8c939c"
 GEOMETRY = "#0072b2"
 """The calibrated geometry alone."""
 CALIBRATED = "#d55e00"
-"""The model that is shown, saved or reported as the result."""
+"""The geometry with effects; the real arm in a scene, and the result in a report."""
 EVENT = "#0ea5e9"
 """What happened while rows were measured."""
 GOOD, BAD, CAREFUL = (

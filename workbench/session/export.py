@@ -131,16 +131,18 @@ def fixture_zip(session: Session) -> NotedFile:
         return made
 
     content, made = _written("fixture", write)
-    lacking = (f"{name} is not written: {why}" for name, why in made.missing.items())
+    lacking = [f"{name} is not written: {why}" for name, why in made.missing.items()]
+    bad = ((k, s.obstacle) for k, s in enumerate(session.states, start=1) if not s.measurable)
+    lacking += [f"target {k} is not in poses.csv: it is {why}" for k, why in bad]
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
 
 
 def _poses_csv(session: Session) -> str:
-    """Joint positions to measure the targets with, in their order; without those out of reach."""
-    reached = [(k, state) for k, state in enumerate(session.states, start=1) if state.reached]
-    q = np.array([state.q for _, state in reached]).reshape(-1, session.robot.dof)
+    """Joint positions to measure the targets with, in their order; of those that can be measured."""
+    clear = [(k, state) for k, state in enumerate(session.states, start=1) if state.measurable]
+    q = np.array([state.q for _, state in clear]).reshape(-1, session.robot.dof)
     shown = shown_joints(session.robot, q).round(4).tolist()
-    rows = ([*row, k, state.branch] for row, (k, state) in zip(shown, reached, strict=True))
+    rows = ([*row, k, state.branch] for row, (k, state) in zip(shown, clear, strict=True))
     return _csv([*_headings(session.robot), "target", "branch"], rows)
 
 

@@ -45,6 +45,10 @@ def test_the_page_packs_them_all(first, small):
     q = np.loadtxt(io.BytesIO(packed.read("fixture/poses.csv")), delimiter=",", skiprows=1, usecols=range(6))
     assert np.deg2rad(q) == pytest.approx(first.states[0].q, abs=1e-6)
     assert notes == fixture_of(small).notes
+    blocked = (replace(first.states[0], hit="link 2 would run into the plate"),)
+    _, content, notes = fixture_zip(replace(first, plate=small, states=blocked))
+    assert len(zipfile.ZipFile(io.BytesIO(content)).read("fixture/poses.csv").splitlines()) == 1
+    assert mentions(" ".join(notes), "target 1 is not in poses.csv")
 
 
 def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):

@@ -393,10 +393,6 @@ class Candidate:
     def names(self) -> tuple[str, ...]:
         return self.effect.names
 
-    @cached_property
-    def _own(self) -> frozenset[str]:
-        return frozenset(self.names)
-
     @property
     def shrunk(self) -> bool:
         """Whether its coefficients share a variance estimated from the data."""
@@ -414,13 +410,6 @@ class Candidate:
         joints = tuple(self.effect.joints[i] for i in places)
         fewer = replace(self.effect, joints=joints, coefficients=())
         return Candidate(fewer, self.covariance[np.ix_(places, places)], alike=True)
-
-    def excludes(self, other: "Candidate") -> bool:
-        """Whether the two can't be in one model: one contains the other, or a part of it."""
-        if not self._own.isdisjoint(other.names):
-            return True
-        both_map = self.effect.maps_joint and other.effect.maps_joint
-        return both_map and self.effect.joints == other.effect.joints and (self.shrunk or other.shrunk)
 
 
 def offered(

@@ -15,6 +15,7 @@ from workbench.data.readers.headings import (
     COMMAND,
     JOINT,
     is_commanded,
+    is_of_measurement,
     known_together,
     meaning,
     normalised,
@@ -84,10 +85,12 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
             numbers = [c for c in (column, other) if any(map(_DIGIT.search, table.columns[c.index]))]
-            if len(numbers) == 1:  # the other holds words
+            if len(numbers) == 2:
+                numbers = [c for c in numbers if is_of_measurement(c.heading)]
+            if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
-                left = column if numbers[0] is other else other
-                columns[left.index] = TableColumn(index=left.index, heading=left.heading)
+                worse = column if numbers[0] is other else other
+                columns[worse.index] = TableColumn(index=worse.index, heading=worse.heading)
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             text = f"{both} both mean {column.key}: remove or rename one"
@@ -99,7 +102,7 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
     column = TableColumn(index=index, heading=text)
-    if name == IGNORED:
+    if IGNORED in (name, key):
         return column
     if key is None or not (unit is None or suits(unit, key)):
         key = meaning(name)

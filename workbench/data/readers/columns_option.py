@@ -111,10 +111,8 @@ def _item(text: str, whole: str) -> NamedUnit:
     tokens = [token.strip() for token in found[2].split("|")] if found and found[2] is not None else []
     units = [token for token in tokens if token.lower() not in _SIDES]
     if found is None or len(units) > 1 or re.search(r"…|\.\.", found[1]):
-        raise OptionError(
-            f"columns='{whole}': '{text.strip()}' is not of the form name[unit] or name[unit|column], "
-            "nor '…' between numbered names, as in q1[deg],…,q6[deg]"
-        )
+        forms = "name[unit] or name[unit|column], nor '…' between numbered names, as in q1[deg],…,q6[deg]"
+        raise OptionError(f"columns='{whole}': '{text.strip()}' is not of the form {forms}")
     sides = [_SIDES[token.lower()] for token in tokens if token.lower() in _SIDES]
     return NamedUnit(found[1], *(units or [None]), *sides[:1])
 
@@ -135,10 +133,8 @@ def headings_in_order(naming: Naming, width: int) -> tuple[str, ...]:
         keys[joints[0]] = tuple(f"q{i}" for i in range(1, free + 1))
     headings = [item.heading(k) for item, own in zip(naming.items, keys, strict=True) for k in own]
     if len(headings) != width or not all(keys):
-        raise OptionError(
-            f"columns='{naming.text}' names {len(headings)} columns where the file has {width}: "
-            "name each in order, '-' for one to leave out"
-        )
+        wanted = f"where the file has {width}: name each in order, '-' for one to leave out"
+        raise OptionError(f"columns='{naming.text}' names {len(headings)} columns {wanted}")
     return tuple(headings)
 
 

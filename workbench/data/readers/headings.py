@@ -15,6 +15,7 @@ from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
 from workbench.data.observation import known_columns
+from workbench.data.readers.columns_option import IGNORED
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
@@ -133,6 +134,8 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
     for group, keys in (*_TOGETHER, *_poses(columns)):
         if there.issuperset(group) and not (there - set(group)) & set(keys):
             found |= zip(group, keys, strict=True)
+    if {"fx", "fy", "fz"} <= there:  # torques beside forces, not a place
+        found |= dict.fromkeys(("tx", "ty", "tz"), IGNORED)
     for stem, first in product(("q", "rot_q"), (0, 1)):
         numbered = [f"{stem}{k}" for k in range(first, first + 4)]
         cells = [columns.get(name, ()) for name in numbered]

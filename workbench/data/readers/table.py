@@ -176,8 +176,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
             + remedy(", or say them with columns='q1[deg],…,-,x[mm]' (--columns)", page=""),
             0,
         )
-    heads, rows = map(_without_indices, grid.rows[:start]), grid.rows[start:]
-    grid = replace(grid, rows=[*(_called(cells, rows) for cells in heads), *rows])
+    grid = replace(grid, rows=[*map(_without_indices, grid.rows[:start]), *grid.rows[start:]])
     said = _said(grid, start, naming, joints)
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
@@ -222,17 +221,6 @@ def _without_indices(cells: list[str]) -> list[str]:
     return [f"{m[1]}_{m[2]}" if m and stems.count(m[1]) > 1 else c for c, m in zip(cells, found, strict=True)]
 
 
-def _called(cells: list[str], rows: list[list[str]]) -> list[str]:
-    """Headings of joints whose names stand in the rows: 'field.position0' is an elbow's by 'field.name0'."""
-    named = [(m, k) for k, cell in enumerate(cells) if (m := _NAME.fullmatch(cell))]
-    words = {m.groups(): {row[k] for row in rows if k < len(row)} - {""} for m, k in named}
-    called = [*cells]
-    for k, cell in enumerate(cells):
-        if (m := _POSITION.fullmatch(cell)) and len(word := words.get((m[1], m[2]), set())) == 1:
-            called[k] = f"{next(iter(word))}{m[3] or ''}"
-    return called
-
-
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
     """The table with column names that the caller gives; heading rows of the file are skipped."""
     start = _first_data_row(grid.rows)
@@ -246,12 +234,14 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     """What the caller's names and the robot's joints say of headings."""
     cells = [cell for row in grid.rows[:start] for cell in row if cell]
     if naming is None:
-        names = [] if joints is None or isinstance(joints, int) else joints
-        places = {joint_name(parse_heading(cell).name): cell for cell in cells}
+        names, words = [] if joints is None or isinstance(joints, int) else joints, _words(grid, start)
+        places = {joint_name(words.get(cell, parse_heading(cell).name)): cell for cell in cells}
         called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
-        if len(set(called)) < len(names):  # some of the robot's joints are called otherwise
-            return {}
-        return {c: _with_unit(f"q{k}", parse_heading(c).unit or "") for k, c in enumerate(called, 1)}
+        keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
+        if not names or len(keys) < len(names):  # some of the robot's joints are called otherwise
+            keys = {cell: key for cell, word in words.items() if (key := meaning(word)) and key[0] == "q"}
+            keys = keys if len(set(keys.values())) == len(words) else {}
+        return {cell: _with_unit(key, parse_heading(cell).unit or "") for cell, key in keys.items()}
     said: dict[str, str] = {}
     for theirs, (ours, *_) in naming.pairs:
         sides = [(theirs.name, ours)]
@@ -260,14 +250,24 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         found = ({c: side for c in cells if name in (c, parse_heading(c).name)} for name, side in sides)
         named = next(filter(None, found), {})
         if not named and ours.name != IGNORED:
+            pair, known = f"{theirs.name}={ours.name}", listed(cells)
             raise OptionError(
-                f"{grid.source}: '{theirs.name}={ours.name}' names no known column of the file: "
-                f"the headings are {listed(cells)}"
+                f"{grid.source}: '{pair}' names no known column of the file: the headings are {known}"
             )
         said |= {cell: with_unit(side, parse_heading(cell).unit).heading() for cell, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
     return said | dict.fromkeys(left, IGNORED)
+
+
+def _words(grid: Grid, start: int) -> dict[str, str]:
+    """Of headings such as 'field.position0' the joint's name, where all rows hold it under 'field.name0'."""
+    cells, rows, words = grid.rows[start - 1], grid.rows[start:], dict[tuple[str, ...], set[str]]()
+    for k, cell in enumerate(cells):
+        if found := _NAME.fullmatch(cell):
+            words[found.groups()] = {row[k] for row in rows if k < len(row)}
+    known = ((c, words.get((m[1], m[2]), set())) for c in cells if (m := _POSITION.fullmatch(c)))
+    return {cell: next(iter(word)) for cell, word in known if len(word) == 1}
 
 
 def _with_unit(name: str, unit: str) -> str:

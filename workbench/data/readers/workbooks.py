@@ -9,6 +9,7 @@ from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_columns, read_workbook, text_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
+from workbench.data.readers.headings import is_commanded, is_of_measurement
 from workbench.data.readers.table import Grid, grid_of, named_keys, with_points
 
 
@@ -37,9 +38,9 @@ def sheets_apart(source: Any) -> tuple[str, str] | None:
         return None
     keys = {name: named_keys(grid) for name, grid in _grids(data, path).items()}
     joints = [name for name, own in keys.items() if "q1" in own]
-    measured = [name for name, own in keys.items() if own & {"x", "m1x", "distance"}]
-    apart = len(joints) == len(measured) == 1 and joints != measured
-    return (measured[0], joints[0]) if apart else None
+    places = [name for name, own in keys.items() if own & {"x", "m1x", "distance"} and not is_commanded(name)]
+    measured = [n for n in places if n not in joints and (is_of_measurement(n) or not {*joints} & {*places})]
+    return (measured[0], joints[0]) if len(joints) == len(measured) == 1 else None
 
 
 def _grids(data: bytes, path: Path) -> dict[str, Grid]:

@@ -7,7 +7,16 @@ import numpy as np
 
 from workbench.arm.effects import Candidate
 from workbench.diagnosis.claims.reduced_models import left_without
-from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, joints_of, left_by, offers
+from workbench.diagnosis.search.evidence import (
+    Model,
+    Offer,
+    Remainder,
+    Term,
+    compatible,
+    joints_of,
+    left_by,
+    offers,
+)
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence, kind_of
 
@@ -33,12 +42,8 @@ class Place:
 def place_of(searched: Searched, group: Model) -> Place:
     """Some terms of the accepted model, and what would replace them."""
     left = left_without(searched.grams, searched.model, group)
-    others = [
-        c
-        for c in searched.offered.candidates
-        if not _same_claim(c, group) and not any(c.excludes(t.candidate) for t in left.model)
-    ]
-    found = offers(left, others, group=group)
+    others = [c for c in searched.offered.candidates if not _same_claim(c, group)]
+    found = offers(left, compatible(others, left.model), group=group)
     return Place(left, group_evidence(left, group), sorted(found, key=lambda o: -o.gain))
 
 

@@ -180,7 +180,7 @@ class _Judge:
             challenge: They against what has no law.
         """
         odds, rivals, survive = _against_rivals(self.searched, terms.group)
-        odds = min(odds, challenge.odds)
+        odds = min(odds, challenge.cap)
         clear = clearness(terms.effects, self.std)
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
         untried = _untried(terms.whole, self.arm)
@@ -209,7 +209,7 @@ class _Judge:
             unsure=unsure,
             doubt=reason or "",
             driver=challenge.driver,
-            is_law=challenge.odds > 1.0,
+            is_law=challenge.cap > 1.0,
         )
 
     def _is_masked(self, terms: _Terms) -> bool:
@@ -260,7 +260,7 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
     evidence = DriverEvidence.of(searched, searched.stage.data, drivers)
     for term, challenge in zip(terms, evidence.challenges([(t,) for t in terms]), strict=True):
         effect, of_time = term.candidate.effect, {f.driver for f in challenge.rivals} == {Driver.TIME}
-        odds = challenge.odds if of_time or challenge.driver is Driver.TIME else np.inf
+        odds = challenge.cap if of_time or challenge.driver is Driver.TIME else np.inf
         if effect.is_event:
             is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + MIN_EVENT_SHARE) * after
             is_sure = is_material and effect.doubt(motion) is None

@@ -28,6 +28,7 @@ from workbench.diagnosis.search.evidence import (
     Offer,
     Remainder,
     Term,
+    compatible,
     joints_of,
     left_by,
     offer,
@@ -142,8 +143,7 @@ def _replaceable(
         rest = widest.only([k for k, j in enumerate(widest.effect.joints) if j in mine - {joint}])
         for found in offers(left, [rest], group=group):
             beside, own, best = left_by(left.grams, (*left.model, found.term)), 0.0, 0.0
-            others = [c for c in candidates if not any(c.excludes(t.candidate) for t in beside.model)]
-            for each in offers(beside, others, group=group):
+            for each in offers(beside, compatible(candidates, beside.model), group=group):
                 candidate = each.term.candidate
                 if kind_of(each.term) != kind or joint not in candidate.effect.joints:
                     best = max(best, each.gain)

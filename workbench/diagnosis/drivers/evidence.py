@@ -89,8 +89,8 @@ class Challenge:
         return self.rest <= MAX_REST
 
     @property
-    def odds(self) -> float:
-        """Odds that the law may have at most.
+    def cap(self) -> float:
+        """Odds that the law may have at most: 1, 20 or any.
 
         Where the rows leave open which element moves, the simplest law may be probable, never certain.
         """
@@ -104,9 +104,9 @@ class Challenge:
         """Why it isn't certain, as a clause; empty if nothing speaks against it."""
         if not self.is_complete:
             return f"{100 * self.rest:.0f} % of the error over its driver is something else"
-        if self.odds < np.inf and not self.rivals:
+        if self.cap < np.inf and not self.rivals:
             return "it adds little to the other effects"
-        if self.odds < np.inf:
+        if self.cap < np.inf:
             return f"a smooth dependence on {followed_text(self.rivals)} explains as much"
         return ""
 
@@ -227,7 +227,7 @@ class DriverEvidence:
             mine = [k for k, d in enumerate(drivers) if d == driver]
             whole = self._challenge([groups[k] for k in mine])
             for k in mine:
-                alone[k] = min(alone[k], whole, key=lambda c: c.odds)
+                alone[k] = min(alone[k], whole, key=lambda c: c.cap)
         return alone
 
     def _challenge(self, groups: Sequence[Model]) -> Challenge:

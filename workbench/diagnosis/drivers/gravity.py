@@ -70,8 +70,8 @@ def gravity_elsewhere(drivers: DriverEvidence) -> Vector3 | None:
     loads = LoadsByAxis(inner, (left.along(columns) * scale).reshape(count, 3))
     stated = drivers.problem.robot_at(drivers.searched.stage.fit.x).gravity
     size = float(np.linalg.norm(stated))
-    found = [loads.likeliest(d) for d in (stated / size, *np.eye(3), *-np.eye(3))]
-    square, best = max(found, key=lambda each: each[0])
+    begins = (stated / size, *np.eye(3), *-np.eye(3))
+    square, best = max((loads.likeliest(d) for d in begins), key=lambda each: each[0])
 
     def gain(explained: float, freedom: int) -> float:
         rest = max(left.square - explained, 1e-300)

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from workbench.arm import chain as chains
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import NO_WRENCHES
+from workbench.arm.frame import revised
 from workbench.arm.kinematics.forward import watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -118,7 +119,8 @@ def effect_twists(
     """
     deflected = deflect(robot, motion)
     offered = {name for e in effects for name in e.names}
-    wide = robot.with_effects(*effects, *(e for e in robot.effects if not offered & set(e.names)))
+    others = (e for e in robot.effects if not offered & set(e.names))
+    wide = revised(robot, effects=(*effects, *others))
     chain = wide.chain
     shift = np.zeros((len(motion), len(chain.elements)))
     shift[:, chain.indices([e.name for e in robot.chain.elements])] = deflected.shift

@@ -215,7 +215,8 @@ def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
 def _free(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     """Candidates with the same number of free coefficients."""
     columns = np.stack([left.grams.columns(c.names) for c in candidates])
-    known = expected(left.grams, candidates)
+    largest = left.grams.bounds(columns)
+    known = expected(largest)
     value, vectors = np.linalg.eigh(left.inner(columns) + known[:, :, None] * np.eye(known.shape[1]))
     along = (vectors.transpose(0, 2, 1) @ left.along(columns)[..., None])[..., 0]
     seen = value > MIN_INDEPENDENT_SHARE
@@ -224,7 +225,7 @@ def _free(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     rest = np.maximum(left.square - taken, 1e-300)
     gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
     size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
-    refused = _refused(candidates, value, vectors, size, rest, left)
+    refused = _refused(candidates, value, vectors, size, rest, largest, left)
     usable = (rank > 0) & (left.freedom > rank + 1) & ~refused
     searched = np.log([c.tries for c in candidates])
     return [
@@ -237,14 +238,13 @@ def _free(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     ]
 
 
-def _refused(candidates, value, vectors, size, rest, left) -> np.ndarray:
+def _refused(candidates, value, vectors, size, rest, largest, left) -> np.ndarray:
     """Candidates that exceed their bounds, or act against their load beyond noise although they may not."""
     found = (vectors @ size[..., None])[..., 0]
     inverse = np.where(value > MIN_INDEPENDENT_SHARE, 1.0 / np.maximum(value, MIN_INDEPENDENT_SHARE), 0.0)
     spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / max(left.freedom, 1))[:, None])
     gives_way = np.array([c.effect.gives_way for c in candidates])
     pushes = gives_way & (found < -SIGN_TOLERANCE * spread).any(1)
-    largest = np.array([left.grams.bounds(c.names) for c in candidates])
     return pushes | (np.abs(found) > largest + SIGN_TOLERANCE * spread).any(1)
 
 
@@ -261,14 +261,14 @@ def _shrunk(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     """Candidates with the same number of coefficients that share a variance: the most likely one."""
     grams, columns = left.grams, np.stack([left.grams.columns(c.names) for c in candidates])
     along = left.along(columns)[..., None]
-    root = np.stack([_root(grams, c) for c in candidates])
+    root = grams.scale[columns - grams.geometry][..., None] * np.stack([c.root for c in candidates])
     value, vectors = np.linalg.eigh(root.transpose(0, 2, 1) @ left.inner(columns) @ root)
     value = np.maximum(value, 0.0)
     spread = root @ vectors
     square = (spread.transpose(0, 2, 1) @ along)[..., 0] ** 2
     seen = value > MIN_INDEPENDENT_SHARE * value.max(1, keepdims=True)
     typical = (value * seen).sum(1) / np.maximum(seen.sum(1), 1)
-    widest = ((root**2).sum(2) / np.stack([grams.bounds(c.names) for c in candidates]) ** 2).max(1)
+    widest = ((root**2).sum(2) / grams.bounds(columns) ** 2).max(1)
     tried = np.maximum(PRECISIONS * typical[:, None], widest[:, None])[..., None]
     rest = left.square - (square[:, None] / (value[:, None] + tried)).sum(2)
     charge = 0.5 * np.log1p(value[:, None] / tried).sum(2)
@@ -398,21 +398,30 @@ def jackknifed(values: Sequence[float] | Float[np.ndarray, " folds"]) -> float:
 
 def precision_of(grams: Grams, term: Term) -> Float[np.ndarray, "k k"]:
     """Precision matrix of a term's scaled coefficients."""
-    k = len(term.candidate.names)
+    columns = grams.columns(term.candidate.names)
     if term.candidate.covariance is None:
-        return np.diag(expected(grams, [term.candidate])[0])
-    inverse = linalg.solve_triangular(_root(grams, term.candidate), np.eye(k), lower=True)
+        return np.diag(expected(grams.bounds(columns)))
+    root = grams.scale[columns - grams.geometry][:, None] * term.candidate.root
+    inverse = linalg.solve_triangular(root, np.eye(len(root)), lower=True)
     return term.precision * inverse.T @ inverse
 
 
-def expected(grams: Grams, candidates: Sequence[Candidate]) -> Float[np.ndarray, "n k"]:
+def expected(largest: Float[np.ndarray, "*n k"]) -> Float[np.ndarray, "*n k"]:
     """Prior precisions of free scaled coefficients, from their bounds."""
-    return np.array([(PRIOR_SHARE * grams.bounds(c.names)) ** -2.0 for c in candidates])
+    return (PRIOR_SHARE * largest) ** -2.0
 
 
-def _root(grams: Grams, candidate: Candidate) -> np.ndarray:
-    """Lower root of the prior covariance of scaled coefficients, up to the common factor."""
-    return grams.scales(candidate.names)[:, None] * candidate.root
+def compatible(candidates: Sequence[Candidate], model: Model) -> list[Candidate]:
+    """Candidates that may be in a model: none that it contains, or whose joint it maps otherwise."""
+    present = [t.candidate for t in model]
+    taken = {n for c in present for n in c.names}
+    mapped = {(c.effect.joints, c.shrunk) for c in present if c.effect.maps_joint}
+
+    def is_mapped(c: Candidate) -> bool:
+        kinds = (True, False) if c.shrunk else (True,)
+        return c.effect.maps_joint and any((c.effect.joints, kind) in mapped for kind in kinds)
+
+    return [c for c in candidates if taken.isdisjoint(c.names) and not is_mapped(c)]
 
 
 def curved(

@@ -1,8 +1,9 @@
 """The rows of a problem compressed to inner products, from which all models of effects are evaluated.
 
 Columns are, in this order: the observable directions of the geometry (orthonormal over all rows),
-the coefficients of all candidates (scaled to unit length), the masses, centres and angles of gravity that act
-through each fitted effect of load, and the residual without any effect, the masses as in the file.
+the coefficients of all candidates and the masses, centres and angles of gravity that act through each fitted
+effect of load (scaled to unit length), and the residual without any effect, the masses as in the file; last,
+in the history alone, what events may change.
 Inner products are stored for every fold of the rows, for cross-validation: the cost of fitting, testing and
 validating a model depends on its own size, not on the number of rows.
 """
@@ -17,6 +18,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import NO_WRENCHES
+from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers, known_wrenches
@@ -101,11 +103,11 @@ class Grams:
     def scales(self, names: Sequence[str]) -> np.ndarray:
         return self.scale[self.columns(names) - self.geometry]
 
-    def bounds(self, names: Sequence[str]) -> np.ndarray:
+    def bounds(self, columns: Int[np.ndarray, "*n k"]) -> Float[np.ndarray, "*n k"]:
         """Bounds of some scaled coefficients."""
         if self.maximum is None:
-            return np.full(len(names), np.inf)
-        return self.maximum[self.columns(names) - self.geometry]
+            return np.full(columns.shape, np.inf)
+        return self.maximum[columns - self.geometry]
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,65 +182,61 @@ def compress(
         masses: Whether masses, centres and angles of gravity have columns; else they stay as in the solution.
     """
     coefficients = Coefficients.of(problem, x, effects, masses=masses)
-    names, own = coefficients.names, len(coefficients.of_effects)
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     parts = [piece for block, piece in problem.pieces(x, only=plain) if block is not None]
     residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
     basis = factorise(jacobian, residual).root
-    size = basis.shape[1] + len(names) + 1
-    extra = sum(len(e.names) for e in changed)
-    present = np.insert(coefficients.present, own, np.zeros(extra))
-    sums = np.zeros((int(fold.max()) + 1, size + extra, size + extra))
-    history = np.zeros((0 if pieces is None else int(pieces.max()) + 1, extra, size + extra))
-    ahead = basis.shape[1]
-    place = np.concatenate(
-        [ahead + np.arange(own), size + np.arange(extra), np.arange(ahead + own, size - 1)]
-    )
-    order = place[:0]
+    ahead = sum(len(e.names) for e in changed)  # columns of the history come before all others
+    first, present = ahead + basis.shape[1], np.concatenate([np.zeros(ahead), coefficients.present])
+    size, order = first + len(coefficients.names) + 1, np.zeros(0, np.int64)
+    sums = np.zeros((int(fold.max()) + 1, size, size))
+    history = np.zeros((0 if pieces is None else int(pieces.max()) + 1, ahead, size))
 
     def tables() -> Iterator[tuple[Int[np.ndarray, " rows"], Columns]]:
-        """Columns of each block with those of the geometry and the residual without any effect."""
-        for block, columns in candidate_columns(
-            problem, x, [*coefficients.carriers, *changed], loaded=coefficients.loaded
-        ):
+        """Columns of each block with those of the geometry and, last, the residual without any effect."""
+        tried = [*changed, *coefficients.carriers]
+        for block, columns in candidate_columns(problem, x, tried, loaded=coefficients.loaded):
             here, shape = slice(block.start, block.stop), (*columns.shown.shape[:2], -1)
             whole = residual[here].reshape(shape) + columns.times(present)[..., None]
-            beside = [columns.plain, (jacobian[here] @ basis).reshape(shape), whole]
-            yield block.rows, replace(columns, plain=np.concatenate(beside, axis=2))
+            before, after = np.split(columns.plain, [ahead], axis=2)
+            more = {
+                "plain": np.concatenate([before, (jacobian[here] @ basis).reshape(shape), after], axis=2),
+                "shown": np.concatenate([columns.shown, whole], axis=2),
+                "laws": np.column_stack([columns.laws, np.ones(len(columns.laws))]),
+                "element": np.append(columns.element, columns.shown.shape[2]),
+            }
+            yield block.rows, replace(columns, **more)
 
     for rows, columns in joined(tables()):
-        alone, products = np.split(place[columns.order], [len(columns.order) - columns.laws.shape[1]])
-        order = np.concatenate([alone, np.arange(ahead), [size - 1], products])
+        order = columns.order[ahead:] - ahead
         for f in np.unique(fold[rows]):
             columns.add_inner(fold[rows] == f, sums[f])
         if pieces is not None:
             for piece, mine in _together(pieces[rows]):
                 some = columns.some(mine)
-                history[piece] += some[:, np.flatnonzero(alone >= size)].T @ some
-    given = np.argsort(order)
-    history, sums = history[:, :, given], sums[:, given[:size, None], given[:size]]
-    length = np.sqrt(np.maximum(np.diagonal(sums, axis1=1, axis2=2).sum(0), 0.0))[ahead:-1]
+                history[piece] += some[:, :ahead].T @ some
+    length = np.sqrt(np.maximum(np.diagonal(sums, axis1=1, axis2=2).sum(0), 0.0))[first:-1]
     scale = np.where(length > MIN_COLUMN_LENGTH, length, 1.0)
-    by = np.concatenate([np.ones(ahead), scale, np.ones(1 + extra)])
-    sums /= by[:size, None]
-    sums /= by[:size]
-    history /= by
-    inertia = coefficients.inertia
+    by = np.concatenate([np.ones(first), scale, [1.0]])
+    sums /= by
+    sums /= by[:, None]
+    names, inertia = tuple(coefficients.names[k] for k in order), coefficients.inertia
     tolerances = [problem.inertia_tolerance[p.name] for p in problem.parameters if p.is_inertia]
-    widths = np.tile(tolerances, len(inertia)) * scale[own:]
-    known = dict(zip(names[own:], widths.tolist(), strict=True))
+    own = len(coefficients.of_effects)
+    widths = np.concatenate([np.full(own, np.inf), np.tile(tolerances, len(inertia))])[order] * scale
+    bounds = [*_bounds(problem, x, coefficients.carriers), *[np.inf] * (len(names) - own)]
     moved = np.array([abs(v - p.nominal) for p, v in zip(problem.parameters, x.tolist(), strict=True)])
     return Grams(
         names,
-        sums,
+        sums[:, ahead:, ahead:],
         scale,
         basis,
         problem.count,
         inertia,
-        known,
+        dict(zip(names, widths.tolist(), strict=True)),
         np.maximum(GEOMETRY_SIGMA, moved[plain]),
-        np.array([*_bounds(problem, x, coefficients.carriers), *[np.inf] * (len(names) - own)]) * scale,
-        None if pieces is None else history,
+        np.array(bounds)[order] * scale,
+        None if pieces is None else np.roll(history / by, -ahead, axis=2),
     )
 
 
@@ -257,7 +255,8 @@ def _together(labels: Int[np.ndarray, " m"]) -> Iterator[tuple[int, Int[np.ndarr
 def _bounds(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> list[float]:
     """Bound of every coefficient [SI]."""
     offered, motion, arm = {n for e in effects for n in e.names}, Motion.of(problem.data), problem.robot_at(x)
-    chain = arm.with_effects(*effects, *(e for e in arm.effects if not offered & set(e.names))).chain
+    others = (e for e in arm.effects if not offered & set(e.names))
+    chain = revised(arm, effects=(*effects, *others)).chain
     wrenches = known_wrenches(arm, motion) if any(e.loads for e in effects) else NO_WRENCHES
     return [maximum for e in effects for maximum in e.bounds(chain, motion, wrenches)]
 

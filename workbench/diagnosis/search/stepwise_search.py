@@ -24,6 +24,7 @@ from workbench.diagnosis.search.evidence import (
     Offer,
     Remainder,
     Term,
+    compatible,
     differs,
     drop,
     left_by,
@@ -137,8 +138,7 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model |
 
 def _offers(left: Remainder, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
     """Contributions of all compatible candidates to a model, in the place of some terms."""
-    beside = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
-    return offers(left, beside, group=group)
+    return offers(left, compatible(candidates, left.model), group=group)
 
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
@@ -249,7 +249,7 @@ def supported(grams: Grams, model: Model) -> Model:
         for term, without in zip(model, validated_without(grams, model, [(t,) for t in model]), strict=True):
             fall = 1.0 - after / without
             mine = grams.columns(term.candidate.names)
-            is_credible = (np.abs(whole[mine]) <= grams.bounds(term.candidate.names)).all()
+            is_credible = (np.abs(whole[mine]) <= grams.bounds(mine)).all()
             lowers = float(np.median(fall)) > MIN_FALL  # a single fold outside the others' poses has no vote
             if not (is_credible and lowers and differs(grams, term, whole, parts)):
                 falls[term] = float(fall.mean())

@@ -186,15 +186,13 @@ def _fit_alike(found: HandEye, robot_told: bool, target_told: bool) -> str:
     """Where the camera is if poses whose direction isn't told are given as their inverses."""
     here, other = ON[found.mounted], next(ON[mount] for mount in Mount if mount is not found.mounted)
     camera, target = (", ".join(signed(1e3 * v, 1) for v in at.xyz) for at in (found.camera, found.target))
-    ways = [] if target_told else [f"target's are, the camera is {other} at {target}"]
-    ways += (
-        [] if robot_told else [f"robot's are (as of easy_handeye for one in the cell), {other} at {camera}"]
-    )
+    ways = [] if target_told else [f"the target's are, the camera is {other} at {target}"]
+    ways += [] if robot_told else [f"the robot's are (easy_handeye, in the cell), {other} at {camera}"]
     ways += [] if robot_told or target_told else [f"both are, {here} at {target}"]
-    return f"poses may be inverse: if the {'; if the '.join(ways)} mm; names such as base_T_hand tell"
+    return f"poses may be inverse: if {'; if '.join(ways)} mm; names such as base_T_hand tell"
 
 
-def _checked(pairs: Sequence[Poses], source: str, notes: Sequence[str]) -> tuple[list[Poses], list[str]]:
+def _checked(pairs: Sequence[Poses], source: str, notes: Sequence[str]) -> tuple[list[np.ndarray], list[str]]:
     """As many poses on both sides, in metres, their rotations exact, each robot pose once; and what was
     decided."""
     notes, sides = [*notes], list[Poses]()

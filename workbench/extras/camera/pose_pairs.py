@@ -72,7 +72,8 @@ def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, bool], bool, tuple
     try:
         if data.startswith(b"PK") and b"xl/" not in data:
             unpacked = unpacked_arrays(data, MAX_BYTES).items()
-            arrays = {name: a for name, a in unpacked if isinstance(a, np.ndarray)}
+            if not (arrays := {name: a for name, a in unpacked if isinstance(a, np.ndarray)}):
+                raise FileError(f"is an archive: unpack it, both poses in each row; {WANTED}", path=str(path))
         elif not data.startswith(b"PK") and _YAML.search(text := decode(data, path)[0]):
             arrays = arrays_of_json(data)
             arrays = arrays if any(isinstance(v, list) for v in arrays.values()) else _samples(text)
@@ -160,8 +161,8 @@ def _poses(grid: Grid, seen: int) -> tuple[Dataset, re.Pattern[str] | None]:
     likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}
     read = (likely[unit] for unit in dict.fromkeys(fields.units.values()) if unit in likely)
     notes += (f"{what} of the {SIDES[seen]}'s poses are read as {unit}" for what, unit in read)
-    more: dict[str, Any] = {"written": written_orientation(fields), "source": grid.source, "notes": notes}
-    return Dataset(np.zeros((fields.rows, 1)), position, rotation, **more), way
+    more: dict[str, Any] = {"written": written_orientation(fields), "source": grid.source}
+    return Dataset(np.zeros((fields.rows, 1)), position, rotation, notes=tuple(notes), **more), way
 
 
 def _heading(cell: str, head: Sequence[str]) -> str:

@@ -44,14 +44,23 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
         fits = {v: own for v, own in parts.items() if len(own) >= MIN_PART and _fits(robot, own)}
         if not 1 < len(parts) <= MAX_PARTS or sum(map(len, fits.values())) < MIN_FITTING_SHARE * len(rows):
             continue
-        sizes = ", ".join(f"{v} fit to {in_mm(_misfit(robot, own))}" for v, own in fits.items())
+        sizes = ", ".join(f"{v or 'blank'} fit to {in_mm(_misfit(robot, own))}" for v, own in fits.items())
         if len(fits) == 1:
+            others = rows.take(cells != next(iter(fits)))
+            off = placed_errors(robot, next(iter(fits.values())), others) > WITHIN * robot.reach
+            if off.mean() < MIN_FITTING_SHARE:  # others fit as well: it tells nothing of those that don't
+                continue
             text = f"those whose '{heading}' is {sizes}, the others don't"
             return replace(meaning, parts=text, kept=next(iter(fits.values())).row)
         if not meaning.is_found:
             key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
             return replace(meaning, parts=text, remedy=f"give columns='{key}={heading}' (--columns)")
+    if not meaning.is_found and rows.rotation is not None and _fits(robot, rows):
+        text = (
+            f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations are in another frame"
+        )
+        return replace(meaning, parts=text, remedy="leave their columns out, columns='rx=-,…' (--columns)")
     for ahead in () if meaning.is_found else (1, -1, 2, -2):
         if _fits(robot, replace(rows, q=np.roll(rows.q, ahead, axis=0)).take(np.arange(2, len(rows) - 2))):
             where = "before" if ahead > 0 else "after"
@@ -71,15 +80,12 @@ def parts_in_order(robot: Robot, data: Dataset) -> str:
         if (length := _part_that_fits(robot, rows)) in (0, len(rows)):
             continue
         own, other = rows.take(np.arange(length)), rows.take(np.arange(length, len(rows)))
-        text = f"data rows {_span(own)} fit to {in_mm(_misfit(robot, own))}"
+        first, second = (f"{part.row.min()}–{part.row.max()}" for part in (own, other))
+        text = f"data rows {first} fit to {in_mm(_misfit(robot, own))}"
         if len(other) >= MIN_PART and _fits(robot, other):
-            return f"{text}, and {_span(other)} to {in_mm(_misfit(robot, other))} {ELSEWHERE}"
+            return f"{text}, and {second} to {in_mm(_misfit(robot, other))} {ELSEWHERE}"
         return f"{text}, those {'after' if is_begin else 'before'} them don't"
     return ""
-
-
-def _span(data: Dataset) -> str:
-    return f"{data.row.min()}–{data.row.max()}"
 
 
 def _part_that_fits(robot: Robot, data: Dataset) -> int:

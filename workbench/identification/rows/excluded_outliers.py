@@ -87,8 +87,8 @@ def prepare_without_outliers(
         problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
         if problem.count <= len(problem.names):
             break
-        expected, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        out = find_outliers(expected, robust_fit(expected, first.x), everything)
+        wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
+        out = find_outliers(wide, robust_fit(wide, first.x), everything)
         found = ready.train_rows[out & _is_tested(problem, problem.data)]
         if not len(found):
             break

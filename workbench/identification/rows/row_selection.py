@@ -172,8 +172,8 @@ def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]
     """Divide units recursively into cells of nearly equal size along their widest joint."""
     if count <= 1:
         return [units] if count else []
-    widest = int(np.argmax(np.ptp(centre[units], axis=0)))
-    order = units[np.argsort(centre[units, widest], kind="stable")]
+    mine = centre[units]
+    order = units[mine[:, (mine.max(0) - mine.min(0)).argmax()].argsort(kind="stable")]
     left = count // 2
     cut = round(len(order) * left / count)
     return cells(centre, order[:cut], left) + cells(centre, order[cut:], count - left)

@@ -12,12 +12,12 @@ from workbench.session.real_arm import sample_error
 from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
-    CALIBRATED,
     EXCLUDED,
     FITTED,
     MARK,
     NOMINAL,
     SET_APART,
+    STAGE_COLOURS,
     ErrorScale,
 )
 from workbench.views.appearance.shapes import Solid, ball
@@ -57,7 +57,7 @@ def measured(session: Session) -> Iterator[Item]:
     nominal = rows, ModelStage.NOMINAL, times, NOMINAL
     yield Item("errors/nominal", _arrows, nominal, shown=is_compared)
     is_other = is_compared and stage is not ModelStage.NOMINAL
-    yield Item("errors/calibrated", _arrows, (rows, stage, times, CALIBRATED), shown=is_other)
+    yield Item("errors/calibrated", _arrows, (rows, stage, times, STAGE_COLOURS[stage]), shown=is_other)
     scale = rows, times, session.robot.reach
     yield Item("errors/sample", lambda *of: _sample(*of)[0], scale, shown=is_compared)
     yield Item("errors/sample_words", lambda *of: _sample(*of)[1], scale, shown=is_compared)
