@@ -291,6 +291,8 @@ class DriverEvidence:
                 (f for f in tried if f.driver != best.driver), key=lambda f: tried[f].gain, default=None
             )
             lead = tried[best].gain - (0.0 if rival is None else max(tried[rival].gain, 0.0))
+            if found:  # a second one may be what the smooth function of the first leaves
+                lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
             shown = best
             if best.driver is Driver.TIME:  # a step between two rows, if that is likelier
