@@ -89,8 +89,7 @@ def rezero(
         ready = prepare(begin, data, choices, prior=None if decides else knowledge.without(*zeros))
     progress(0.4, "fitting all zeros")
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
-    problem = ready.problem
-    problem = knowledge.problem(problem, problem.start, zeros) if decides else problem
+    problem = knowledge.problem(ready.problem, ready.problem.start, zeros) if decides else ready.problem
     everything = Optimum.of(problem, measured=measured)
     moved, best = _moved(knowledge, everything, zeros)
     own = {s.name: s for s in _shifts(knowledge, best, moved)}
@@ -154,7 +153,7 @@ def _still_off(robot: Robot, fit: Optimum, after: Errors, left: Errors) -> tuple
         if errors.mean > STILL_OFF * max(known, scale * noise[k]):
             return (
                 f"with these zeros the rows are still {errors.mean:.2g}{unit} off, {than} {known:.2g}{unit}; "
-                "measure more poses, or calibrate again with 'workbench identify'",
+                "measure more, give --noise if the instrument scatters so, or 'workbench identify' again",
             )
     return ()
 
@@ -180,8 +179,9 @@ def _check_counting(robot: Robot, data: Dataset) -> None:
     """Refuse rows whose joints count otherwise than the arm's, but for the zero of one, as of a new motor."""
     robot.check_joints(data.said.q, data.source)
     found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
-    misread = found is not None and is_misread(found)
-    if misread and not (found.best.only_zeros and np.count_nonzero(found.best.zero) == 1):
+    if found is None or not is_misread(found):
+        return
+    if not (found.best.only_zeros and np.count_nonzero(found.best.zero) == 1):
         text = misread_text(found, robot)
         raise DataError(f"{data.source}: {text}; no collision does that: correct the rows")
 
@@ -266,8 +266,8 @@ def _ambiguous(
     problem = ready.problem.again(robot=ready.aligned, free=knowledge.names, frames=freedom)
     problem = knowledge.without().keep(lambda name: name not in by_name).on(problem)
     factor = noises.factor_at(problem, problem.start)
-    size = [[10.0] if p.unit == "m" else [1.0] for p in problem.parameters]  # 0.1 m counts as much as 1 rad
-    unseen = size * np.concatenate([factor.null_space, factor.weak], axis=1)
+    size = np.array([10.0 if p.unit == "m" else 1.0 for p in problem.parameters])  # 0.1 m is as much as 1 rad
+    unseen = size[:, None] * np.concatenate([factor.null_space, factor.weak], axis=1)
     readings = ready.data.readings
     own = set(FRAMES if readings is None else (*FRAMES, *readings.frames))
     sentences = []
