@@ -67,13 +67,16 @@ def correct(
     before = _errors(commanded, state)
     after = _corrected(commanded, state, method)
     wrong = _singular(commanded, after, method)
-    points, alone = np.zeros(len(q), bool), replace(commanded, task=Task.POSITION)
+    points = taken = np.zeros(len(q), bool)
+    alone = replace(commanded, task=Task.POSITION)
     if wrong.any() and commanded.task is not Task.POSITION:
         place = _corrected(alone, state, method)
         points = wrong & ~_singular(alone, place, method)
-        if time is None and points.any():  # targets without a path need no orientation in a singularity
-            after = _errors(commanded, state.at(np.where(points[:, None], place.q, after.q)))
-            wrong = wrong & ~points
+        steps = np.pad(np.abs(np.diff(q, axis=0)).max(1), 1, constant_values=np.inf)
+        taken = points & (np.minimum(steps[:-1], steps[1:]) > MAX_CORRECTION) & (time is None)
+        if taken.any():  # targets that are no rows of a path need no orientation in a singularity
+            after = _errors(commanded, state.at(np.where(taken[:, None], place.q, after.q)))
+            wrong = wrong & ~taken
     _check(commanded, after, wrong, points)
     weight = ROTATION_WEIGHT * compile_arm(robot).length
     worse = after.cost(weight) > before.cost(weight)
@@ -86,7 +89,7 @@ def correct(
     speed = None
     if state.time is not None and len(state) > 1:
         speed = frozen((np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]).max(0))
-    notes = _notes(method, errors, worse, speed, points & ~worse)
+    notes = _notes(method, errors, worse, speed, taken & ~worse)
     return Compensation(
         commanded=commanded,
         motion=state,
