@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import takewhile
+from itertools import compress, takewhile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ from workbench.data.readers.assemble import ORIENTED, assemble
 from workbench.data.readers.column_meanings import TableColumn, interpret_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of, to_numbers
-from workbench.data.readers.headings import SQUARE_ERROR, number_in
+from workbench.data.readers.headings import number_in
 from workbench.data.readers.orientation import FORMS
 from workbench.data.readers.read import read_by_layout, read_grid, read_measurements
 from workbench.data.readers.table import NUMBER, Grid, Table, with_names
@@ -131,12 +131,12 @@ def read_display(path: Path | str, robot: Robot) -> Displayed:
     try:
         _, _, table = read_by_layout(path, columns=None, layout=None, sheet=None, joints=names)
     except FileError:
-        if _has_words(grid := read_grid(path)):
+        if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
     if table is None:  # a bag, whose numbers are known in full
         return of_dataset(read_measurements(path, joints=names))
-    table = _completed(table, robot.dof)
+    table = _completed(_filled(table), robot.dof)
     data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
     if data.position is None or data.written is None:
         raise table.error(f"no position and orientation were found; {WHAT}")
@@ -198,19 +198,21 @@ def of_dataset(data: Dataset) -> Displayed:
     )
 
 
-def _has_words(grid: Grid) -> bool:
-    """Whether the first row is one of headings."""
-    return not any(map(NUMBER.fullmatch, grid.rows[0]))
-
-
 def _without_headings(grid: Grid, joints: int) -> Table:
     """Joints, place and orientation in this order; numbers of the rows may stand before them."""
     width, counts = len(grid.rows[0]), [row[0] for row in grid.rows]
     first = int(counts in ([str(k + start) for k in range(len(counts))] for start in (0, 1)))
-    turn = {6: ("a", "b", "c"), 7: ("qw", "qx", "qy", "qz")}.get(width - first - joints)
-    if turn is None:
+    if width - first - joints not in (6, 7):
         raise grid.error(f"{width} columns, but the arm has {joints} joints; {WHAT}")
+    turn = "abcd"[: width - first - joints - 3]
     return with_names(grid, (*[IGNORED] * first, *(f"q{k + 1}" for k in range(joints)), *"xyz", *turn))
+
+
+def _filled(table: Table) -> Table:
+    """The table without rows of empty cells, as of poses that were not filled in."""
+    kept = [any(cells) for cells in zip(*table.columns, strict=True)]
+    columns = (tuple(compress(cells, kept)) for cells in table.columns)
+    return replace(table, columns=tuple(columns), lines=tuple(compress(table.lines, kept)))
 
 
 def _completed(table: Table, joints: int) -> Table:
@@ -226,10 +228,8 @@ def _completed(table: Table, joints: int) -> Table:
     if not ORIENTED & places.keys():
         numbers = {c.index: [number_in(cell) for cell in table.columns[c.index]] for c in columns}
         behind = takewhile(lambda c: c.key is None, columns[max(xyz) + 1 :])
-        turn = [c.index for c in behind if np.isfinite(numbers[c.index]).any()][:4]
-        size = np.nansum([np.square(numbers[k]) for k in turn], axis=0)
-        four = len(turn) == 4 and bool((np.abs(size[size > 0.0] - 1.0) < SQUARE_ERROR).all())
-        named |= zip(turn, ("qw", "qx", "qy", "qz") if four else ("a", "b", "c"), strict=False)
+        turn = [c.index for c in behind if np.isfinite(numbers[c.index]).any()]
+        named |= zip(turn, "abcd", strict=False)
     units = [parse_heading(name).unit for name in table.names]
     said = [
         named.get(k, name) + (f"[{units[k]}]" if units[k] else "") * (k in named)
