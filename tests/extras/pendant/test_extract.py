@@ -135,8 +135,7 @@ def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
     rows[11][6] = f"{float(rows[11][6]) + 30.0:.1f}"
     asked = ("--robot", "ur5e", "--save", "mine.toml", "--json", "found.json")
     status, out, _ = run("extract", write(rows), *asked)
-    assert status == 0
-    assert json.loads(Path("found.json").read_text())["outliers"] == [11]
+    assert (status, json.loads(Path("found.json").read_text())["outliers"]) == (0, [11])
     assert mentions(out, "reading 12")
     assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
 
@@ -157,6 +156,7 @@ NUMBERS = count(1)
             "No,q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg],q6 [deg],x,y,z,r,p,y2,note",
             lambda row: ",".join(["1", *row, "ok"]),
         ),
+        (SHORT, lambda row: ",".join([*row[:6], *(f"{float(v) / 25.4:.2f}" for v in row[6:9]), *row[9:]])),
         (f"image,{SHORT}", lambda row: ",".join(["images/01.png", *row])),
         (f"Nr.,Gelenke,,,,,,TCP,,,,,\n,{SHORT}\n,{UNITS}", lambda row: ",".join(["1", *row])),
         ("", lambda row: f"{next(NUMBERS)} {' '.join(row)}"),
@@ -167,15 +167,19 @@ def test_tables_as_people_write_them(tmp_path, head, change):
     rows = lines(actual, np.round(random_joints("ur5e", 20), 2), style="z y' x''")
     path = tmp_path / "read.csv"
     path.write_text("\n".join([head, *map(change, rows)]))
-    assert "z y' x''" in wb.extract("ur5e", path).meaning.text
+    found = wb.extract("ur5e", path)
+    assert ("z y' x''" in found.meaning.text, found.verdict) == (True, ModelVerdict.EXTRACTED)
 
 
-def test_poses_may_be_typed_and_metres_and_radians_are_found(tmp_path):
+def test_poses_may_be_typed_and_metres_and_radians_are_found(run, tmp_path):
     q = random_joints("ur5e", 12)
     at = poses(hidden("ur5e", tmp_path / "hidden.toml"), q)
     parts = zip(q, at[:, :3, 3], Rotation.from_matrix(at[:, :3, :3]).as_rotvec(), strict=True)
-    rows = ([",".join(f"{v:.5f}" for v in part) for part in (j, (*p, *t))] for j, p, t in parts)
-    assert wb.extract("ur5e", [" = ".join(row) for row in rows]).meaning.units == ("rad", "m", "rad")
+    rows = [[",".join(f"{v:.5f}" for v in part) for part in (j, (*p, *t))] for j, p, t in parts]
+    found = wb.extract("ur5e", [" = ".join(row) for row in rows])
+    assert found.meaning.units == ("rad", "m", "rad")
+    head = HEADS.replace("mm", "m").replace("a,b,c", "rx[rad],ry[rad],rz[rad]")
+    assert wb.extract("ur5e", wb.read_measurements(write(rows, head=head))).left == pytest.approx(found.left)
 
 
 def test_a_log_of_rtde_replaces_the_form(run, tmp_path):
