@@ -194,8 +194,7 @@ def test_everything_else(read):
     assert np.isnan(data.sigma[0, [1, 2, 4, 5]]).all()
     assert data.sessions == ("front", "back")
     assert [data.anchor[0], data.contact[0], data.point[0], data.group[0]] == ["A", "hole", "s1", "g1"]
-    assert data.exclude.tolist() == [False, True]
-    assert data.reason.tolist() == ["", "slipped"]
+    assert (data.exclude.tolist(), data.reason.tolist()) == ([False, True], ["", "slipped"])
 
 
 def test_contacts_need_no_numbers(read):
@@ -221,8 +220,7 @@ def test_preview_says_what_was_understood(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("Achse 1[°];x[mm];y[mm];z[mm];session;group;Nr\n90,5;1;2;3;a;g;1\n9;1;2;;b;g;2\n")
     shown = preview(path)
-    assert not shown.problems
-    assert (shown.rows, shown.joints) == (2, 1)
+    assert (shown.problems, shown.rows, shown.joints) == ((), 2, 1)
     assert shown.dataset.sessions == ("a", "b")
     first, x = ((c.heading, c.key, c.unit, c.si) for c in shown.columns[:2])
     assert (first, x) == (("Achse 1[°]", "q1", "°", "rad"), ("x[mm]", "x", "mm", "m"))

@@ -20,14 +20,9 @@ def points(folder, names=None):
 
 
 def joints(folder, rows, names=None):
-    lines = [
-        ("point," if names else "")
-        + ",".join([*(f"q{k}[rad]" for k in range(1, 7)), "roll[rad],pitch[rad],yaw[rad]"])
-    ]
-    lines += [
-        ",".join([*(names[k : k + 1] if names else ()), *map(repr, Q[k].tolist()), "0,0,0"]) for k in rows
-    ]
-    (folder / "q.csv").write_text("\n".join(lines))
+    heads = [*["point"] * bool(names), *(f"q{k}[rad]" for k in range(1, 7)), "roll[rad],pitch[rad],yaw[rad]"]
+    cells = ([*(names or [])[k : k + 1], *map(repr, Q[k].tolist()), "0,0,0"] for k in rows)
+    (folder / "q.csv").write_text("\n".join(map(",".join, [heads, *cells])))
     return folder / "q.csv"
 
 

@@ -17,6 +17,7 @@ STYLES = {
     "z y' x''": (lambda r: r.as_euler("ZYX", degrees=True), 2),
     "z y' z''": (lambda r: r.as_euler("ZYZ", degrees=True), 2),
     "w, x, y, z": (lambda r: r.as_quat(scalar_first=True), 5),
+    "x, y, z, w": (lambda r: r.as_quat(), 5),
 }
 """Numbers of an orientation, and how many decimals are shown."""
 

@@ -128,7 +128,7 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
 def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
     """Keys of names that mean something only together, by the cells under each normalised name.
 
-    Four numbered columns whose squares sum to 1 in every row are a quaternion, as of ABB or Leica.
+    Four columns, numbered or a … d, whose squares sum to 1 in every row are a quaternion, as of ABB or Leica.
     """
     there, found = set(columns), dict[str, str]()
     for group, keys in (*_TOGETHER, *_poses(columns)):
@@ -136,11 +136,10 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
             found |= zip(group, keys, strict=True)
     if {"fx", "fy", "fz"} <= there:  # torques beside forces, not a place
         found |= dict.fromkeys(("tx", "ty", "tz"), IGNORED)
-    for stem, first in product(("q", "rot_q"), (0, 1)):
-        numbered = [f"{stem}{k}" for k in range(first, first + 4)]
-        cells = [columns.get(name, ()) for name in numbered]
-        if f"{stem}{first + 4}" not in there and _have_unit_length(cells):
-            found |= zip(numbered, _QUATERNION, strict=True)
+    numbered = ([f"{stem}{k}" for k in range(n, n + 5)] for stem, n in product(("q", "rot_q"), (0, 1)))
+    for *four, fifth in (*numbered, "abcde"):
+        if fifth not in there and _have_unit_length([columns.get(name, ()) for name in four]):
+            found |= zip(four, _QUATERNION, strict=True)
     return found
 
 

@@ -90,15 +90,13 @@ def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded
     Args:
         commanded: Whether joints at whole degrees were commanded there, so that they are exact.
     """
-    joint, length, angle = (
-        step * SIZES[unit]
-        for step, unit in zip(shown.steps, shown.meaning(robot, reading).units, strict=True)
-    )
+    units = shown.meaning(robot, reading).units
+    joint, length, angle = (step * SIZES[unit] for step, unit in zip(shown.steps, units, strict=True))
     written = shown.dataset(robot)
     data, slides = reading.apply(written, joints=False), sliding(robot)
     degrees = np.rad2deg(data.q[:, ~slides])
     variance = np.empty((len(shown), 6))
-    variance[:, :3] = (UNIFORM * length) ** 2
+    variance[:, :3] = (UNIFORM * reading.scale * length) ** 2
     variance[:, 3:] = _turned_by(reading, written, UNIFORM * angle)
     if not (commanded and np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)):
         shares = np.where(slides, SIZES[shown.usual_units(robot)[1]] * shown.steps[0], joint) * UNIFORM

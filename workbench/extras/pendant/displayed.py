@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import takewhile
+from itertools import compress, product, takewhile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,7 +21,6 @@ from workbench.data.readers.assemble import ORIENTED, assemble
 from workbench.data.readers.column_meanings import TableColumn, interpret_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of, to_numbers
-from workbench.data.readers.headings import SQUARE_ERROR, number_in
 from workbench.data.readers.orientation import FORMS
 from workbench.data.readers.read import read_by_layout, read_grid, read_measurements
 from workbench.data.readers.table import NUMBER, Grid, Table, with_names
@@ -32,7 +31,7 @@ MAX_READINGS = 400
 """Rows of a log that are taken, evenly spread."""
 TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
-UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
+LENGTHS, ANGLES = (1.0, SIZES["mm"]), (1.0, SIZES["deg"])
 WHAT = (
     "give a column for each joint (q1 … qN), x, y, z and the three or four numbers of the orientation, one "
     "pose a line"
@@ -131,12 +130,12 @@ def read_display(path: Path | str, robot: Robot) -> Displayed:
     try:
         _, _, table = read_by_layout(path, columns=None, layout=None, sheet=None, joints=names)
     except FileError:
-        if _has_words(grid := read_grid(path)):
+        if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
     if table is None:  # a bag, whose numbers are known in full
-        return of_dataset(read_measurements(path, joints=names))
-    table = _completed(table, robot.dof)
+        return of_dataset(read_measurements(path, joints=names), robot)
+    table = _completed(_filled(table), robot.dof)
     data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
     if data.position is None or data.written is None:
         raise table.error(f"no position and orientation were found; {WHAT}")
@@ -181,36 +180,41 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
     return Displayed(joints=q, xyz=xyz, turn=turn, steps=(first, second, third), rows=range(len(rows)))
 
 
-def of_dataset(data: Dataset) -> Displayed:
-    """Poses of a log or bag, whose poses are known in full."""
+def of_dataset(data: Dataset, robot: Robot) -> Displayed:
+    """Poses of a log or bag in SI, with the last digits that their numbers tell."""
     if data.position is None or data.rotation is None:
         raise DataError(f"{data.source}: the tool's pose is needed, position and orientation")
+    robot.check_joints(data.q, data.source)
     seen = data.said.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
-    written = data.written
-    turn = se3.matrix_to_quaternion(data.rotation[seen]) if written is None else written.numbers[seen]
+    q, xyz, turn = data.q[seen], data.position[seen], se3.matrix_to_quaternion(data.rotation[seen])
+    turn = turn if data.written is None else data.written.numbers[seen]
+    own = [np.where(sliding(robot), *sizes) for sizes in product(LENGTHS, ANGLES)]
     return Displayed(
-        joints=data.q[seen],
-        xyz=data.position[seen],
+        joints=q,
+        xyz=xyz,
         turn=turn,
         units=("rad", "m", "rad" if turn.shape[1] == 3 else ""),
+        steps=(_told(q, own), _told(xyz, LENGTHS), _told(turn, ANGLES)),
         source=data.source,
         rows=data.row[seen].tolist(),
     )
-
-
-def _has_words(grid: Grid) -> bool:
-    """Whether the first row is one of headings."""
-    return not any(map(NUMBER.fullmatch, grid.rows[0]))
 
 
 def _without_headings(grid: Grid, joints: int) -> Table:
     """Joints, place and orientation in this order; numbers of the rows may stand before them."""
     width, counts = len(grid.rows[0]), [row[0] for row in grid.rows]
     first = int(counts in ([str(k + start) for k in range(len(counts))] for start in (0, 1)))
-    turn = {6: ("a", "b", "c"), 7: ("qw", "qx", "qy", "qz")}.get(width - first - joints)
-    if turn is None:
+    if width - first - joints not in (6, 7):
         raise grid.error(f"{width} columns, but the arm has {joints} joints; {WHAT}")
+    turn = "abcd"[: width - first - joints - 3]
     return with_names(grid, (*[IGNORED] * first, *(f"q{k + 1}" for k in range(joints)), *"xyz", *turn))
+
+
+def _filled(table: Table) -> Table:
+    """The table without rows of empty cells, as of poses that were not filled in."""
+    kept = [any(cells) for cells in zip(*table.columns, strict=True)]
+    *columns, lines = (tuple(compress(cells, kept)) for cells in (*table.columns, table.lines))
+    return replace(table, columns=tuple(columns), lines=lines)
 
 
 def _completed(table: Table, joints: int) -> Table:
@@ -224,18 +228,14 @@ def _completed(table: Table, joints: int) -> Table:
     if "q1" not in places and first >= 0:
         named = {first + k: f"q{k + 1}" for k in range(joints)}
     if not ORIENTED & places.keys():
-        numbers = {c.index: [number_in(cell) for cell in table.columns[c.index]] for c in columns}
         behind = takewhile(lambda c: c.key is None, columns[max(xyz) + 1 :])
-        turn = [c.index for c in behind if np.isfinite(numbers[c.index]).any()][:4]
-        size = np.nansum([np.square(numbers[k]) for k in turn], axis=0)
-        four = len(turn) == 4 and bool((np.abs(size[size > 0.0] - 1.0) < SQUARE_ERROR).all())
-        named |= zip(turn, ("qw", "qx", "qy", "qz") if four else ("a", "b", "c"), strict=False)
-    units = [parse_heading(name).unit for name in table.names]
-    said = [
-        named.get(k, name) + (f"[{units[k]}]" if units[k] else "") * (k in named)
-        for k, name in enumerate(table.names)
-    ]
-    return replace(table, names=tuple(said))
+        turn = (c.index for c in behind if any(map(NUMBER.fullmatch, table.columns[c.index])))
+        named |= zip(turn, "abcd", strict=False)
+    names = list(table.names)
+    for k, name in named.items():
+        unit = parse_heading(names[k]).unit
+        names[k] = f"{name}[{unit}]" if unit else name
+    return replace(table, names=tuple(names))
 
 
 def _block(
@@ -258,6 +258,15 @@ def _block(
         factor = c.conversion.scale / SIZES[length if of_length and length else unit]
         numbers[:, k], steps[:, k] = numbers[:, k] * factor, steps[:, k] * factor
     return numbers, unit, steps
+
+
+def _told(values: Float[np.ndarray, "rows k"], sizes: Sequence) -> Float[np.ndarray, "rows k"]:
+    """Last digits of numbers in SI, in the unit of some sizes in which they have fewest."""
+    found = []
+    for size in sizes:
+        cells = np.array([re.sub("0*e", "e", f"{v:.11e}") for v in (values / size).flat])
+        found.append((max(map(len, cells), default=0), size * _last_digits(cells, values / size)))
+    return min(found, key=lambda each: each[0])[1]
 
 
 def _last_digits(cells: np.ndarray, numbers: Float[np.ndarray, "rows k"]) -> Float[np.ndarray, "rows k"]:

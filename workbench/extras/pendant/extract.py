@@ -41,6 +41,8 @@ ROUNDING, CHANCE = 1.5, 1e-3
 numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
+NEGLIGIBLE = 2e-6
+"""Standard deviation of rounding [m], [rad] below which what is left is not worth a word."""
 WANTED = 3e-5
 """Expected error that a plan aims at [m]."""
 
@@ -93,13 +95,13 @@ class Extraction(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        nominal = 1e-3 * self.run.nominal.train.position_mm.mean
+        nominal, after = (1e-3 * e.train.position_mm.mean for e in (self.run.nominal, self.run.best))
         if self.verdict is ModelVerdict.NOMINAL:
             name = self.run.nominal_robot.name
             return f"your controller is nominal: {name} agrees with it to the display's digits"
         if self.verdict is ModelVerdict.MORE:
             return (
-                f"your controller also compensates {self.cause}: geometry leaves {in_mm(self._after)}, "
+                f"your controller also compensates {self.cause}: geometry leaves {in_mm(after)}, "
                 f"{self.left[1]:.1f} times the rounding; write the readings with --rows and use "
                 "'workbench diagnose'"
             )
@@ -122,10 +124,6 @@ class Extraction(AbstractShown):
         tool = f"a tool is set: {_pose_text(at.tool)}" if own.tool else "no tool is set: it shows the flange"
         base = f"a user frame is set: the robot's base is at {_pose_text(at.base)}" if own.base else ""
         return tuple(filter(None, (f"the display: {self.meaning.text}", tool, base)))
-
-    @property
-    def _after(self) -> float:
-        return 1e-3 * self.run.best.train.position_mm.mean
 
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
@@ -179,7 +177,7 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
     if isinstance(readings, Path):
         shown = read_display(readings, robot)
     else:
-        shown = of_dataset(readings) if isinstance(readings, Dataset) else typed(readings, robot.dof)
+        shown = of_dataset(readings, robot) if isinstance(readings, Dataset) else typed(readings, robot.dof)
     reading = find_convention(robot, shown)
     counted = reading.on(robot.bare) or robot
     arm, data = with_displayed_frames(counted, reading), as_dataset(counted, shown, reading)
@@ -190,13 +188,10 @@ def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) ->
             data = rounded  # the joints' whole degrees were not commanded, but are all that is shown
             run, *left, allowed = _identified(arm, data)
     nominal, best = left
-    taken = run.aligned if nominal < allowed else run.best.calibrated
-    cause = ""
-    if best > allowed:
-        with part_of(0.7, 0.3):
-            cause = _cause(arm, data)
+    with part_of(0.7, 0.3):
+        cause = _cause(arm, data) if best > allowed else ""
     return Extraction(
-        robot=taken,
+        robot=run.aligned if nominal < allowed else run.best.calibrated,
         meaning=shown.meaning(robot, reading),
         run=run,
         left=(nominal, best),
@@ -217,7 +212,8 @@ def _identified(arm: Robot, data: Dataset) -> tuple[Identification, float, float
 def _left(arm: Robot, data: Dataset) -> float:
     """What an arm leaves of readings, root mean square, in standard deviations of their rounding."""
     shown = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
-    return float(np.sqrt(((se3.pose_error(shown, arm.predict(data.q)) / data.sigma) ** 2).mean()))
+    errors = se3.pose_error(shown, arm.predict(data.q)) / np.maximum(np.asarray(data.sigma), NEGLIGIBLE)
+    return float(np.sqrt((errors**2).mean()))
 
 
 def _cause(arm: Robot, data: Dataset) -> str:

@@ -21,7 +21,7 @@ from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
 from workbench.data.readers.table import Grid
 from workbench.data.readers.text import read_text
-from workbench.extras.pendant.displayed import UNITS, Displayed, typed
+from workbench.extras.pendant.displayed import Displayed, typed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
 
@@ -29,6 +29,7 @@ NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r":
 """Other headings of the constants."""
 KINDS = {"r": "revolute", "p": "prismatic"} | {k: k for k in ("revolute", "prismatic", "fixed")}
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
+UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
 INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
 """Of a constant in a paper, as in `alpha_{i-1}`."""
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")

@@ -56,16 +56,16 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
         ShapeError: fewer than three poses, or another number of joints than the table has.
         DataError: no reading fits, or several do and differ elsewhere; says which, and what would decide.
     """
-    shown = of_dataset(poses) if isinstance(poses, Dataset) else poses
     if not readings:
         raise OptionError("no table to compare; give at least one reading of it")
+    first = readings[0].robot
+    shown = of_dataset(poses, first) if isinstance(poses, Dataset) else poses
     if len(shown) < HELD_ROWS:
         raise ShapeError(
             f"at least {HELD_ROWS} poses are needed, got {len(shown)}; move every joint between",
             expected=HELD_ROWS,
             found=len(shown),
         )
-    first = readings[0].robot
     first.check_joints(shown.joints, "the typed poses")
     data = shown.dataset(first)
     arms = [reading.robot.bare for reading in readings]
