@@ -122,6 +122,7 @@ def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed, said):
     assert all(c.confidence is Confidence.OPEN for c in found.causes)
     assert strangers.STRANGERS[kind].driver in [str(f.driver) for f in found.followed]
     assert not found.is_good
+    assert not any(e.effect.needs and not e.effect.is_event for e in found.effects)
     assert all(each in found.message for each in ("The error follows", said))
 
 
@@ -185,6 +186,15 @@ def test_a_law_that_is_there_wins(kind):
     (cause,) = diagnose(case.robot, case.data, held_out=0.0).causes
     assert (cause.kind, cause.joints) == (case.truth[0].name, case.truth[0].joints)
     assert cause.confidence is not Confidence.OPEN
+
+
+def test_no_law_is_kept_that_adds_nothing_beside_the_place():
+    """A reflector that turns to its tracker was a harmonic of joint 1, and the saved arm worse for it."""
+    case, tracker = make("none", 0, "industrial"), np.array([2.5, 0.0, 0.0])
+    sight = case.data.position - tracker
+    position = case.data.position - 1.5e-3 * sight / np.linalg.norm(sight, axis=1)[:, None]
+    found = diagnose(case.robot, replace(case.data, position=position, rotation=None), held_out=0.0)
+    assert all(e.effect.is_event for e in found.effects)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import arms
 import numpy as np
 import pytest
 import round_trip
@@ -27,6 +28,7 @@ from workbench.identification.errors.file_errors import file_text, refitted_erro
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
+from workbench.identification.rows.undecided_rows import MAX_BESIDE_STEP, UNDECIDED
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from events import CASES, NEAR, judge, make
@@ -89,6 +91,24 @@ def test_an_event_that_postures_may_explain_is_not_taken(monkeypatch):
     assert not [e for e in diagnose(made.robot, made.data, held_out=0.2).events if e.name == "zero-step"]
 
 
+@pytest.mark.parametrize(("size", "some"), [(5e-3, False), (1e-5, True)])
+def test_rows_about_a_step_are_left_out_where_they_do_not_show_it(size, some):
+    """An arm's frame moved along x before row `at`, which the arm's effect puts some rows off."""
+    case, at = arms.make("none", 3), 60
+    order, position = np.argsort(case.data.time), case.data.position.copy()
+    position[order[:at], 0] -= size
+    row, time = int(case.data.row[order[at]]), float(case.data.time[order[at]])
+    step = EFFECTS["frame-step"](
+        row=row, time_s=time, is_timed=True, coefficients=(size, 0.0, 0.0, 0.0, 0.0, 0.0)
+    )
+    data = replace(case.data, position=position)
+    assert step.clock(Motion.of(data)) is not None
+    found = identify(case.robot.with_effects(step), data, held_out=0.2)
+    rows = {row for row, reason in found.excluded if reason == UNDECIDED}
+    assert bool(rows) is some
+    assert rows <= set(data.row[order[at - MAX_BESIDE_STEP : at + MAX_BESIDE_STEP]].tolist())
+
+
 def left_by_files(arm, data, folder):
     """Position errors [mm] that an arm's files leave in every row, by other code."""
     paths = [Path(arm.save(folder / f"arm.{kind}")) for kind in ("toml", "urdf")]
@@ -141,9 +161,8 @@ def test_a_search_over_all_places_is_a_fit_at_each():
         c for c in promising(grams, (), line, kinds) if c.effect.joints == (joint,) and c.effect.is_step
     )
     squares = {}
-    at = problem.named(stage.fit.x)
-    jacobian = problem.evaluate(stage.fit.x).jacobian
-    residual = problem.residual(stage.fit.x)
+    at, fitted = problem.named(stage.fit.x), problem.evaluate(stage.fit.x)
+    jacobian, residual = fitted.jacobian, fitted.residual
     for row in range(3, len(made.data) - 3):
         effect = EFFECTS["zero-step"]((joint,), row=row)
         column = slopes(replace(problem, prior=problem.prior[:0], deviation=None), [effect], at)
@@ -152,10 +171,9 @@ def test_a_search_over_all_places_is_a_fit_at_each():
         left = residual - wide @ np.linalg.lstsq(wide, residual, rcond=1e-12)[0]
         squares[row] = float(left @ left)
     assert best.effect.row == min(squares, key=squares.get)
-    alone = compress(problem, stage.fit.x, [best.effect], fold)
-    gain = offer(left_by(alone, ()), best).gain
-    before = left_by(alone, ()).square
-    expected = 0.5 * left_by(alone, ()).freedom * np.log(before / squares[best.effect.row])
+    alone = left_by(compress(problem, stage.fit.x, [best.effect], fold), ())
+    gain = offer(alone, best).gain
+    expected = 0.5 * alone.freedom * np.log(alone.square / squares[best.effect.row])
     expected -= 0.5 * np.log(problem.count) + np.log(best.tries)
     assert gain == pytest.approx(expected, rel=0.02)
 

@@ -6,8 +6,7 @@ import re
 import pytest
 
 from workbench import Wanted, diagnose, load_robot, measure_poses
-from workbench.diagnosis.report.page import write_diagnosis
-from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.diagnosis.report.results_json import diagnosis_json, write_diagnosis
 from workbench.identification.identify import identify
 from workbench.identification.report.page import write_identification
 from workbench.report.json import plain

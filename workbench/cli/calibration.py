@@ -108,8 +108,7 @@ def diagnose(
     tip: opt.TipOption = None,
 ) -> None:
     """Find the effects missing from the model, add them, and report the held-out error before and after."""
-    from workbench.diagnosis.report.page import write_diagnosis
-    from workbench.diagnosis.report.results_json import diagnosis_json
+    from workbench.diagnosis.report.results_json import diagnosis_json, write_diagnosis
 
     arm = wb.load_robot(robot, tip=tip)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)

@@ -16,7 +16,7 @@ from jaxtyping import Bool
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.base.progress import progress
-from workbench.diagnosis.claims.claimed_causes import odds_over_time
+from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
@@ -95,11 +95,9 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     progress(0.3, "fitting the geometry, excluding outliers")
     first = geometry_first(ready.problem)
     too_few = too_few_rows(first.fit)
-    tried = Tried.ALL
+    tried = Tried.ALL if too_few is None else Tried.NONE
     if too_few is not None and loads_vary(first.fit.problem.data):
         tried, too_few = Tried.LOADS, None
-    elif too_few is not None:
-        tried = Tried.NONE
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
     if too_few is None and path is not None and path.speed is not None:
@@ -112,10 +110,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         found = rounds(first, rng, tried=Tried.NONE)
     progress(0.8, "judging the result")
     search = validated(found)
-    drivers, model = search.drivers, search.last.model
-    kept = model if drivers is None else ask("what lasts", lambda: drivers.lasting, model)
-    if len(kept) < len(model):
-        search = validated((*search.rounds[:-1], reduced(search.last, kept)))
+    drivers = search.drivers
     if drivers is not None and (pull := ask("gravity", lambda: gravity_elsewhere(drivers), None)) is not None:
         turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried))
         gain = description_length(search.last) - description_length(turned.last)
@@ -151,8 +146,9 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Trie
 def _validated_search(
     robot: Robot, ready: Prepared, first: Stage, too_few: str | None, found: Sequence[Searched]
 ) -> CauseSearch:
-    """A search with its errors on rows that lie on a known side of its events."""
-    ready = without_undecided(ready, found[-1])
+    """A search, refitted without what is of no use for other rows, with its errors on rows that lie on a
+    known side of its events."""
+    whole, ready = ready, without_undecided(ready, found[-1])
     fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
     keep, geometry = found[-1].stage.keep, first.fit
     if not found[-1].model:
@@ -161,9 +157,13 @@ def _validated_search(
         _judged(ready.errors(f.arm, {**f.problem.known, **f.problem.instrument(f.x)}), keep)
         for f in (geometry, fit)
     )
-    return CauseSearch(
-        robot, ready, first, found, fit, too_few, before, after, _judged(ready.nominal_rows, keep)
-    )
+    nominal, model = _judged(ready.nominal_rows, keep), found[-1].model
+    search = CauseSearch(robot, ready, first, found, fit, too_few, before, after, nominal)
+    drivers = search.drivers if model else None
+    kept = model if drivers is None else ask("what lasts", lambda: drivers.lasting(undecided(drivers)), model)
+    if len(kept) == len(model):
+        return search
+    return _validated_search(robot, whole, first, too_few, (*found, reduced(found[-1], kept)))
 
 
 def _judged(rows: tuple[RowErrors, RowErrors], keep: Bool[np.ndarray, " rows"]) -> JudgedArm:

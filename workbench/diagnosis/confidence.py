@@ -1,7 +1,4 @@
-"""Confidence in a cause: odds and their names.
-
-What else a cause must pass to be certain is decided in `claimed_causes.py`.
-"""
+"""Confidence in a cause: odds and their names; what else certain ones must pass is in `claimed_causes.py`."""
 
 from enum import StrEnum
 

@@ -23,7 +23,8 @@ from workbench.data.directions import with_directions
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
-from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver
+from workbench.diagnosis.drivers.driver import driver_of
+from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver, is_nameless
 from workbench.diagnosis.final_fit import best_geometry
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
@@ -109,12 +110,7 @@ class _Claims:
 
 
 def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Noise | None) -> _Claims:
-    """Causes, drivers without a law, residual map, what remains, and the verdict.
-
-    Args:
-        given: The robot as given.
-        known: Noise known beforehand.
-    """
+    """Causes, drivers without a law, residual map, what remains beside the noise known, and the verdict."""
     drivers, remaining = search.drivers, _remaining_error(search, known)
     causes: tuple[Cause, ...] = ()
     if drivers is not None and saved.effects:
@@ -170,6 +166,9 @@ def _followed(
     rest, found = remaining.followed, tuple(remaining.followed)
     if sure != search.last.model:
         found = ask("what the error follows", lambda: drivers.followed(sure), ())
+    named = [t.candidate.effect for r in search.rounds[-2:] for t in r.model if not is_nameless(t)]
+    kinds = [(driver_of(e), e.name) for e in named if e.names not in laws]
+    found = tuple(replace(f, laws=tuple(dict.fromkeys(k for d, k in kinds if d == f.driver))) for f in found)
     return found, ask("a correction", lambda: drivers.correction(rest) if rest else None, None)
 
 

@@ -162,12 +162,10 @@ class Diagnosis(AbstractReported):
         joint_noise: Of joint readings, used as weights; None if they seem exact.
         followed: Drivers that the error follows without a law.
         now: The saved arm, if there were events during the measurements.
-        verdict: The verdict.
         is_tried: Whether effects were tried: the rows were enough for that.
         undetectable: Effects of load that are undetectable in the rows.
         measure_next: Joint positions of poses to measure next [rad or m].
         next_reasons: What each of them would determine.
-        seconds: Time it took.
         warnings: Advice that could not be computed, one sentence each.
     """
 

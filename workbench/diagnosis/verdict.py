@@ -88,17 +88,17 @@ def _claims_text(
     if len(laws) > MAX_STATED_CAUSES:
         sentences.append(f"{len(laws) - MAX_STATED_CAUSES} more causes are in the table.")
     sentences += doubts(laws)
-    sentences += [_driver_text(f, [c for c in causes if not c.is_law]) for f in followed]
+    sentences += [_driver_text(f) for f in followed]
     if residual_map is not None:
         in_full = residual_map.beside_causes or not causes  # else the decrease is stated for both together
         sentences.append(f"{residual_map.sentence if in_full else residual_map.claim}.")
     return " ".join(sentences)
 
 
-def _driver_text(followed: FollowedDriver, refused: Sequence[Cause]) -> str:
+def _driver_text(followed: FollowedDriver) -> str:
     """A sentence on a driver without a law, and on laws of it that aren't all."""
-    kinds = dict.fromkeys(c.kind for c in refused if c.driver == followed.driver)
-    law = f"it isn't simply {' or '.join(kinds)}" if kinds else "no known law of it explains the error"
+    kinds = " or ".join(followed.laws)
+    law = f"it isn't simply {kinds}" if kinds else "no known law of it explains the error"
     if followed.parts[-1].shape is Shape.LAG:
         law = "give joints and places of the same times, or measure at rest"
     return f"The error {followed.text}; {law}."

@@ -50,7 +50,8 @@ class Cause:
     @property
     def claim(self) -> str:
         """Its description, or those of its look-alikes."""
-        return f"{self.text}; or {_listed(self.look_alikes)}" if self.look_alikes else self.text
+        others = " or ".join(e.phrase for e in self.look_alikes)
+        return f"{self.text}; or {others}" if others else self.text
 
     @property
     def stated(self) -> str:
@@ -179,7 +180,3 @@ def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
     sizes = tuple(c for e in (first, *others) for c in e.coefficients)
     order = np.argsort(joints)
     return replace(first, joints=tuple(joints[i] for i in order), coefficients=tuple(sizes[i] for i in order))
-
-
-def _listed(effects: Sequence[AbstractEffect]) -> str:
-    return " or ".join(e.phrase for e in effects)

@@ -8,16 +8,14 @@ Effects of one kind in several joints are one cause. An accepted effect is a cau
 
 All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
-contains the cause as a special case and has more coefficients is no rival. One standard error of the log
-odds, from leaving out fold after fold, is subtracted, so that they would hold for other rows of the same arm;
-a cause preferred by every fold is at least probable, and a certain one survives more (`survival.py`). Of
-several joints one at least must survive this, or nobody can tell which they are.
+contains the cause and has more coefficients is no rival. One standard error of the log odds, from leaving out
+fold after fold, is subtracted; a cause preferred by every fold is at least probable, and a certain one
+survives more (`survival.py`). Of several joints one at least must survive this.
 
-A law must also win against smooth dependence without a law, on its own driver and on any other, through its
-own elements and through any other (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what
-the cause is, whatever the odds; nor where a joint scatters as much as its law moves it, since the law isn't
-complete. A cause whose driver is confounded with other differences between rows (`AbstractEffect.doubt`) is
-at most probable.
+A law must also win against smooth dependence without a law, on any driver and through any elements
+(`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is; nor where a joint
+scatters as much as its law moves it. A cause whose driver is confounded with other differences between rows
+(`AbstractEffect.doubt`) is at most probable.
 
 For prismatic joints of an arm without masses nothing is claimed, as tilting under load can't be tried; a
 coupling is only probable there, as bearing loads depend on other joints' positions too. A certain cause names
@@ -46,7 +44,7 @@ from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
-from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence
+from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
 from workbench.diagnosis.search.rounds import Searched
@@ -90,6 +88,17 @@ def find_causes(
     sizes = explained(searched, groups).tolist()
     parts = zip(named, sizes, drivers.challenges(groups), strict=True)
     return largest_first(*(judge.cause(*part) for part in parts))
+
+
+def undecided(drivers: DriverEvidence) -> Model:
+    """Laws of a model, other than events, that can't be told from other claims or from what has no law."""
+    last = drivers.searched
+    groups = [g for g in _groups(last.model) if not (is_nameless(g[0]) or g[0].candidate.effect.is_event)]
+    caps = [challenge.cap for challenge in drivers.challenges(groups)]
+    is_open = [
+        cap < PROBABLE or _against_rivals(last, g)[0] < PROBABLE for g, cap in zip(groups, caps, strict=True)
+    ]
+    return tuple(t for g, each in zip(groups, is_open, strict=True) if each for t in g)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +174,7 @@ class _Judge:
             return True
         coefficients = [(n, c) for e in terms.effects for n, c in zip(e.names, e.coefficients, strict=True)]
         return not (
-            first.effect.is_nameless
-            or (first.shrunk and first.effect.maps_joint)
+            is_nameless(terms.group[0])
             or terms.size <= self.minimum
             or all(abs(c) < NONZERO_ERRORS * self.std[n] for n, c in coefficients)
         )
@@ -251,7 +259,6 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
     about later.
     """
     grams, model = searched.grams, searched.model
-    motion = Motion.of(searched.stage.problem.data)
     drivers = Driver.TIME, Driver.TEMPERATURE
     terms = [t for t in model if driver_of(t.candidate.effect) in drivers]
     if not terms:
@@ -259,12 +266,11 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
     after, out = validated(grams, model).sum(), {}
     evidence = DriverEvidence.of(searched, searched.stage.data, drivers)
     for term, challenge in zip(terms, evidence.challenges([(t,) for t in terms]), strict=True):
-        effect, of_time = term.candidate.effect, {f.driver for f in challenge.rivals} == {Driver.TIME}
-        odds = challenge.cap if of_time or challenge.driver is Driver.TIME else np.inf
+        effect, odds = term.candidate.effect, challenge.cap
         if effect.is_event:
             is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + MIN_EVENT_SHARE) * after
-            is_sure = is_material and effect.doubt(motion) is None
-            if of_time and challenge.lead > 0.0:  # no worse than any nameless process: kept, if not claimed
+            is_sure = is_material and effect.doubt(searched.stage.motion) is None
+            if challenge.lead > 0.0:  # no worse than any nameless process: kept, if not claimed
                 odds = max(odds, PROBABLE)
             odds = min(odds, _against_rivals(searched, (term,))[0]) if is_sure else 0.0
         out[term.candidate] = odds
@@ -298,9 +304,8 @@ def _against_rivals(
         [o for o in place.offers if id(o.term.candidate) not in including] for place in (whole, *parts)
     )
     best = best_of(rivals)
-    leads = [place.own - best_of(found) for place, found in zip(parts, others, strict=True)]
     lead = whole.own - best
-    leads = leads or [lead]
+    leads = [place.own - best_of(found) for place, found in zip(parts, others, strict=True)] or [lead]
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])

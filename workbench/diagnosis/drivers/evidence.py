@@ -8,8 +8,7 @@ Two questions, each by a difference of log evidences [nat] from the same inner p
   a law of one coefficient a joint, which is simpler than its rivals, may be probable where elements tie; none
   is certain there.
 
-And no process over its driver may explain a noticeable part beside it. Masses are those of the fit, for laws
-as for processes.
+And no process over its driver may explain a noticeable part beside it. Masses are those of the fit for all.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -62,6 +61,8 @@ MIN_SIDE, MAX_STEPS = 3, 40
 """Minimum number of rows on either side of a step, and maximum number of steps that are tried at once."""
 MAX_LEFT = 0.95
 """Share of an error that a correction may leave to be worth a word."""
+POSED = (Driver.ANGLE, Driver.LOAD)
+"""Drivers that every posture has; others, such as the last motion, aren't known of single ones."""
 MAX_ROWS = 600
 """Maximum number of rows, evenly spread over those that were fitted."""
 
@@ -125,12 +126,14 @@ class FollowedDriver:
         parts: Processes over it, the largest first.
         lead: Log odds against the best process over another driver …
         rival: … and that process; None without one.
+        laws: Kinds of effects of it that aren't all.
     """
 
     driver: Driver
     parts: tuple[Follower, ...]
     lead: float
     rival: Follower | None
+    laws: tuple[str, ...] = ()
 
     @property
     def confidence(self) -> Confidence:
@@ -146,8 +149,8 @@ class FollowedDriver:
     @property
     def text(self) -> str:
         """Clause that continues `The error`."""
-        is_open = self.confidence is Confidence.OPEN and self.rival is not None
-        other = f", or {self.rival.what}" if is_open and self.rival is not None else ""
+        rival = self.rival if self.confidence is Confidence.OPEN else None
+        other = "" if rival is None else f", or {rival.what}"
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
 
 
@@ -346,19 +349,21 @@ class DriverEvidence:
             left, more = with_one_more(left, (*left.model, play.term)), more + play.gain
         return lag.gain - more
 
-    @property
-    def lasting(self) -> Model:
-        """The model without nameless terms that add nothing beside what follows time or temperature: of an
-        error that will not come again they are an average."""
+    def lasting(self, undecided: Model) -> Model:
+        """The model without undecided laws that need more than a posture, and without those and nameless
+        terms that add nothing beside what follows time, temperature or place: of an error that will not come
+        again, or is the instrument's, they are an average."""
         model, left = self._model, left_of(self.grams, self._model)
-        over = [f for d in (Driver.TIME, Driver.TEMPERATURE) for f in self._over(d)]
-        for _ in range(MAX_FOLLOWERS if any(map(is_nameless, model)) else 0):
+        unsure = [t for t in model if is_nameless(t) or t in undecided]
+        over = [f for d in (Driver.TIME, Driver.TEMPERATURE, Driver.PLACE) for f in self._over(d)]
+        for _ in range(MAX_FOLLOWERS if unsure else 0):
             best = max(_offered(left, over).values(), key=lambda o: o.gain, default=None)
             if best is None or best.gain < MIN_GAIN:
                 break
             left = with_one_more(left, (*left.model, best.term))
-        own = own_offers(self.grams, left.model)
-        return tuple(t for t, o in zip(model, own, strict=False) if o.gain > 0.0 or not is_nameless(t))
+        own = zip(model, own_offers(self.grams, left.model), strict=False)
+        lasts = [t for t, o in own if o.gain > 0.0 and driver_of(t.candidate.effect) in POSED]
+        return tuple(t for t in model if t in lasts or t not in unsure)
 
     @cached_property
     def _clock(self) -> tuple[np.ndarray, np.ndarray]:

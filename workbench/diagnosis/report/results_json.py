@@ -1,4 +1,6 @@
-"""Machine-readable result of a diagnosis: the schema `workbench.diagnosis/1`."""
+"""Machine-readable result of a diagnosis, the schema `workbench.diagnosis/1`, and its page."""
+
+from pathlib import Path
 
 import numpy as np
 
@@ -8,13 +10,22 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.base.advice import beside
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.drivers.evidence import FollowedDriver
+from workbench.diagnosis.report.document import diagnosis_blocks
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.results_json import excluded_json, validation_json
 from workbench.report.json import Json, document
+from workbench.report.page import write_page
 
 DIAGNOSIS = "workbench.diagnosis/1"
+
+
+def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
+    """Write `diagnosis.html` and `diagnosis.json`: both or nothing; the folder is made if it is not there."""
+    files, title = ("diagnosis.html", "diagnosis.json"), f"{result.robot.name}: {result.data.source}"
+    blocks, plain = diagnosis_blocks(result), diagnosis_json(result)
+    return write_page(folder, files, blocks, plain, title=title, kind="Diagnosis")
 
 
 def diagnosis_json(result: Diagnosis) -> Json:

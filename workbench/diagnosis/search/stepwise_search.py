@@ -189,16 +189,15 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
 
 def _groups(model: Model) -> list[Model]:
     """Every term alone, all maps of one joint if there are several, all effects of one kind likewise."""
-    groups: list[Model] = [(t,) for t in model]
-    for kind in {kind_of(t) for t in model if t.candidate.effect.of_many_joints}:
-        alike = tuple(t for t in model if kind_of(t) == kind)
-        if len(alike) > 1:
-            groups.append(alike)
-    mapped = [t for t in model if t.candidate.effect.maps_joint]
-    for joints in {t.candidate.effect.joints for t in mapped}:
-        if len(maps := tuple(t for t in mapped if t.candidate.effect.joints == joints)) > 1:
-            groups.append(maps)
-    return groups
+    alike: dict[object, Model] = {}
+    for term in model:
+        if term.candidate.effect.of_many_joints:
+            alike[kind_of(term)] = (*alike.get(kind_of(term), ()), term)
+    for term in model:
+        effect = term.candidate.effect
+        if effect.maps_joint:
+            alike[effect.joints] = (*alike.get(effect.joints, ()), term)
+    return [*((t,) for t in model), *(group for group in alike.values() if len(group) > 1)]
 
 
 def kind_of(term: Term) -> tuple[str, str]:
