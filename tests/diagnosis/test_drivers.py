@@ -182,8 +182,11 @@ def test_an_arm_that_hangs_is_told_from_one_that_stands():
 
 @pytest.mark.parametrize("kind", ["backlash-motion", "scale", slow("compliance"), slow("clearance")])
 def test_a_law_that_is_there_wins(kind):
-    case = make(kind, 20, "aria")
-    (cause,) = diagnose(case.robot, case.data, held_out=0.0).causes
+    """Alone: nobody knows the last motion before the first row, which was 'the time (certain)'."""
+    case = make(kind, 24 if kind == "backlash-motion" else 20, "aria")
+    found = diagnose(case.robot, replace(case.data, direction=None), held_out=0.0)
+    (cause,) = found.causes
+    assert not found.followed
     assert (cause.kind, cause.joints) == (case.truth[0].name, case.truth[0].joints)
     assert cause.confidence is not Confidence.OPEN
 

@@ -306,6 +306,8 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
     for _ in range(1 if large(stage.problem) else MAX_OUTLIER_ROUNDS):
         whole = _on_all_rows(stage)
         keep = ~find_outliers(whole, stage.fit.x, stage.keep, stage.fit.factor) | stage.spared
+        if any("direction" in e.needs for e in stage.problem.robot.effects):
+            keep &= np.any(stage.data.direction != 0.0, axis=1)  # of a first row it is unknown
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model)
