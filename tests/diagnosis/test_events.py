@@ -1,5 +1,6 @@
 """What happened while an arm was measured: named with its row, and the saved arm is the one afterwards."""
 
+import re
 import sys
 from dataclasses import replace
 from functools import cache
@@ -89,6 +90,15 @@ def test_an_event_that_postures_may_explain_is_not_taken(monkeypatch):
     made = make(CASES["zero"], 1, "three-parallel")
     monkeypatch.setattr(EFFECTS["zero-step"], "doubt", lambda self, motion: "postures differ")
     assert not [e for e in diagnose(made.robot, made.data, held_out=0.2).events if e.name == "zero-step"]
+
+
+def test_a_temperature_that_changes_with_a_knock_does_not_hide_it():
+    """'Certain' was a dependence on the temperature; no step was found, and the saved arm was the mean."""
+    made = make(CASES["knock"], 0, "aria")
+    warm = 20.0 + 5.0 * (np.arange(len(made.data)) >= made.truth[0].row)
+    found = diagnose(made.robot, replace(made.data, temperature=warm), held_out=0.2)
+    assert [c.kind for c in found.causes] == ["frame-step"]
+    assert re.search(r"temperature.*, or a step between rows \d+ and \d+.*\(cannot tell\)", found.message)
 
 
 @pytest.mark.parametrize(("size", "some"), [(5e-3, False), (1e-5, True)])

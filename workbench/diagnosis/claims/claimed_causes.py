@@ -270,7 +270,8 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
         if effect.is_event:
             is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + MIN_EVENT_SHARE) * after
             is_sure = is_material and effect.doubt(searched.stage.motion) is None
-            if challenge.lead > 0.0:  # no worse than any nameless process: kept, if not claimed
+            by_temperature = {f.driver for f in challenge.rivals} == {Driver.TEMPERATURE}  # which tells when
+            if challenge.lead + by_temperature * np.log(term.candidate.tries) > 0.0:  # kept, if not claimed
                 odds = max(odds, PROBABLE)
             odds = min(odds, _against_rivals(searched, (term,))[0]) if is_sure else 0.0
         out[term.candidate] = odds

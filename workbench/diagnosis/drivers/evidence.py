@@ -295,10 +295,13 @@ class DriverEvidence:
             best = max(tried, key=lambda f: tried[f].gain, default=None)
             if best is None or tried[best].gain < minimum:
                 break
-            rival = max(
-                (f for f in tried if f.driver != best.driver), key=lambda f: tried[f].gain, default=None
-            )
-            lead = tried[best].gain - (0.0 if rival is None else max(tried[rival].gain, 0.0))
+            gains = {f: o.gain for f, o in tried.items()}
+            over_time = [f for f in tried if f.driver is Driver.TIME and best.driver is Driver.TEMPERATURE]
+            if over_time:  # a change of temperature hides a knock, and tells when it was
+                by_step, step = self._stepped(left.model, max(over_time, key=gains.__getitem__))
+                gains[step] = by_step + float(np.log(len(self._clock[0])))
+            rival = max((f for f in gains if f.driver != best.driver), key=gains.__getitem__, default=None)
+            lead = gains[best] - (0.0 if rival is None else max(gains[rival], 0.0))
             if found:  # a second one may be what the smooth function of the first leaves
                 lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
