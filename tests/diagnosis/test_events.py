@@ -20,6 +20,7 @@ from workbench.arm.motion import Motion
 from workbench.base.wording import plural
 from workbench.data.prediction import row_components
 from workbench.data.writer import write_measurements
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.search import rounds
 from workbench.diagnosis.search.event_search import Timeline, changeable, promising
@@ -90,6 +91,17 @@ def test_an_event_that_postures_may_explain_is_not_taken(monkeypatch):
     made = make(CASES["zero"], 1, "three-parallel")
     monkeypatch.setattr(EFFECTS["zero-step"], "doubt", lambda self, motion: "postures differ")
     assert not [e for e in diagnose(made.robot, made.data, held_out=0.2).events if e.name == "zero-step"]
+
+
+@pytest.mark.parametrize(("joint", "same"), [(0, "base or measuring frame"), (5, "tool")])
+def test_a_zero_that_moves_all_as_a_frame_does_is_not_certain(joint, same):
+    """The zero of joint 1 was 'certain' where the tripod had turned."""
+    made = make(CASES["none"], 0, "three-parallel")
+    q = np.array(made.data.q)
+    q[60:, joint] -= 6e-3
+    (cause,) = diagnose(made.robot, replace(made.data, q=q), held_out=0.2).causes
+    assert (cause.kind, cause.joints, cause.confidence) == ("zero-step", (joint,), Confidence.PROBABLE)
+    assert f"a {same} that turned" in cause.doubt
 
 
 def test_a_temperature_that_changes_with_a_knock_does_not_hide_it():

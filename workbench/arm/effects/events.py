@@ -102,6 +102,14 @@ class AbstractEvent(AbstractEffect):
     def remedy(self, motion: Motion) -> str:
         """What to do about it."""
 
+    def twin(self, dof: int) -> str:
+        """What is the same motion in any rows, as a clause, where it concerns the first joint or the last."""
+        if self.joints == (0,):
+            return "a base or measuring frame that turned about its axis would give the same rows: check both"
+        if self.joints == (dof - 1,):
+            return "a tool that turned on its flange would give the same rows: check both"
+        return ""
+
     @property
     def mark(self) -> str:
         """Label with its place for figures: `tool-step at row 60`."""

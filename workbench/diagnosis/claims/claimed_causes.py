@@ -15,7 +15,8 @@ survives more (`survival.py`). Of several joints one at least must survive this.
 A law must also win against smooth dependence without a law, on any driver and through any elements
 (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is; nor where a joint
 scatters as much as its law moves it. A cause whose driver is confounded with other differences between rows
-(`AbstractEffect.doubt`) is at most probable.
+(`AbstractEffect.doubt`) is at most probable; so is an event of the first or last joint, which is the same
+motion as one of the frame or of the tool.
 
 For prismatic joints of an arm without masses nothing is claimed, as tilting under load can't be tried; a
 coupling is only probable there, as bearing loads depend on other joints' positions too. A certain cause names
@@ -30,6 +31,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
+from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -194,6 +196,8 @@ class _Judge:
         untried = _untried(terms.whole, self.arm)
         is_masked = self._is_masked(terms)
         reason = untried or challenge.doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion))
+        if isinstance(terms.whole, AbstractEvent):
+            reason = reason or terms.whole.twin(self.arm.dof)
         if untried == UNTRIED or is_masked:
             odds = min(odds, 1.0)
         is_sure = not reason and odds >= CERTAIN
