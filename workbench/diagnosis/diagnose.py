@@ -120,7 +120,7 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
     found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
     causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
     residual_map = _residual_map(search, saved, causes)
-    verdict, message = Verdict.NO_EFFECT, search.too_few or ""
+    verdict, message = Verdict.UNEXPLAINED, search.too_few or ""
     if search.too_few is None:
         verdict, message = conclude(
             causes,
