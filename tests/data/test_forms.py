@@ -153,7 +153,7 @@ def test_orientation_in_every_form(read, columns):
 
 
 NAMES = ("q", "Q", "J", "A", "joint_", "Joint ", "Gelenk", "Achse ", "theta", "panda_joint",
-         "lbr_iiwa_joint_", "joint_a")  # fmt: skip
+         "lbr_iiwa_joint_", "joint_a", "state.q")  # fmt: skip
 HEADS = ["joint_0,joint_1,joint_2", "shoulder_pan_joint,shoulder_lift_joint,elbow_joint", "q3,q1,q2"]
 
 

@@ -113,7 +113,7 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
             "J1[deg],J2[deg],J3[deg],elbow,X[mm],Y[mm],Z[mm]\n1,0,0,up,1,2,3\n2,0,0,up,1,2,3\n3,0,0,up,4,5,6",
             [],
         ),
-        ("q1[deg],x[mm],y[mm],z[mm],fx,fy,fz,tx\n1,1,2,3,,,,7\n2,9,9,9,,,,7\n3,4,5,6,,,,7", []),
+        ("q1[deg],x[mm],y[mm],z[mm],fx,fy,fz,tx,payload\n1,1,2,3,,,,7,1\n2,9,9,9,,,,7,1\n3,4,5,6,,,,7,1", []),
         ("q1[deg],x[mm],y[mm],z[mm],LT_X[mm],Y FARO[mm]\n1,7,7,3,1,2\n2,0,0,9,9,9\n3,0,0,6,4,5", []),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
