@@ -64,9 +64,8 @@ def test_joined_rows_keep_every_column_of_both(robot):
     rows = Dataset(
         q=np.zeros((2, 6)), row=np.array([3, 5]), position=np.ones((2, 3)), temperature=np.array([20.0, 30.0])
     )
-    other = Dataset(
-        q=np.ones((1, 6)), row=np.array([0]), position=np.zeros((1, 3)), session=np.array(["late"])
-    )
+    one = {"q": np.ones((1, 6)), "row": np.array([0]), "position": np.zeros((1, 3))}
+    other = Dataset(**one, session=np.array(["late"]))
     both = rows.joined(other)
     assert both.row.tolist() == [3, 5, 6]
     assert both.session.tolist() == ["", "", "late"]

@@ -163,6 +163,9 @@ def test_a_column_that_was_left_out_tells_which_rows_belong_together():
     stale = np.where(valid[:, None], data.position, np.roll(data.position, 1, axis=0))
     _, read = as_read(robot, replace(data, position=stale, unread={"tracked": valid.astype(str)}))
     assert read.included.tolist() == valid.tolist()
+    two = replace(data, session=np.where(np.arange(len(data)) < 2 * len(data) // 3, "a", "b"))
+    _, read = as_read(robot, replace(two, position=stale, unread={"tracked": valid.astype(str)}))
+    assert read.included.tolist() == valid.tolist()  # in all sessions, not in the largest alone
     few = np.where(np.arange(len(data)) < len(data) - 8, "Anna", "Ben")  # tells nothing of one wrong row
     wrong = data.position + 0.4 * (np.arange(len(data)) == 5)[:, None]
     assert as_read(robot, replace(data, position=wrong, unread={"who": few}))[1].included.all()

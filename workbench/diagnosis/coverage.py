@@ -63,9 +63,8 @@ def loads_vary(data: Dataset) -> bool:
         if load is None or not np.isfinite(load).all():
             continue
         table = load.reshape(len(data), -1)
-        changed = (
-            np.abs(within_postures(data.q, table)).max(1) > MIN_LOAD_CHANGE * np.ptp(table, axis=0).max()
-        )
+        change = np.abs(within_postures(data.q, table)).max(1)
+        changed = change > MIN_LOAD_CHANGE * np.ptp(table, axis=0).max()
         if len(np.unique(postures(data.q)[changed])) >= MIN_LOADED_POSTURES:
             return True
     return False

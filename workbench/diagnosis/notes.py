@@ -68,9 +68,8 @@ def notes(
     yield from _weights_that_differ(saved.fit, given)
     yield from standing_notes(saved.fit, given)
     motion = last.stage.motion
-    yield from (
-        text for e in effects if (text := ask(f"the caveat of {e.name}", partial(e.caveat, motion), ""))
-    )
+    caveats = (ask(f"the caveat of {e.name}", partial(e.caveat, motion), "") for e in effects)
+    yield from filter(None, caveats)
     if given.has_masses and motion.payload is None and any(e.loads for e in effects):
         yield NO_PAYLOAD
     if motion.direction is None:
@@ -86,9 +85,8 @@ def _weights_that_differ(fit: Fit, given: Robot) -> list[str]:
         if old.mass is None and new.mass is not None:
             name = f"{new.name}.mass"
             value = f"{found[name]:.3g} ± {errors[name]:.2g} kg fitted" if name in found else "not observable"
-            out.append(
-                f"the file lacks the mass of the link after {new.name}: {new.mass:.3g} kg assumed, {value}"
-            )
+            lacks = f"the file lacks the mass of the link after {new.name}"
+            out.append(f"{lacks}: {new.mass:.3g} kg assumed, {value}")
             known = {n: s for n, s in known.items() if not n.startswith(f"{new.name}.")}
     for p, value, error in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
         if p.name in known and abs(value - p.nominal) > MAX_MASS_DEVIATION * known[p.name]:

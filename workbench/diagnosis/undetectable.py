@@ -117,9 +117,8 @@ def describe(missing: Sequence[Undetectable]) -> str:
         joints.setdefault((item.reason, item.effect.name), []).append(item.effect.joints[0])
     for (reason, name), which in joints.items():
         groups.setdefault((reason, tuple(which)), []).append(name)
-    parts = [
-        f"{in_words(names)} of {joint_list(which)} ({reason})" for (reason, which), names in groups.items()
-    ]
+    known = groups.items()
+    parts = [f"{in_words(names)} of {joint_list(which)} ({why})" for (why, which), names in known]
     return f"not detectable in these rows: {'; '.join(parts)}" if parts else ""
 
 
@@ -163,8 +162,5 @@ def _idle(searched: Searched) -> set[str]:
     tipping = np.sqrt((across(robot.chain, joints, wrenches) ** 2).sum(-1).mean(0))
     minimum = MIN_MOMENT * max(about.max(), tipping.max())
     size = {Loads.OWN: about, Loads.ALL: tipping}
-    return {
-        c.names[0]
-        for c in _loads_at_one_joint(searched)
-        if size[c.effect.loads][c.effect.joints[0]] < minimum
-    }
+    found = ((c.names[0], c.effect) for c in _loads_at_one_joint(searched))
+    return {name for name, effect in found if size[effect.loads][effect.joints[0]] < minimum}

@@ -119,9 +119,8 @@ def joined(
     for _, group in groupby(tables, lambda t: (t[1].shown.shape[1:], t[1].order.tobytes())):
         while some := list(islice(group, BLOCKS_AT_ONCE)):
             rows, parts = zip(*some, strict=True)
-            plain, shown, laws = (
-                np.concatenate([getattr(p, n) for p in parts]) for n in ("plain", "shown", "laws")
-            )
+            kinds = ([getattr(part, name) for part in parts] for name in ("plain", "shown", "laws"))
+            plain, shown, laws = map(np.concatenate, kinds)
             yield np.concatenate(rows), Columns(plain, shown, laws, parts[0].element, parts[0].order)
 
 

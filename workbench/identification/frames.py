@@ -267,8 +267,7 @@ class _FrameTrial:
 
 def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) -> float:
     """Probability that a freer model leaves no more than this |r|² where the held frames are right."""
-    size = freer.count + len(freer.prior)
-    before = 2.0 * held.search.history[-1]
+    size, before = freer.count + len(freer.prior), 2.0 * held.search.history[-1]
     gained, left, rounding = factor.rank - held.factor.rank, size - factor.rank, 1e-16 * size
     if gained <= 0 or left <= 0 or before <= rounding:
         return 1.0
@@ -316,13 +315,14 @@ def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> 
     if fitted and count_measured(data) <= fitted:
         return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)
     off, far = Spread.of(errors.position).rms, CLEAR_SHARE_OF_REACH * robot.reach
-    if not off > far:
+    if not off > far / MAX_BASE_ERROR_RATIO:
         return ()
     freedom = FrameFreedom(*visible_parts(data), base_per_session=len(data.sessions) > 1)
     best = Spread.of(row_errors(align(robot, data, freedom), data).position).rms
     if best > far:
         return (f"even the best base and tool leave {in_mm(best)} rms: the rows are hardly this arm's",)
-    return (f"the best base and tool leave {in_mm(best)} rms, not {in_mm(off)}; fit them: --frames fit",)
+    text = f"the best base and tool leave {in_mm(best)} rms, not {in_mm(off)}; fit them: --frames fit"
+    return (text,) if off > min(far, MAX_BASE_ERROR_RATIO * best) else ()
 
 
 def _error(arm: Robot, data: Dataset, known: Mapping[str, float]) -> float:

@@ -27,6 +27,7 @@ from workbench.data.readers.mapping import mapping_text
 from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
+from workbench.report.blocks import Block
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -106,7 +107,9 @@ def report_zip(session: Session) -> File:
     from workbench.identification.report.page import write_identification
 
     found, diagnosis = _identified(session), session.results.diagnosis
-    first = [] if diagnosis is None else [*verdict(diagnosis), *causes(diagnosis)]
+    first: list[Block] = []
+    if diagnosis is not None and session.results.accepted and {*diagnosis.data.row} == {*found.data.row}:
+        first = [*verdict(diagnosis), *causes(diagnosis)]  # they are of this model, and of these rows
     write = partial(write_identification, found, wanted=session.choices.wanted, first=first)
     content, _ = _written("report", write)
     return f"{stem_of(session.robot.name)}-report.zip", content

@@ -134,9 +134,8 @@ def test_tables_with_lerobots_headings_are_joints(tmp_path):
     heads = [*(f"{name}.pos" for name in (*NAMES, "gripper")), "x[mm]", "y[mm]", "z[mm]"]
     rows = np.column_stack([motors, np.ones((30, 3))]).tolist()
     (tmp_path / "t.csv").write_text("\n".join([",".join(heads), *(",".join(map(repr, row)) for row in rows)]))
-    np.testing.assert_allclose(
-        np.rad2deg(wb.read_measurements(tmp_path / "t.csv").q), motors[:, :5], atol=1e-9
-    )
+    q = np.rad2deg(wb.read_measurements(tmp_path / "t.csv").q)
+    np.testing.assert_allclose(q, motors[:, :5], atol=1e-9)
 
 
 def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):

@@ -121,6 +121,8 @@ def test_pass_and_fail(arm):
     failed = wb.verify(calibrated, fresh, wanted=0.99 * worst)
     assert failed.verdict.startswith("Failed: 1 of 70 measurements of 70 fresh poses")
     assert mentions(failed.warnings[0], "70 different poses")  # fewer than 100
+    moved = wb.verify(calibrated, replace(fresh, position=fresh.position + 0.025), wanted=1e-3)
+    assert mentions(" ".join(moved.warnings), "not 43.3 mm", "--frames fit")  # the tripod stands elsewhere
     assert wb.verify(calibrated, fresh).passed is None
     assert not wb.verify(calibrated, fresh, wanted=Wanted(position=1.0, rotation=1e-6)).passed
     for wanted in (0.0, "large"):
@@ -170,8 +172,7 @@ def test_the_measured_positions_alone_are_judged(run, tmp_path):
     assert found["intervals"]["orientation_deg"] is None
     low, high = found["intervals"]["position_mm"]["mean"]
     assert off.min() < low < off.mean() < high < off.max()
-    status, _, _ = run(*options, "--wanted", f"{0.99 * off.max()}mm")
-    assert status == 2
+    assert run(*options, "--wanted", f"{0.99 * off.max()}mm")[0] == 2
     assert json.loads((tmp_path / "r.json").read_text())["failed_rows"] == [int(off.argmax())]
     data = wb.read_measurements("mixed.csv").take(np.arange(12, 40))
     with pytest.raises(DataError):

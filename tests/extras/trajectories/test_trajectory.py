@@ -87,13 +87,8 @@ def test_the_one_step_is_the_damped_step_of_the_thesis(arms):
             turn = (pose[:3, :3] - still[:3, :3]) @ still[:3, :3].T / step
             columns.append([*(pose[:3, 3] - still[:3, 3]) / step, turn[2, 1], turn[0, 2], turn[1, 0]])
         error = deflected[row][:3, :3] @ commanded.poses[row][:3, :3].T
-        miss = [
-            *(deflected[row][:3, 3] - commanded.poses[row][:3, 3]),
-            *(
-                0.5
-                * np.array([error[2, 1] - error[1, 2], error[0, 2] - error[2, 0], error[1, 0] - error[0, 1]])
-            ),
-        ]
+        skew = np.array([error[2, 1] - error[1, 2], error[0, 2] - error[2, 0], error[1, 0] - error[0, 1]])
+        miss = [*(deflected[row][:3, 3] - commanded.poses[row][:3, 3]), *(0.5 * skew)]
         expected = -np.linalg.lstsq(np.array(columns).T, np.array(miss), rcond=None)[0]
         # the damping, and second order in an error of a degree
         np.testing.assert_allclose(found.q[row] - q[row], expected, atol=0.05 * np.abs(expected).max())
@@ -103,9 +98,7 @@ def test_poses_are_followed_in_one_branch(arms):
     nominal, model, _ = arms["aria"]
     poses = generator.aria().pose(arc())
     found = correct(command_poses(model, nominal, poses))
-    np.testing.assert_allclose(
-        tool_poses(found.commanded.nominal, Motion(found.commanded.q)), poses, atol=1e-8
-    )
+    assert tool_poses(found.commanded.nominal, Motion(found.commanded.q)) == pytest.approx(poses, abs=1e-8)
     np.testing.assert_allclose(tool_poses(found.commanded.calibrated, Motion(found.q)), poses, atol=1e-8)
     assert np.abs(np.diff(found.q, axis=0)).max() < 0.1
     points = correct(command_poses(model, nominal, poses, positions_only=True))
@@ -178,6 +171,12 @@ def test_what_forbids_a_row_is_named(arms):
     known = nominal.with_effects(EFFECTS["local-joint-error"]((0,), (1e-3,) * 5, knots=knots))
     (note,) = (n for n in correct(command_joints(known, nominal, q)).notes if "-28.65° to 28.65°" in n)
     assert mentions(note, "joint 1")
+    home = np.array([[0.2, 0.3, -1.2, 0.3, 0.0, -0.4]])  # joints 4 and 6 in line
+    with refuses(DataError, "--positions-only", row=0):
+        correct(command_joints(model, nominal, home, time=np.zeros(1)))
+    found = correct(command_joints(model, nominal, home))  # a target that no path leads to
+    assert found.after.position[0] < 1e-6 < found.before.position[0]
+    assert "near a singularity" in found.notes[-1]
 
 
 def test_a_correction_that_does_not_converge_is_refused(arms):
@@ -187,6 +186,5 @@ def test_a_correction_that_does_not_converge_is_refused(arms):
     q = np.tile([0.2, 0.3, -1.2, 0.3, 0.4, -0.4], (8, 1))
     q[7, 2] = 0.0  # stretched
     time = np.linspace(0.0, 3.5, 8)
-    commanded = command_joints(short, nominal, q, positions_only=True, time=time)
     with refuses(DataError, "3.500 s", row=7):
-        correct(commanded)
+        correct(command_joints(short, nominal, q, positions_only=True, time=time))

@@ -21,10 +21,8 @@ def without_joints(effect: AbstractEffect, joints: Sequence[int]) -> AbstractEff
     if not joints:
         return effect
     kept = [i for i, j in enumerate(effect.joints) if j not in joints]
-    sizes = np.reshape(effect.coefficients, (len(effect.joints), -1))[kept]
-    return replace(
-        effect, joints=tuple(effect.joints[i] for i in kept), coefficients=tuple(sizes.ravel().tolist())
-    )
+    sizes = np.reshape(effect.coefficients, (len(effect.joints), -1))[kept].ravel().tolist()
+    return replace(effect, joints=tuple(effect.joints[i] for i in kept), coefficients=tuple(sizes))
 
 
 def clearness(effects: Sequence[AbstractEffect], std: Mapping[str, float]) -> dict[int | None, float]:

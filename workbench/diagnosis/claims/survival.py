@@ -97,9 +97,8 @@ def _reweighted(searched: Searched, *requested: Sequence[Candidate]) -> Iterator
     """The search's model and some candidates on reweighted rows."""
     problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
     x, rows = searched.stage.fit.x, len(problem.data)
-    candidates = tuple(
-        dict.fromkeys(c for some in ([t.candidate for t in searched.model], *requested) for c in some)
-    )
+    accepted = [t.candidate for t in searched.model]
+    candidates = tuple(dict.fromkeys(c for some in (accepted, *requested) for c in some))
     effects, tenth = [c.effect for c in candidates], np.empty(rows, np.int64)
     tenth[np.argsort(clock_of(problem.data)[0], kind="stable")] = np.arange(rows) * ROW_PARTS // rows
     parts = compress(problem, x, effects, tenth).without_each

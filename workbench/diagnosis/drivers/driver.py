@@ -63,7 +63,7 @@ MAX_MOTION = 3.0
 MIN_MIXED = 0.3
 """Share of rows whose nearest posture must be much earlier or later for time to be a driver: 0.64 in no
 order."""
-TIME, SPEED = "the time", "the speed of the joints"
+TIME, SPEED, WAY = "the time", "the speed of the joints", "the way by which {} came"
 """They in words."""
 STEADY = 0.3
 """Distance of a row from the straight way between its neighbours, as a share of a step, up to which rows show
@@ -384,7 +384,7 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
         moved = driven_names(rows.chain, [j])
         if rows.path is not None:
             way = np.column_stack([sign[:, j], rows.path.wound[:, j]])
-            yield rows.follower(Driver.MOTION, "the way by which {} came", moved, way, joints=(j,))
+            yield rows.follower(Driver.MOTION, WAY, moved, way, joints=(j,))
         shapes = {" angle": smooth(q[:, j], OTHER_LENGTH)}
         if rows.path is not None:
             size = np.minimum(np.abs(rows.path.moves[:, j]), MAX_MOTION)

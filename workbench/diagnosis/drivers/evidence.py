@@ -25,6 +25,7 @@ from workbench.diagnosis.claims.contributions import remaining
 from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
+    WAY,
     Driver,
     Follower,
     Shape,
@@ -33,6 +34,7 @@ from workbench.diagnosis.drivers.driver import (
     followers,
     path_of,
 )
+from workbench.diagnosis.drivers.process import DriverProcess
 from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, joints_of, offers, solve
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.rounds import Searched
@@ -51,6 +53,9 @@ MIN_GAIN_SHARE = 0.01
 """Share of the largest law's evidence below which a process may be what its linear model leaves."""
 MAX_LAG_REST = 0.5
 """Share of an error's square that a lag may leave for effects not to be looked for beside it."""
+MAX_PLAY, STEADY = 2e-3, 0.9
+"""Way of a joint that play may take [rad or m]: a lag that moves none farther can't be told from it where
+speeds are steady: share of their mean square that is their mean's, 0.81 where they are sines."""
 MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
 MIN_SIDE, MAX_STEPS = 3, 40
@@ -291,6 +296,8 @@ class DriverEvidence:
                 (f for f in tried if f.driver != best.driver), key=lambda f: tried[f].gain, default=None
             )
             lead = tried[best].gain - (0.0 if rival is None else max(tried[rival].gain, 0.0))
+            if found:  # a second one may be what the smooth function of the first leaves
+                lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
             shown = best
             if best.driver is Driver.TIME:  # a step between two rows, if that is likelier
@@ -298,8 +305,9 @@ class DriverEvidence:
                 shown = step if by_step > tried[best].gain + np.log(PROBABLE) else best
             larger = (*left.model, tried[best].term)
             if best.shape is Shape.LAG:
-                (mine,), (scale,) = (f(best.candidate.names) for f in (self.grams.columns, self.grams.scales))
-                shown = best.as_lag(float(solve(self.grams, larger, self.grams.total)[mine] / scale))
+                against = self._against_play(left, best, tried[best])
+                before = replace(before, lead=min(before.lead, against))
+                shown = best.as_lag(self._delay(best, larger))
             found[best.driver] = replace(before, parts=(*before.parts, shown))
             if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
                 break
@@ -313,8 +321,30 @@ class DriverEvidence:
         best = max(self._beside, key=lambda f: self._beside[f].gain, default=None)
         if best is None or best.shape is not Shape.LAG:
             return False
-        left, more = left_of(self.grams, self._model), (*self._model, self._beside[best].term)
-        return with_one_more(left, more).square < MAX_LAG_REST * left.square
+        left, lag = left_of(self.grams, self._model), self._beside[best]
+        if self._against_play(left, best, lag) < np.log(SURE):
+            return False
+        return with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
+
+    def _delay(self, lag: Follower, model: Model) -> float:
+        """By how long places are later than joints in a model with this process [s]."""
+        (mine,), (scale,) = (found(lag.candidate.names) for found in (self.grams.columns, self.grams.scales))
+        return float(solve(self.grams, model, self.grams.total)[mine] / scale)
+
+    def _against_play(self, left: Remainder, process: Follower, lag: Offer) -> float:
+        """Log odds of a lag against play in all joints, which at steady speed moves them as it does."""
+        effect, more = process.candidate.effect, 0.0
+        assert isinstance(effect, DriverProcess)
+        speed, delay = np.abs(effect.together), abs(self._delay(process, (*left.model, lag.term)))
+        is_steady = (speed.mean(0) ** 2).sum() > STEADY * (speed**2).mean(0).sum()
+        if is_steady and speed.max() * delay < MAX_PLAY:
+            return 0.0
+        ways = [f for f in self.followers if f.phrase == WAY]
+        while (play := max(_offered(left, ways).values(), key=lambda o: o.gain, default=None)) is not None:
+            if play.gain < MIN_GAIN:
+                break
+            left, more = with_one_more(left, (*left.model, play.term)), more + play.gain
+        return lag.gain - more
 
     @property
     def lasting(self) -> Model:

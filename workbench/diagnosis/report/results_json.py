@@ -68,9 +68,8 @@ def _joint_noise(result: Diagnosis) -> dict[str, object]:
         ]
     }
     if not all(turning):
-        out["joint_noise_mm"] = [
-            None if turn else 1e3 * s for s, turn in zip(found.sigma, turning, strict=True)
-        ]
+        sliding = zip(found.sigma, turning, strict=True)
+        out["joint_noise_mm"] = [None if turn else 1e3 * size for size, turn in sliding]
     return out
 
 

@@ -191,9 +191,8 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Backla
             mine, columns = acting(problem, block)
             if weights is not None and len(mine):
                 by_mass = load_regressor(trial, arm.motion, columns, shift=deflected.shift)
-                slope[np.ix_(block.rows, np.array([k]), np.searchsorted(weighing, mine))] = by_mass[
-                    :, None, *own
-                ]
+                there = np.ix_(block.rows, np.array([k]), np.searchsorted(weighing, mine))
+                slope[there] = by_mass[:, None, *own]
     spread = np.array([problem.inertia_tolerance[problem.names[i]] for i in weighing])
     off = np.array([x[i] - problem.parameters[i].nominal for i in weighing]) / spread
     slope *= spread

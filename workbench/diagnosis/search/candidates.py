@@ -86,9 +86,8 @@ def _alike(candidate: Candidate, robot: Robot, motion: Motion) -> Candidate | No
     effect = candidate.effect
     sizes = law_sizes(robot.with_effects(effect), motion, effect.names)
     largest = max(sizes.values())
-    driven = tuple(
-        j for j, n in zip(effect.joints, effect.names, strict=True) if sizes[n] > MIN_DRIVEN_SHARE * largest
-    )
+    both = zip(effect.joints, effect.names, strict=True)
+    driven = tuple(joint for joint, name in both if sizes[name] > MIN_DRIVEN_SHARE * largest)
     if len(driven) < 2:
         return None
     fewer = replace(effect, joints=driven, coefficients=())

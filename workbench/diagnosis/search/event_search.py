@@ -248,9 +248,8 @@ class _EventSearch:
 def _step(event: AbstractStep, line: Timeline, piece: int, *, known_before: bool) -> AbstractStep:
     first = line.first[piece]
     time = float(line.clock[first]) if line.is_timed else 0.0
-    return replace(
-        event, row=int(line.row[first]), time_s=time, is_timed=line.is_timed, known_before=known_before
-    )
+    row, is_timed = int(line.row[first]), line.is_timed
+    return replace(event, row=row, time_s=time, is_timed=is_timed, known_before=known_before)
 
 
 def _warm_up(event: AbstractEvent, line: Timeline, pace: float) -> AbstractEvent:
@@ -259,6 +258,5 @@ def _warm_up(event: AbstractEvent, line: Timeline, pace: float) -> AbstractEvent
     ordered = line.order
     over = ordered[min(int(np.searchsorted(line.clock[ordered], begin + WARM_AT * pace)), len(ordered) - 1)]
     time = float(line.clock[over]) if line.is_timed else 0.0
-    return WarmUp(
-        event.joints, row=int(line.row[over]), time_s=time, is_timed=line.is_timed, begin=begin, pace=pace
-    )
+    row = int(line.row[over])
+    return WarmUp(event.joints, row=row, time_s=time, is_timed=line.is_timed, begin=begin, pace=pace)

@@ -266,9 +266,8 @@ def _loaded(problem: Problem, arm: Robot) -> list[AbstractEffect]:
     if not problem.inertia_tolerance:
         return []
     fitted = {p.name for p in problem.parameters if p.is_coefficient}
-    whole = [
-        e for e in arm.effects if e.loads and fitted.issuperset(e.names) and len(e.components(arm.chain))
-    ]
+    loaded = (e for e in arm.effects if e.loads and len(e.components(arm.chain)))
+    whole = [e for e in loaded if fitted.issuperset(e.names)]
     single = [
         replace(e, joints=(j,), coefficients=(c,))
         for e in whole

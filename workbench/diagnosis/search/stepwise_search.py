@@ -156,9 +156,8 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
         rest = drop(model, group)
         left = left_without(grams, model, group)
         present = group_evidence(left, group)
-        others = [
-            o for o in _offers(left, candidates, group) if len(group) == 1 or _takes_place(o.term, group)
-        ]
+        offered = _offers(left, candidates, group)
+        others = [o for o in offered if len(group) == 1 or _takes_place(o.term, group)]
         best = max(others, key=lambda o: o.gain, default=None)
         same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
         if best is not None and not same and best.gain > present + MIN_EXCHANGE_GAIN:
@@ -195,11 +194,9 @@ def _groups(model: Model) -> list[Model]:
         alike = tuple(t for t in model if kind_of(t) == kind)
         if len(alike) > 1:
             groups.append(alike)
-    for joints in {t.candidate.effect.joints for t in model if t.candidate.effect.maps_joint}:
-        maps = tuple(
-            t for t in model if t.candidate.effect.maps_joint and t.candidate.effect.joints == joints
-        )
-        if len(maps) > 1:
+    mapped = [t for t in model if t.candidate.effect.maps_joint]
+    for joints in {t.candidate.effect.joints for t in mapped}:
+        if len(maps := tuple(t for t in mapped if t.candidate.effect.joints == joints)) > 1:
             groups.append(maps)
     return groups
 

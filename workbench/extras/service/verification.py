@@ -155,15 +155,9 @@ class Verification(AbstractShown):
             ("orientation [°]", errors.orientation_deg, self.rotation, DEG),
         )
         rows = [
-            (
-                kind,
-                short(spread.mean),
-                " … ".join(map(short, unit.of(ends))),
-                short(spread.rms),
-                short(spread.max),
-            )
-            for kind, spread, ends, unit in kinds
-            if spread is not None and ends is not None
+            (kind, short(own.mean), " … ".join(map(short, unit.of(ends))), short(own.rms), short(own.max))
+            for kind, own, ends, unit in kinds
+            if own is not None and ends is not None
         ]
         title = f"{name}: {len(self.pose)} rows of {self.poses} fresh poses"
         yield ResultTable(title, ("error", "mean", "95 %", "rms", "max"), rows)
@@ -239,7 +233,7 @@ def verify(
     pose, rng = pose_labels(found.data), np.random.default_rng(seed)
     group = pose if (labels := found.data.group) is None else labels
     turned = np.isfinite(found.rows.rotation)
-    warnings += unobserved_text(robot)
+    warnings += (*found.warnings, *unobserved_text(robot))
     if not seen.all():
         warnings.append(f"{seen.sum()} of {len(seen)} rows have a measured position; the others are ignored")
     if fit_frames or data.distance is not None or data.contact is not None:

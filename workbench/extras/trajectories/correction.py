@@ -9,18 +9,22 @@ accelerations.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Bool
 
 import workbench.extras.trajectories.report  # noqa: F401 how results are shown
 from workbench.arm.inverse.branch import margins
-from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Reached, refine
+from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Reached, Task, refine
 from workbench.arm.inverse.follow import refine_deflected, rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
+from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
+from workbench.base.wording import plural
 from workbench.extras.trajectories.compensation import (
     ACCEPTED_ERROR,
     Compensation,
@@ -62,7 +66,18 @@ def correct(
     refuse_beyond(robot, q, time)
     before = _errors(commanded, state)
     after = _corrected(commanded, state, method)
-    _check(commanded, after, method)
+    wrong = _singular(commanded, after, method)
+    points = taken = np.zeros(len(q), bool)
+    alone = replace(commanded, task=Task.POSITION)
+    if wrong.any() and commanded.task is not Task.POSITION:
+        place = _corrected(alone, state, method)
+        points = wrong & ~_singular(alone, place, method)
+        steps = np.pad(np.abs(np.diff(q, axis=0)).max(1), 1, constant_values=np.inf)
+        taken = points & (np.minimum(steps[:-1], steps[1:]) > MAX_CORRECTION) & (time is None)
+        if taken.any():  # targets that are no rows of a path need no orientation in a singularity
+            after = _errors(commanded, state.at(np.where(taken[:, None], place.q, after.q)))
+            wrong = wrong & ~taken
+    _check(commanded, after, wrong, points)
     weight = ROTATION_WEIGHT * compile_arm(robot).length
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
@@ -74,7 +89,7 @@ def correct(
     speed = None
     if state.time is not None and len(state) > 1:
         speed = frozen((np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]).max(0))
-    notes = _notes(method, errors, worse, speed)
+    notes = _notes(method, errors, worse, speed, taken & ~worse)
     return Compensation(
         commanded=commanded,
         motion=state,
@@ -103,51 +118,54 @@ def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) ->
     return _errors(commanded, state.at(step.q))
 
 
-def _check(commanded: Commanded, after: Reached, method: CorrectionMethod) -> None:
-    """Refuse rows that a limit stops, that don't converge, or that a singularity throws far away."""
-    robot, time = commanded.calibrated, commanded.time
-    left = 1e3 * after.position_error
-    at_limit = margins(after.q, robot.limits) < AT_LIMIT
+def _singular(commanded: Commanded, after: Reached, method: CorrectionMethod) -> Bool[np.ndarray, " rows"]:
+    """Rows that miss their target, or that a singularity throws far away."""
+    robot = commanded.calibrated
+    play = sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
+    missed = after.position_error > ACCEPTED_ERROR + 2.0 * robot.reach * play
+    missed &= method is CorrectionMethod.ITERATED
+    return missed | (np.abs(after.q - commanded.q) > MAX_CORRECTION).any(1)
+
+
+def _check(commanded: Commanded, after: Reached, wrong: np.ndarray, points: np.ndarray) -> None:
+    """Refuse rows that a limit stops and wrong ones, some of whose position alone could be corrected."""
+    robot, moved, left = commanded.calibrated, np.abs(after.q - commanded.q), 1e3 * after.position_error
+    units, at, size = shown_units(robot), shown_joints(robot, after.q), shown_joints(robot, moved)
     refuse(
-        ~after.converged[:, None] & at_limit,
-        time,
+        ~after.converged[:, None] & (margins(after.q, robot.limits) < AT_LIMIT),
+        commanded.time,
         lambda row, joint: (
-            f": the correction needs joint {joint + 1} beyond its limit {after.q[row, joint]:.4f} (rad or "
-            f"m), {left[row]:.3g} mm remain; keep the path farther from it"
+            f": the correction needs joint {joint + 1} beyond its limit {at[row, joint]:.5g}{units[joint]}, "
+            f"{left[row]:.3g} mm remain; keep the path farther from it"
         ),
     )
 
-    def unconverged(row: int) -> str:
+    def why(row: int) -> str:
         """A rigid arm that ends short of its target within the limits has Jᵀ r = 0: a singularity."""
         jacobian = task_jacobian(compile_arm(robot), after.q[row : row + 1], commanded.task)
-        minimum = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1])
-        why = "check the effects of the calibrated robot, or change the path there"
-        if minimum < BOUNDARY:
-            why = (
-                "the calibrated arm does not reach this pose in the branch of the path (singularity, "
-                f"smallest singular value {minimum:.1e}); avoid it or use another branch"
-            )
-        return f": the correction does not converge, {left[row]:.3g} mm remain; {why}"
+        minimum, joint = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1]), int(np.argmax(moved[row]))
+        text = f": the correction does not converge, {left[row]:.3g} mm remain; "
+        if moved[row, joint] > MAX_CORRECTION:
+            text = f": the correction moves joint {joint + 1} by {size[row, joint]:.3g}{units[joint]}, as it"
+            text += " is near a singularity; lead the path around it"
+        elif minimum < BOUNDARY:
+            text += "the calibrated arm does not reach this pose in the branch of the path (singularity, "
+            text += f"smallest singular value {minimum:.1e}); avoid it or use another branch"
+        else:
+            text += "check the effects of the calibrated robot, or change the path there"
+        return text + ", or correct positions alone (--positions-only)" * bool(points[row])
 
-    if method is CorrectionMethod.ITERATED:
-        play = sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
-        refuse(after.position_error > ACCEPTED_ERROR + 2.0 * robot.reach * play, time, unconverged)
-    size = np.abs(after.q - commanded.q)
-    refuse(
-        size > MAX_CORRECTION,
-        time,
-        lambda row, joint: (
-            f": the correction moves joint {joint + 1} by {size[row, joint]:.2f} (rad or m), as it is near a "
-            "singularity; lead the path around it"
-        ),
-    )
+    refuse(wrong, commanded.time, why)
 
 
-def _notes(method, errors: PathErrors, worse: np.ndarray, speed: np.ndarray | None) -> Iterator[str]:
+def _notes(method, errors: PathErrors, worse: np.ndarray, speed, points: np.ndarray) -> Iterator[str]:
     """Notes for the user."""
+    if points.any():
+        off = f"corrected in position, {np.rad2deg(errors.rotation[points].max()):.2g}° off in orientation"
+        yield f"near a singularity, {off}: {plural(int(points.sum()), 'row')} ({_list(points)})"
     if worse.any():
-        rows = ", ".join(str(r) for r in np.flatnonzero(worse)[:10]) + (" …" if worse.sum() > 10 else "")
-        yield f"{int(worse.sum())} rows keep their commanded joints, corrected they would be worse: {rows}"
+        text = "rows keep their commanded joints, corrected they would be worse"
+        yield f"{int(worse.sum())} {text}: {_list(worse)}"
     if method is CorrectionMethod.ITERATED and (left := errors.position > ACCEPTED_ERROR).any():
         row = int(np.argmax(errors.position))
         yield (
@@ -157,3 +175,8 @@ def _notes(method, errors: PathErrors, worse: np.ndarray, speed: np.ndarray | No
     if speed is not None:
         joint = int(np.argmax(speed))
         yield f"maximum speed: {speed[joint]:.3g} (rad/s or m/s) at joint {joint + 1}"
+
+
+def _list(rows: np.ndarray) -> str:
+    """The first of them, for people."""
+    return ", ".join(str(row) for row in np.flatnonzero(rows)[:10]) + (" …" if rows.sum() > 10 else "")

@@ -30,13 +30,11 @@ Shares = Float[np.ndarray, " rows"]
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Circle:
-    """A full turn about a centre.
+    """A full turn about a centre [m].
 
     Args:
-        centre: Centre [m].
         along: Unit vector from the centre to the start.
         across: Unit vector from the centre to the point after a quarter turn.
-        radius: Radius [m].
     """
 
     centre: Vector3
@@ -57,12 +55,7 @@ class Circle:
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StraightLine:
-    """A straight line.
-
-    Args:
-        start: Start point [m].
-        end: End point [m].
-    """
+    """A straight line from start to end [m]."""
 
     start: Vector3
     end: Vector3
@@ -82,26 +75,19 @@ Curve = Circle | StraightLine
 def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
     """The circle that best fits three points or more: it starts at the first, towards the second."""
     if len(points) < 3:
-        raise OptionError(
-            f"a circle needs at least 3 points, got {len(points)}", option="points", found=len(points)
-        )
+        text = f"a circle needs at least 3 points, got {len(points)}"
+        raise OptionError(text, option="points", found=len(points))
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if spread[0] < MIN_LENGTH or spread[1] < FLAT * spread[0]:
-        raise OptionError(
-            "the points of the circle are collinear or coincide; give three that are not", option="points"
-        )
+        text = "the points of the circle are collinear or coincide; give three that are not"
+        raise OptionError(text, option="points")
     fitted = fit_circle(points)
-    normal = fitted.axes[2]
-    first, second = points[0] - fitted.centre, points[1] - fitted.centre
+    (first, second), normal = points[:2] - fitted.centre, fitted.axes[2]
     normal = normal * np.where(np.cross(first, second) @ normal < 0.0, -1.0, 1.0)
     along = first - (first @ normal) * normal
-    along = along / np.linalg.norm(along)
-    return Circle(
-        centre=fitted.centre,
-        along=frozen(along),
-        across=frozen(np.cross(normal, along)),
-        radius=fitted.radius,
-    )
+    along = frozen(along / np.linalg.norm(along))
+    across = frozen(np.cross(normal, along))
+    return Circle(centre=fitted.centre, along=along, across=across, radius=fitted.radius)
 
 
 def line(start: Vector3, end: Vector3) -> StraightLine:

@@ -18,6 +18,7 @@ from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
+from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -188,12 +189,12 @@ def refuse(wrong: np.ndarray, time: Times, why: Callable[..., str]) -> None:
 
 def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = None) -> None:
     """Refuse rows outside a robot's limits."""
-    low, high = robot.limits.T
+    (low, high), shown, unit = shown_joints(robot, robot.limits.T), shown_joints(robot, q), shown_units(robot)
 
     def why(row: int, joint: int) -> str:
         return (
-            f" needs joint {joint + 1} at {q[row, joint]:.4f}, but its limits are {low[joint]:.4f} and "
-            f"{high[joint]:.4f} (rad or m); change the path"
+            f" needs joint {joint + 1} at {shown[row, joint]:.5g}{unit[joint]}, but its limits are "
+            f"{low[joint]:.5g} and {high[joint]:.5g}{unit[joint]}; change the path"
         )
 
-    refuse((q < low - LIMIT_SLACK) | (q > high + LIMIT_SLACK), time, why)
+    refuse((q < robot.limits[:, 0] - LIMIT_SLACK) | (q > robot.limits[:, 1] + LIMIT_SLACK), time, why)

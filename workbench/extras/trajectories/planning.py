@@ -113,12 +113,11 @@ def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) ->
     """The path with the tool's axis held, or as near as possible."""
     shares = smooth_shares(time)
     points = curve.points(shares)
-    refused: DataError
     try:
         exact = _exactly(robot, curve, wanted, points, time)
         if _clear(exact):
             return exact
-        refused = DataError(
+        raise DataError(
             f"robot '{robot.name}' comes too near to a limit or a singularity on this path; move the path"
         )
     except DataError as error:
@@ -166,8 +165,7 @@ def _above(curve: Curve) -> Vector3:
     """Straight down, or the plane's normal: downwards, or away from the base if the plane is vertical."""
     if not isinstance(curve, Circle):
         return DOWN
-    normal = curve.normal
-    down = float(normal @ DOWN)
+    normal, down = curve.normal, float(curve.normal @ DOWN)
     return normal * (-1.0 if (down if abs(down) > UPRIGHT else normal @ curve.centre) < 0.0 else 1.0)
 
 

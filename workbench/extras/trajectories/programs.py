@@ -96,7 +96,8 @@ class Language:
         for key, name in names.items():
             own = self._literals(code, name, path)
             if not own and key in used:
-                _fail(code, used[key], f"'{name}' is not a list of joint positions in this file", path)
+                other = f"'{name}' is not a list of joint positions in this file (give a .dat that has it)"
+                _fail(code, used[key], other, path)
             spans |= own
         return (self._numbers(code, *span) for span in sorted(spans))
 
@@ -232,8 +233,11 @@ class Program:
 
 
 def read_program(path: Path, joints: int) -> Program | None:
-    """A program, by its file extension; None for other files."""
+    """A program, by its file extension, as text also by a motion in it; None for other files."""
     language = next((f for f in PROGRAMS if path.suffix.lower() in f.endings), None)
+    if path.suffix.lower() == ".txt" and path.is_file() and path.stat().st_size < LARGEST:
+        text = read_bytes(path, wanted="a table or a program", maximum=LARGEST).decode(TEXT)
+        language = next((f for f in PROGRAMS if _pattern(rf"{f.move}\s*{f.literal}").search(text)), None)
     if language is None:
         return None
     text = read_bytes(path, wanted=f"a {language.name} program", maximum=LARGEST).decode(TEXT)
@@ -242,9 +246,7 @@ def read_program(path: Path, joints: int) -> Program | None:
         raise FileError(f"contains no joint target in {language.name}; check the language", path=str(path))
     for row in spans:
         if len(row) != joints:
-            line = text.count("\n", 0, row[0][0]) + 1
-            raise FileError(
-                f"a target of {len(row)} joints, but the robot has {joints}", path=str(path), line=line
-            )
+            what = f"a target of {len(row)} joints, but the robot has {joints}"
+            raise FileError(what, path=str(path), line=text[: row[0][0]].count("\n") + 1)
     q = np.array([[float(text[a:b]) for a, b in row] for row in spans]) * language.unit
     return Program(text, language, tuple(spans), q, str(path))

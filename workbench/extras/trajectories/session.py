@@ -34,12 +34,7 @@ TRAJECTORY_ROWS = 240
 SHARE = 0.3
 """Radius of the circle, as a share of the region's smaller horizontal edge; ends of the line, likewise."""
 KATANA = 1e-3 * np.array(
-    [
-        [100.0, -300.0, 139.2893],
-        [0.0, -370.7107, 210.0],
-        [-100.0, -300.0, 139.2893],
-        [0.0, -229.2893, 68.5786],
-    ]
+    [[100, -300, 139.2893], [0, -370.7107, 210], [-100, -300, 139.2893], [0, -229.2893, 68.5786]]
 )
 """Four points of the Katana thesis's circle on the plane at 45° (§5.5.1) [m]."""
 MIN_TIME, MAX_TIME = 1.0, 120.0

@@ -131,11 +131,6 @@ def planned_moments(planned: Planned) -> JointMoments | None:
 
 def write_plan(planned: Planned, path: Path | str) -> Path:
     """Write a trajectory as a table with units: time, joints, their poses, and the frame."""
-    rows = Dataset(
-        q=planned.q,
-        row=np.arange(len(planned.q)),
-        position=planned.poses[:, :3, 3],
-        rotation=planned.poses[:, :3, :3],
-        time=planned.time,
-    )
+    position, rotation = planned.poses[:, :3, 3], planned.poses[:, :3, :3]
+    rows = Dataset(planned.q, position, rotation, row=np.arange(len(planned.q)), time=planned.time)
     return write_measurements(rows, path, prismatic=sliding_numbers(planned.robot), frame=BASE)

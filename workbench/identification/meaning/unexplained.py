@@ -50,7 +50,7 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
             if off.mean() < MIN_FITTING_SHARE:  # others fit as well: it tells nothing of those that don't
                 continue
             text = f"those whose '{heading}' is {sizes}, the others don't"
-            return replace(meaning, parts=text, kept=next(iter(fits.values())).row)
+            return replace(meaning, parts=text, kept=data.row[data.unread[heading] == next(iter(fits))])
         if not meaning.is_found:
             key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"

@@ -12,10 +12,11 @@ from workbench.report.result_fields import ResultFields
 
 UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
 """Factor and name of the units in which people read constants; coefficients of effects have their own."""
-SHARED, UNSEEN = "†", "‡"
+SHARED, UNSEEN, WEAK = "†", "‡", "*"
 LEGEND = {
     SHARED: "can't be separated from others; kept as near to nominal as the rows allow",
     UNSEEN: "unobservable; left at its nominal value",
+    WEAK: "barely observable; kept near its nominal value",
 }
 
 
@@ -68,12 +69,12 @@ def unseen(fit: Fit) -> frozenset[str]:
 
 def identified(fit: Fit) -> Iterator[Identified]:
     """The parameters of a fit."""
-    together = (c for c in (*fit.unidentifiable, *fit.weakly_observable) if len(c.names) > 1)
-    shared = {name for c in together for name in c.names}
+    shared = {name for c in fit.unidentifiable if len(c.names) > 1 for name in c.names}
+    weak = {name for c in fit.weakly_observable for name in c.names}
     hidden = unseen(fit)
     for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
         is_shared = p.name in shared or p.text in fit.idle
-        mark = UNSEEN if p.name in hidden else SHARED if is_shared else ""
+        mark = UNSEEN if p.name in hidden else SHARED if is_shared else WEAK if p.name in weak else ""
         known = std if fit.is_assessed and p.name not in hidden else None
         yield Identified(p.name, p.unit, p.nominal, value, known, p.name in fit.only_expected, mark)
 

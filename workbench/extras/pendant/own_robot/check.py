@@ -77,7 +77,8 @@ def read_joint_table(path: Path | str) -> JointTable:
     stands = {name: (head.unit or "").lower() for name, head in zip(names, heads, strict=True)}
     units = {name: UNITS.get(unit, unit) for name, unit in stands.items() if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
-    angles = _units(units, ("theta", "alpha", "beta"), ANGLES, grid)
+    units |= {"°": "deg"} if any("°" in c for cells in grid.rows[1:] for c in cells) else {}
+    angles = _units(units, ("theta", "alpha", "beta", "°"), ANGLES, grid)
     return JointTable(tuple(rows), stated[:1] or ("dh", "craig"), lengths, angles)
 
 

@@ -75,9 +75,8 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     robot = _checked(found, data, ", ".join(assumed)).on(table.robot)
     if robot is None:
         raise DataError(f"'{first.name}' can't count so: {found.best.text}; give its table")
-    return FoundConvention(
-        robot=robot, reading=found.best, assumptions=assumed, tried=sum(found.tried.values())
-    )
+    tried = sum(found.tried.values())
+    return FoundConvention(robot=robot, reading=found.best, assumptions=assumed, tried=tried)
 
 
 def _checked(found: RowMeaning, data: Dataset, assumed: str) -> RowReading:

@@ -5,7 +5,7 @@
 is linear in t and c. With several points there are as many c.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import final
@@ -18,9 +18,10 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Length, Like, checked_arguments
 from workbench.base.errors import DataError
-from workbench.base.wording import in_mm
+from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
+from workbench.data.postures import repeats
 from workbench.extras.pendant.touching.touches import (
     NOMINAL,
     SCATTERED,
@@ -74,7 +75,7 @@ class ToolTip(AbstractShown):
     @property
     def notes(self) -> tuple[str, ...]:
         """What else should be known, one sentence each."""
-        return (NOMINAL,) if self.nominal.calibration is None else ()
+        return (*self.of.touches.notes, *[NOMINAL] * (self.nominal.calibration is None))
 
     @property
     def used(self) -> int:
@@ -106,10 +107,8 @@ class ToolTip(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        parts = (
-            f"{axis} {signed(1e3 * v, 3)} ± {1e3 * h:.3f}"
-            for axis, v, h in zip("xyz", self.xyz, self.half, strict=True)
-        )
+        places = zip("xyz", 1e3 * self.xyz, 1e3 * self.half, strict=True)
+        parts = (f"{axis} {signed(value, 3)} ± {half:.3f}" for axis, value, half in places)
         meet = f"{self.used} touches agree within {in_mm(self.of.scatter)}"
         return f"tip at {', '.join(parts)} mm in the flange (95 %); {meet}"
 
@@ -142,9 +141,13 @@ def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length]
         OptionError: a width that is not positive.
     """
     check_wanted(wanted)
-    given = read_touches(touches, robot)
+    every = read_touches(touches, robot)
+    given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
+    again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
+    given = replace(given, notes=tuple(again[: len(every) - len(given)]))
     at, names = flanges(robot, given.q), names_of(given)
-    _check(given, at[:, :3, :3])
+    for rows in (every, given):
+        _check(rows, flanges(robot, rows.q)[:, :3, :3])
     solved, slipped = solve_without_slipped(
         lambda rows: _solve(at[rows], [names[k] for k in rows]), len(given), given.source
     )
@@ -166,6 +169,8 @@ def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
     lonely = next((name for name in names if names.count(name) < 2), None)
     if count < MIN_TOUCHES or lonely is not None:
         what = f"{count} touches" if count < MIN_TOUCHES else f"point '{lonely}' was touched once"
+        if len(set(names)) == count > 1:
+            what += f" ({count} rows have {count} names: if these name the rows, remove their column)"
         raise DataError(
             f"{touches.source}: {what}; touch a point {MIN_TOUCHES} times or more, each time with "
             "another orientation of the tool"

@@ -44,11 +44,6 @@ def names_of(touches: Dataset) -> tuple[str, ...]:
     return ("",) * len(touches) if touches.contact is None else tuple(map(str, touches.contact))
 
 
-def numbered(touches: Dataset, which: Sequence[int]) -> str:
-    """`touch 4`, `touches 2, 5`, counted from 1 as in the file."""
-    return f"touch{'es' if len(which) > 1 else ''} {', '.join(str(touches.row[k] + 1) for k in which)}"
-
-
 def flanges(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
     """Poses of the flange in the robot's base."""
     return tool_poses(robot.with_frames(base=Frame(), tool=Frame()), Motion(q))
@@ -174,7 +169,8 @@ class TouchErrors:
             for k, (row, name, error) in enumerate(rows)
         ]
         table = ResultTable("Touches", ("touch", "of", "off by [mm]", ""), cells, words=2)
-        slipped = [f"{numbered(self.touches, self.slipped)} slipped; left out"] * bool(self.slipped)
+        which = f"touch{'es' * (len(self.slipped) > 1)} {', '.join(cells[k][0] for k in self.slipped)}"
+        slipped = [f"{which} slipped; left out"] * bool(self.slipped)
         return headed(title, table, *more, *lines("warning", slipped), notes=notes)
 
     def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:

@@ -58,7 +58,6 @@ LABELS = (
 KEEPS = {"origin": "xyz", "x": "yz", "xy": "z", "plane": "z", "line": "y", "end": "x"}
 """Coordinates that a touch of each kind keeps."""
 
-
 Begun = tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "rows 3"], Bool[np.ndarray, "rows 3"]]
 """A first frame in closed form, coordinates in it that the touches keep [m], and which of them count."""
 
@@ -105,8 +104,8 @@ class UserFrame(AbstractShown):
             f"{axis} {signed(1e3 * v, 3)}" + (f" ± {1e3 * h:.3f}" if k else "")
             for axis, v, h, k in zip("xyz", self.pose[:3, 3], self.half, known, strict=False)
         )
-        meet = f"touches are off by {in_mm(self.of.scatter)}"
-        meet = meet if known.all() else "no redundant touch shows its error"
+        off = f"touches are off by {in_mm(self.of.scatter)}"
+        meet = off if known.all() else "no redundant touch shows its error"
         return f"frame at {', '.join(parts)} mm in the robot's base; {meet}"
 
     @property

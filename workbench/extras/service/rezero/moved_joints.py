@@ -24,7 +24,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, LastCalibration
 from workbench.extras.service.rezero.optimum import Optimum
 from workbench.extras.service.rezero.other_explanations import doubts
-from workbench.extras.service.rezero.result import JointShift, Rezero
+from workbench.extras.service.rezero.result import JointShift, Rezero, readable
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
@@ -89,8 +89,7 @@ def rezero(
         ready = prepare(begin, data, choices, prior=None if decides else knowledge.without(*zeros))
     progress(0.4, "fitting all zeros")
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
-    problem = ready.problem
-    problem = knowledge.problem(problem, problem.start, zeros) if decides else problem
+    problem = knowledge.problem(ready.problem, ready.problem.start, zeros) if decides else ready.problem
     everything = Optimum.of(problem, measured=measured)
     moved, best = _moved(knowledge, everything, zeros)
     own = {s.name: s for s in _shifts(knowledge, best, moved)}
@@ -99,17 +98,19 @@ def rezero(
     kept = {n: knowledge.value(n) for n in knowledge.names}
     kept |= {s.name: kept[s.name] + s.shift for s in shifts if s.moved}
     found = _aligned(best, best.problem.robot_at(best.x).with_values(kept))
+    error = BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found))
+    still = _still_off(robot, best, error.after, _errors(ready, best, best.problem.robot_at(best.x)))
     with part_of(0.6, 0.3):
-        reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything)
+        reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything, far=bool(still))
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
-        left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
-            f"joint {lost[0].joint + 1} fits the rows best, but they are still {left:.2g} mm off and don't "
-            "determine its zero; check that they are of this arm, or recalibrate it",
+            f"joint {lost[0].joint + 1} fits the rows best, but they are still "
+            f"{error.after.position_mm.mean:.2g} mm off and don't determine its zero; check that they are of "
+            "this arm, or recalibrate it",
         )
     progress(0.9, "what can't be distinguished")
-    error = BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found))
-    reasons = reasons or _still_off(robot, best, error.after)
+    if robot.calibration is not None and robot.calibration.error is not None:
+        reasons = reasons or still
     return Rezero(
         calibrated=robot,
         robot=robot if reasons else found,
@@ -120,7 +121,7 @@ def rezero(
         noise=best.problem.noise,
         rows=len(ready.problem.data),
         excluded=ready.excluded,
-        notes=(*ready.notes, *_uncalibrated(robot)),
+        notes=(*ready.notes, *_uncalibrated(robot), *(() if reasons else still)),
     )
 
 
@@ -135,19 +136,24 @@ def _uncalibrated(robot: Robot) -> tuple[str, ...]:
     )
 
 
-def _still_off(robot: Robot, fit: Optimum, after: Errors) -> tuple[str, ...]:
-    """A sentence on rows that are far less accurate with the zeros found than the calibration was."""
-    record, noise = robot.calibration, fit.problem.noise
-    if record is None or record.error is None:
-        return ()
-    scales = (1e3, " mm"), (float(np.rad2deg(1.0)), "°")
-    left = (after.position_mm, after.orientation_deg)
-    for errors, known, sigma, (scale, unit) in zip(left, record.error, noise[:2], scales, strict=True):
-        known, sigma = scale * known, scale * np.sqrt(3.0) * sigma * fit.measured
-        if errors is not None and errors.mean > STILL_OFF * max(known, sigma):
+def _still_off(robot: Robot, fit: Optimum, after: Errors, left: Errors) -> tuple[str, ...]:
+    """A sentence on rows that are far less accurate with the zeros found than the calibration was.
+
+    Where nobody knows how accurate it was: than `left` with all that may have changed, few rows to spare.
+    """
+    own = None if robot.calibration is None else robot.calibration.error
+    few, noise = fit.problem.count / fit.spare, np.sqrt(3.0) * fit.measured * np.array(fit.problem.noise[:2])
+    pairs = (after.position_mm, left.position_mm), (after.orientation_deg, left.orientation_deg)
+    for k, ((errors, rest), (scale, unit)) in enumerate(zip(pairs, map(readable, ("m", "rad")), strict=True)):
+        if errors is None or rest is None:
+            continue
+        known, than = few * rest.mean, "other lengths and angles leave"
+        if own is not None:
+            known, than = scale * own[k], "the calibration's were"
+        if errors.mean > STILL_OFF * max(known, scale * noise[k]):
             return (
-                f"with these zeros the rows are still {errors.mean:.2g}{unit} off, the calibration's were "
-                f"{known:.2g}{unit}; measure more poses, or calibrate again with 'workbench identify'",
+                f"with these zeros the rows are still {errors.mean:.2g}{unit} off, {than} {known:.2g}{unit}; "
+                "measure more, give --noise if the instrument scatters so, or 'workbench identify' again",
             )
     return ()
 
@@ -260,7 +266,8 @@ def _ambiguous(
     problem = ready.problem.again(robot=ready.aligned, free=knowledge.names, frames=freedom)
     problem = knowledge.without().keep(lambda name: name not in by_name).on(problem)
     factor = noises.factor_at(problem, problem.start)
-    unseen = np.concatenate([factor.null_space, factor.weak], axis=1)
+    size = np.array([10.0 if p.unit == "m" else 1.0 for p in problem.parameters])  # 0.1 m is as much as 1 rad
+    unseen = size[:, None] * np.concatenate([factor.null_space, factor.weak], axis=1)
     readings = ready.data.readings
     own = set(FRAMES if readings is None else (*FRAMES, *readings.frames))
     sentences = []

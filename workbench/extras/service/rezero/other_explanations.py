@@ -52,16 +52,18 @@ class _OtherExplanation(NamedTuple):
     shown: tuple[str, ...] = ()
 
 
-def doubts(knowledge: LastCalibration, zeros: Optimum) -> tuple[str, ...]:
+def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> tuple[str, ...]:
     """Sentences on what explains the rows far better than any zeros do.
 
     Args:
         knowledge: What is known of the arm.
         zeros: The fit of all zeros.
+        far: Whether these leave the rows far off: anything then speaks against them that is not chance.
     """
-    found = _better(_causes(knowledge, zeros), zeros, 0)
+    least = 1.0 if far else CLEARLY_WORSE
+    found = _better(_causes(knowledge, zeros), zeros, 0, least)
     best, freed = (found[0][2], found[0][1].further) if found else (zeros, 0)
-    joints = _better(_joints(knowledge, zeros, freed), best, freed)
+    joints = _better(_joints(knowledge, zeros, freed), best, freed, CLEARLY_WORSE)
     if joints:
         _, cause, fit = joints[0]
         found = [(fit.against(zeros, cause.further)[1], cause, fit)]
@@ -75,14 +77,14 @@ def doubts(knowledge: LastCalibration, zeros: Optimum) -> tuple[str, ...]:
 
 
 def _better(
-    causes: Iterable[_OtherExplanation], than: Optimum, freed: int
+    causes: Iterable[_OtherExplanation], than: Optimum, freed: int, least: float
 ) -> list[tuple[float, _OtherExplanation, Optimum]]:
     """Causes that leave far less than a fit with fewer unknowns, the best first, and how many times less."""
     found = []
     for cause in causes:
         fit = Optimum.of(cause.problem, measured=than.measured)
         chance, ratio = fit.against(than, cause.further - freed)
-        if chance < STRANGE and ratio > CLEARLY_WORSE:
+        if chance < STRANGE and ratio > least:
             found.append((ratio, cause, fit))
     return sorted(found, key=lambda entry: -entry[0])
 

@@ -119,18 +119,16 @@ class Rezero(AbstractShown):
     @property
     def sentence(self) -> str:
         if self.doubts:
-            return f"not the zeros alone: {self.doubts[0]}"
+            return f"not the zeros{' alone' * bool(self.moved)}: {self.doubts[0]}"
         if self.moved:
             return f"moved: {'; '.join(s.text for s in self.moved)} (95 %){self._undetermined}"
         determined = [s for s in self.shifts if s.determined]
         if not determined:
             return "the rows determine no joint zero; measure more poses that differ in all joints"
         widest = max(determined, key=lambda s: s.half).cells[2].replace("±", "± ")
-        still = (
-            f"{joint_list([s.joint for s in determined])} did not move"
-            if self._undetermined
-            else "no joint moved"
-        )
+        still = "no joint moved"
+        if self._undetermined:
+            still = f"{joint_list([s.joint for s in determined])} did not move"
         bound = f"by more than chance; zeros are known to {widest} or better (95 %)"
         return f"{still} {bound}{self._undetermined}"
 
@@ -157,7 +155,6 @@ class Rezero(AbstractShown):
         )
 
     def json(self) -> Json:
-        before, after = self.error
         return document(
             SCHEMA,
             robot=self.calibrated.name,
@@ -166,8 +163,8 @@ class Rezero(AbstractShown):
             joints=SHIFT.each(self.shifts),
             doubts=self.doubts,
             ambiguous=self.ambiguous,
-            before=errors_json(before),
-            after=errors_json(after),
+            before=errors_json(self.error.before),
+            after=errors_json(self.error.after),
             measurements={"used": self.rows, "excluded": excluded_json(self.excluded)},
             noise=self.noise.json(),
             notes=self.notes,
