@@ -32,8 +32,7 @@ def test_reflectors_in_rows_are_markers_of_one_tool(tmp_path, form):
     (tmp_path / "t.csv").write_text("\n".join([head, *rows]))
     data = read_measurements(tmp_path / "t.csv")
     assert data.q == pytest.approx(q)
-    assert data.position is None
-    assert data.markers.shape == (6, 3, 3)
+    assert (data.position, data.markers.shape) == (None, (6, 3, 3))
     assert data.markers[4, 2] == pytest.approx([0.418, 0.002, 0.007])
     assert np.argwhere(np.isnan(data.markers).all(2)).tolist() == [[2, 1]]
     assert any("markers of one tool" in note for note in data.notes)
