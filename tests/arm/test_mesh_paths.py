@@ -6,10 +6,12 @@ from refusals import refuses
 from workbench.arm import meshes
 from workbench.base.errors import FileError
 
+FILES = ("robot/urdf/arm.urdf", "robot/meshes/link.stl", "robot/urdf/near.stl", "elsewhere.stl")
+
 
 @pytest.fixture
 def urdf(tmp_path):
-    for name in ("robot/urdf/arm.urdf", "robot/meshes/link.stl", "robot/urdf/near.stl", "elsewhere.stl"):
+    for name in (*FILES, "meshes/base.stl"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_bytes(b"solid")
     return tmp_path / "robot" / "urdf" / "arm.urdf"
@@ -21,6 +23,8 @@ def urdf(tmp_path):
 )
 def test_meshes_of_the_robot_are_found(urdf, name):
     assert meshes.find_mesh(name, urdf).endswith(".stl")
+    with refuses(FileError, "no such mesh"):  # another arm's
+        meshes.find_mesh("package://robot_description/visual/meshes/base.stl", urdf)
 
 
 @pytest.mark.parametrize(

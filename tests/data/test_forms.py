@@ -153,7 +153,7 @@ def test_orientation_in_every_form(read, columns):
 
 
 NAMES = ("q", "Q", "J", "A", "joint_", "Joint ", "Gelenk", "Achse ", "theta", "panda_joint",
-         "lbr_iiwa_joint_", "joint_a")  # fmt: skip
+         "lbr_iiwa_joint_", "joint_a", "state.q")  # fmt: skip
 HEADS = ["joint_0,joint_1,joint_2", "shoulder_pan_joint,shoulder_lift_joint,elbow_joint", "q3,q1,q2"]
 
 
@@ -199,8 +199,7 @@ def test_everything_else(read):
 
 def test_contacts_need_no_numbers(read):
     data = read("q1[rad],q2[rad],contact\n0,0,hole\n0,1,\n")
-    assert data.position is None
-    assert data.exclude.tolist() == [False, True]
+    assert (data.position, data.exclude.tolist()) == (None, [False, True])
 
 
 @given(
@@ -236,8 +235,7 @@ def test_trajectories(tmp_path):
     assert read_trajectory(path, joints=2).q.shape == (2, 2)
     assert read_trajectory(path).position is None
     poses = read_trajectory(path2)
-    assert poses.q is None
-    assert poses.rotation.shape == (1, 3, 3)
+    assert (poses.q, poses.rotation.shape) == (None, (1, 3, 3))
     path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0,1,11\n")
     with refuses(DataError, "line 3", row=1, column="time"):
         read_trajectory(path)

@@ -32,8 +32,7 @@ def test_reflectors_in_rows_are_markers_of_one_tool(tmp_path, form):
     (tmp_path / "t.csv").write_text("\n".join([head, *rows]))
     data = read_measurements(tmp_path / "t.csv")
     assert data.q == pytest.approx(q)
-    assert data.position is None
-    assert data.markers.shape == (6, 3, 3)
+    assert (data.position, data.markers.shape) == (None, (6, 3, 3))
     assert data.markers[4, 2] == pytest.approx([0.418, 0.002, 0.007])
     assert np.argwhere(np.isnan(data.markers).all(2)).tolist() == [[2, 1]]
     assert any("markers of one tool" in note for note in data.notes)
@@ -113,7 +112,7 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
             "J1[deg],J2[deg],J3[deg],elbow,X[mm],Y[mm],Z[mm]\n1,0,0,up,1,2,3\n2,0,0,up,1,2,3\n3,0,0,up,4,5,6",
             [],
         ),
-        ("q1[deg],x[mm],y[mm],z[mm],fx,fy,fz,tx\n1,1,2,3,,,,7\n2,9,9,9,,,,7\n3,4,5,6,,,,7", []),
+        ("q1[deg],x[mm],y[mm],z[mm],fx,fy,fz,tx,payload\n1,1,2,3,,,,7,1\n2,9,9,9,,,,7,1\n3,4,5,6,,,,7,1", []),
         ("q1[deg],x[mm],y[mm],z[mm],LT_X[mm],Y FARO[mm]\n1,7,7,3,1,2\n2,0,0,9,9,9\n3,0,0,6,4,5", []),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],

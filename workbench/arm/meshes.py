@@ -1,8 +1,8 @@
 """Visual meshes of a URDF's links, as triangles in the frames of the links.
 
 Meshes are searched at the path in the file, in its folder and the parent folder, and for `package://name/…`,
-or its end, in every folder above the file. If they are missing, elsewhere or too large, the arm is drawn from
-its geometry.
+with or without the name, in every folder above the file; shorter ends of that path, which other arms have as
+well, in these two alone. If they are missing, elsewhere or too large, the arm is drawn from its geometry.
 """
 
 import logging
@@ -68,8 +68,9 @@ def find_mesh(name: str, urdf: Path) -> str:
     relative = name.removeprefix(SCHEME).removeprefix("file://")
     folders = urdf.resolve().parents
     if name.startswith(SCHEME):
-        parts = Path(relative).parts  # whatever of the path is there, as of a package without its repository
-        places = [(f, f.joinpath(*parts[k:])) for k in range(max(len(parts) - 1, 1)) for f in folders[:-1]]
+        parts = Path(relative).parts  # of a package without its repository only the end may be there
+        ends = ((k, parts[k:]) for k in range(max(len(parts) - 1, 1)))
+        places = [(f, f.joinpath(*end)) for k, end in ends for f in folders[: -1 if k < 2 else 2]]
     else:
         places = [(folders[min(1, len(folders) - 1)], folders[0] / relative)]
     for folder, candidate in places:

@@ -82,7 +82,7 @@ class Dataset:
         wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
         more: Columns of other packages, by name (`base/columns.py`).
         readings: What an instrument of another package saw.
-        unread: Cells of the file's columns that were left out, by their headings.
+        unread: Cells of columns that were left out but may tell rows that belong together, by heading.
         written: The file's own numbers of the orientation; None where it is known what they mean.
         exclude: Rows that the file keeps out.
         reason: Why, for such rows.

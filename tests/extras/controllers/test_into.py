@@ -62,7 +62,7 @@ def urdf(chain: Chain, flange: np.ndarray) -> str:
     out += "<joint name='of_lamp' type='fixed'><parent link='l0'/><child link='lamp'/>"
     out += "<origin xyz='1 2 3.00'/></joint>"
     for k, step in enumerate(steps(chain, flange)):
-        kind, axis = "fixed", np.array([1.0, 0.0, 0.0])
+        kind, axis = "fixed", np.zeros(3)  # as xacro writes it
         if k < len(chain):
             kind, axis = "continuous" if chain[k][2] else "prismatic", chain[k][1]
         out += f"""

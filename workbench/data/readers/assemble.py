@@ -40,6 +40,8 @@ _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 _NAMED = 5
 """Rows of a kind that are named one by one."""
+MAX_PARTS = 12
+"""Different cells of a column that may tell which rows belong together."""
 MAX_MARKERS = 20
 MIN_SHARE, MIN_SEEN = 0.5, 1.5
 """A reflector is seen at this share of the postures or more, and so many at a posture on the mean."""
@@ -111,7 +113,7 @@ def assemble(
         notes=(*fields.notes, *notes, *rounded, *moved, *_row_notes(fields, excluded, found, reasons)),
         joint_units=joint_units(fields),
         missing_units=fields.missing_units,
-        unread={name: np.array(cells) for name, cells in fields.unread.items()},
+        unread={k: np.array(v, object) for k, v in fields.unread.items() if 1 < len(set(v)) <= MAX_PARTS},
         **_plain(fields, q.shape[1]),
     )
     lines = fields.lines

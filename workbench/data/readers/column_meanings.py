@@ -127,7 +127,7 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
             remark = f"'{column.heading}' holds dates, read as seconds from the first row"
             return replace(column, remark=remark)
-        if re.fullmatch(r"time|torque\d+", column.key):  # which no row needs
+        if re.fullmatch(r"time|payload|torque\d+", column.key):  # which no row needs
             remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")

@@ -81,7 +81,7 @@ class Fields:
             self,
             values={key: values[rows] for key, values in self.values.items()},
             rotation=None if self.rotation is None else self.rotation[rows],
-            unread={name: tuple(np.array(cells)[rows]) for name, cells in self.unread.items()},
+            unread={name: tuple(cells[i] for i in rows) for name, cells in self.unread.items()},
             lines=tuple(self.lines[int(i)] for i in rows),
         )
 

@@ -42,7 +42,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern.replace(r"\d+", r"\d{1,9}"), re.ASCII), key)
     for pattern, key in (
         (rf"(?:{_JOINT_TEXT})_?(\d+)(?:pos(?:ition)?)?|joint_a(\d+)", "q{0}"),
-        (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
+        (rf"(?:{_ROBOTS}|state|field)_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
         (r"m?([xyz])_coord(?:inate)?|[tp]?([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),

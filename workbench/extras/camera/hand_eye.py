@@ -100,10 +100,8 @@ class HandEye(AbstractShown):
     def sentence(self) -> str:
         count = plural(len(self.errors) - len(self.apart), "pair")
         where = _with_half("xyz", 1e3 * self.camera.xyz, 1e3 * self.half[0, :3], 2)
-        return (
-            f"camera {ON[self.mounted]} at {where} mm in the {FRAMES[self.mounted][0]}; {count} agree to "
-            f"{_error(self.left)}"
-        )
+        agree = f"{count} agree to {_error(self.left)}"
+        return f"camera {ON[self.mounted]} at {where} mm in the {FRAMES[self.mounted][0]}; {agree}"
 
     def blocks(self) -> list[Block]:
         where = _with_half("xyz", 1e3 * self.target.xyz, 1e3 * self.half[1, :3], 2)
@@ -177,19 +175,22 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
         doubt = doubt or f"{both}: measure at more poses, or give --mounted"
     found = replace(fits[best], mounted=wanted, doubt=doubt)
-    if not (all(told) or doubt):
-        notes.append(_fit_alike(found, *told))
+    if not doubt:
+        notes += _fit_alike(found, *told, mounted)
     return replace(found, notes=tuple(notes))
 
 
-def _fit_alike(found: HandEye, robot_told: bool, target_told: bool) -> str:
+def _fit_alike(found: HandEye, robot_told: bool, target_told: bool, mounted: Mount | None) -> list[str]:
     """Where the camera is if poses whose direction isn't told are given as their inverses."""
     here, other = ON[found.mounted], next(ON[mount] for mount in Mount if mount is not found.mounted)
     camera, target = (", ".join(signed(1e3 * v, 1) for v in at.xyz) for at in (found.camera, found.target))
-    ways = [] if target_told else [f"the target's are, the camera is {other} at {target}"]
-    ways += [] if robot_told else [f"the robot's are (easy_handeye, in the cell), {other} at {camera}"]
-    ways += [] if robot_told or target_told else [f"both are, {here} at {target}"]
-    return f"poses may be inverse: if {'; if '.join(ways)} mm; names such as base_T_hand tell"
+    ways = [] if target_told or mounted else [f"the target's, {other} at {target} mm"]
+    ways += (
+        [] if robot_told or mounted else [f"the robot's (easy_handeye, in the cell), {other} at {camera} mm"]
+    )
+    ways += [] if robot_told or target_told else [f"both, {here} at {target} mm"]
+    text = "poses may be inverse, and the camera elsewhere: if {}; names such as base_T_hand tell"
+    return [text.format("; if ".join(ways))] if ways else []
 
 
 def _checked(pairs: Sequence[Poses], source: str, notes: Sequence[str]) -> tuple[list[np.ndarray], list[str]]:
@@ -229,10 +230,8 @@ def _error(error: Float[np.ndarray, "2"]) -> str:
 def _doubt(fit: HandEye, hand: Float[np.ndarray, "rows 3 3"]) -> str:
     """Why a camera's pose should not be used as it is; empty if it may be."""
     if (fit.left > MAX_LEFT).any():
-        return (
-            f"the pairs differ by {_error(fit.left)}, whatever carries the camera: "
-            "check which poses belong together, and the size of the target"
-        )
+        differ = f"the pairs differ by {_error(fit.left)}, whatever carries the camera"
+        return f"{differ}: check which poses belong together, and the size of the target"
     worst = fit.half[0].reshape(2, 3).max(1)
     if (worst <= MAX_HALF).all():
         return ""

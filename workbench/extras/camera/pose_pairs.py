@@ -44,12 +44,13 @@ VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
-_OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_)(?:{0})"
+_OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
+_ASKED = r"|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
 DIRECT, INVERSE = (
-    re.compile(rf"(?:^|_)(?:{_OF_IN.format(*both)})(?![a-z])", re.I)
-    for both in ((_HOLDER, _HELD), (_HELD, _HOLDER))
+    re.compile(rf"(?:^|_)(?:{_OF_IN.format(*both)})(?![a-z]){more}", re.I)
+    for *both, more in ((_HOLDER, _HELD, _ASKED), (_HELD, _HOLDER, ""))
 )
-"""Names of hands in bases and targets in cameras, and of the other way round."""
+"""Names of hands in bases and targets in cameras, as asked for, and of the other way round."""
 EASY_HANDEYE = re.compile(r"\b(hand_world_samples|robot)[\"']?\s*:")
 _YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*:", re.M)
 _TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*:|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")

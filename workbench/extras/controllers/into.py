@@ -198,11 +198,11 @@ def urdf_links(root: Any) -> list[UrdfLink]:
             above, node = joints.pop(link)
             xyz, rpy = (_numbers(node.find("origin"), key, "0 0 0") for key in ("xyz", "rpy"))
             kind = KINDS.get(node.get("type")) if node.find("mimic") is None else None
-            axis = _numbers(node.find("axis"), "xyz", "1 0 0", is_direction=True)
-            axis /= np.linalg.norm(axis)
+            turns = None if node.get("type") == "fixed" else node.find("axis")  # xacro writes 0 0 0 there
+            axis = _numbers(turns, "xyz", "1 0 0", is_direction=True)
             pose, parent = se3.pose(se3.rpy_to_matrix(rpy), xyz), links.get(above)
             at_zero = pose if parent is None else parent.at_zero @ pose
-            links[link] = UrdfLink(node, parent, at_zero, kind, axis)
+            links[link] = UrdfLink(node, parent, at_zero, kind, axis / np.linalg.norm(axis))
     if joints:
         raise FileError(f"link '{next(iter(joints))}' hangs on itself", path=FILE)
     return list(links.values())

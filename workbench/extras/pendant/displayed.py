@@ -213,8 +213,8 @@ def _without_headings(grid: Grid, joints: int) -> Table:
 def _filled(table: Table) -> Table:
     """The table without rows of empty cells, as of poses that were not filled in."""
     kept = [any(cells) for cells in zip(*table.columns, strict=True)]
-    *columns, lines = (tuple(compress(cells, kept)) for cells in (*table.columns, table.lines))
-    return replace(table, columns=tuple(columns), lines=lines)
+    columns = tuple(tuple(compress(cells, kept)) for cells in table.columns)
+    return replace(table, columns=columns, lines=tuple(compress(table.lines, kept)))
 
 
 def _completed(table: Table, joints: int) -> Table:

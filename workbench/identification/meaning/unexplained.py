@@ -21,15 +21,14 @@ from workbench.identification.meaning.search import CLEAR
 from workbench.identification.meaning.usable_rows import usable
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
-MIN_PART, MAX_PARTS = 10, 12
-"""Minimum number of rows of a part: with fewer, base and point of the tool fit too much; and of parts."""
+MIN_PART = 10
+"""Minimum number of rows of a part: with fewer, base and point of the tool fit too much."""
 WITHIN = 0.5 * FITS
 """Misfit of a part as a share of the reach."""
 STEPS, UNIT = 30, 1e-4
 """Maximum steps of a fit, and its noise as a share of the reach."""
 ALIKE = 1.3
 """Ratio of misfits within which other constants are named as well."""
-SHOWN = 2
 ELSEWHERE = "with another base or tool"
 
 
@@ -42,7 +41,7 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
     for heading, cells in rows.unread.items():
         parts = {value: rows.take(cells == value) for value in dict.fromkeys(cells.tolist())}
         fits = {v: own for v, own in parts.items() if len(own) >= MIN_PART and _fits(robot, own)}
-        if not 1 < len(parts) <= MAX_PARTS or sum(map(len, fits.values())) < MIN_FITTING_SHARE * len(rows):
+        if len(parts) < 2 or sum(map(len, fits.values())) < MIN_FITTING_SHARE * len(rows):
             continue
         sizes = ", ".join(f"{v or 'blank'} fit to {in_mm(_misfit(robot, own))}" for v, own in fits.items())
         if len(fits) == 1:
@@ -57,15 +56,16 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
             return replace(meaning, parts=text, remedy=f"give columns='{key}={heading}' (--columns)")
     if not meaning.is_found and rows.rotation is not None and _fits(robot, rows):
-        text = (
-            f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations are in another frame"
-        )
+        text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
         return replace(meaning, parts=text, remedy="leave their columns out, columns='rx=-,…' (--columns)")
-    for ahead in () if meaning.is_found else (1, -1, 2, -2):
-        if _fits(robot, replace(rows, q=np.roll(rows.q, ahead, axis=0)).take(np.arange(2, len(rows) - 2))):
-            where = "before" if ahead > 0 else "after"
-            text = f"each row fits the joints {plural(abs(ahead), 'row')} {where} it"
-            return replace(meaning, parts=text, remedy="correct the order of joints and measurements")
+    shifts = () if meaning.is_found or len(rows) < MIN_PART + 4 else (1, -1, 2, -2)
+    rolled = ((k, replace(rows, q=np.roll(rows.q, k, axis=0))) for k in shifts)
+    shifted = {k: own.take(np.arange(2, len(rows) - 2)) for k, own in rolled}
+    worst = {k: float(placed_errors(robot, own, own).max()) for k, own in shifted.items()}
+    ahead = min(worst, key=lambda k: worst[k], default=0)
+    if worst and worst[ahead] < WITHIN * robot.reach and _fits(robot, shifted[ahead]):
+        text = f"each row fits the joints {plural(abs(ahead), 'row')} {'before' if ahead > 0 else 'after'} it"
+        return replace(meaning, parts=text, remedy="correct the order of joints and measurements")
     return meaning
 
 
@@ -128,7 +128,7 @@ def one_constant(reading: RowReading, data: Dataset) -> str:
     score, position, turn, _ = best[0]
     if CLEAR * score > reading.score or position > FITS * arm.reach or turn > FITS_TURN:
         return ""
-    which = " or ".join(text for *_, text in best[:SHOWN])
+    which = " or ".join(text for *_, text in best[:2])
     return f"with {which} they fit to {in_mm(position)}"
 
 
