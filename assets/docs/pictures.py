@@ -24,7 +24,7 @@ sys.path.insert(0, str(ROOT))
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.design import optimise_plate
-from workbench.extras.workshop.drawing import figure_of, plate_drawing
+from workbench.extras.workshop.drawing import pdf_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.plate_toml import load_plate
 from workbench.session.commands.compare import ShowRow
@@ -140,9 +140,7 @@ def notebook(browser: Browser) -> None:
 def drawing() -> None:
     """The plate's."""
     design = optimise_plate(load_robot("aria"), load_plate("table2"))
-    figure = figure_of(plate_drawing(fixture_of(design.plate)))
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=100)
+    drawn = io.BytesIO(pdf_of(plate_drawing(fixture_of(design.plate)), "png"))
     Image.open(drawn).convert("L").save(PICTURES / "drawing-plate.png", optimize=True)
 
 

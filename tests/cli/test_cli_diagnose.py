@@ -58,9 +58,8 @@ def test_found_saved_and_used(run, soft):
     assert run("evaluate", data, "--robot", "c.toml", "--json", "e.json")[0] == 0
     whole = json.loads(Path("e.json").read_text())["errors"]["position_mm"]["mean"]
     parts = found["after"]
-    expected = (
-        56 * parts["train"]["position_mm"]["mean"] + 14 * parts["held_out"]["position_mm"]["mean"]
-    ) / 70
+    train, held_out = (parts[rows]["position_mm"]["mean"] for rows in ("train", "held_out"))
+    expected = (56 * train + 14 * held_out) / 70
     assert 0.95 * expected < whole < expected  # the saved arm was fitted on all rows
     assert run("identify", data, "--robot", "c.toml", "--algorithm", "ols", "--json", "i.json")[0] == 0
     again = json.loads(Path("i.json").read_text())["algorithms"]["ols"]
