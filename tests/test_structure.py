@@ -40,17 +40,17 @@ BUDGETS = {
     "root": 255,
     "base": 2_179,
     "report": 833,
-    "arm": 9_921,
-    "data": 5_471,
-    "plate": 5_709,
+    "arm": 9_920,
+    "data": 5_470,
+    "plate": 5_708,
     "identification": 9_706,
     "diagnosis": 7_257,
     "exports": 357,
-    "session": 7_149,
-    "views": 8_518,
-    "cli": 1_813,
+    "session": 7_132,
+    "views": 8_504,
+    "cli": 1_812,
     "extras": 1,
-    "extras/camera": 4_387,
+    "extras/camera": 4_386,
     "extras/controllers": 1_073,
     "extras/hobby": 980,
     "extras/katana": 1_231,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 42_000,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 19_815
+READING_SET = 19_758
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
