@@ -124,8 +124,9 @@ def _accepted(
     """
     sized = {e.names: e for e in final.arm.effects}
     model, out = last.model, []
-    own = zip(model, own_offers(last.grams, model), strict=True)
-    for term, offered in sorted(own, key=lambda each: -each[1].gain):
+    unknown = [Offer(term, np.nan, np.nan) for term in model]
+    gains = ask("what each effect adds", lambda: own_offers(last.grams, model), unknown)
+    for term, offered in sorted(zip(model, gains, strict=True), key=lambda each: -each[1].gain):
         effect, rest = sized[term.candidate.names], drop(model, [term])
         without = f"the error without {effect.phrase}"
         alternatives = ask(f"alternatives to {effect.phrase}", partial(trial.alternatives, term), ())

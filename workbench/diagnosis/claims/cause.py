@@ -141,9 +141,8 @@ class ResidualMap:
     def claim(self) -> str:
         """Statement that it names no cause."""
         where = f" of {joint_list(self.joints)}" if self.joints else ""
-        return (
-            f"A residual map{where} {'predicts' if self.is_better else 'fits'} the rest, but names no cause"
-        )
+        does = "predicts" if self.is_better else "fits"
+        return f"A residual map{where} {does} the rest, but names no cause"
 
     @property
     def sentence(self) -> str:
