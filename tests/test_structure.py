@@ -41,7 +41,7 @@ BUDGETS = {
     "base": 2_179,
     "report": 833,
     "arm": 9_920,
-    "data": 5_470,
+    "data": 5_469,
     "plate": 5_708,
     "identification": 9_706,
     "diagnosis": 7_257,

@@ -130,7 +130,7 @@ def fixture_zip(session: Session) -> NotedFile:
 
     def write(folder: Path) -> ExportedPlate:
         made = export_plate(plate, folder)
-        (folder / "poses.csv").write_text(_poses_csv(session))
+        (folder / "poses.csv").write_bytes(_poses_csv(session).encode())
         return made
 
     content, made = _written("fixture", write)

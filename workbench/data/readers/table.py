@@ -262,11 +262,10 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
 
 def _words(grid: Grid, start: int) -> dict[str, str]:
     """Of headings such as 'field.position0' the joint's name, where all rows hold it under 'field.name0'."""
-    cells, rows, words = grid.rows[start - 1], grid.rows[start:], dict[tuple[str, ...], set[str]]()
-    for k, cell in enumerate(cells):
-        if found := _NAME.fullmatch(cell):
-            words[found.groups()] = {row[k] for row in rows if k < len(row)}
-    known = ((c, words.get((m[1], m[2]), set())) for c in cells if (m := _POSITION.fullmatch(c)))
+    heads = [(k, cell) for cells in grid.rows[:start] for k, cell in enumerate(cells)]
+    stems = ((match.groups(), k) for k, cell in heads if (match := _NAME.fullmatch(cell)))
+    words = {stem: {row[k] for row in grid.rows[start:] if k < len(row)} for stem, k in stems}
+    known = ((c, words.get((m[1], m[2]), set())) for _, c in heads if (m := _POSITION.fullmatch(c)))
     return {cell: next(iter(word)) for cell, word in known if len(word) == 1}
 
 

@@ -45,12 +45,12 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
             continue
         sizes = ", ".join(f"{v or 'blank'} fit to {in_mm(_misfit(robot, own))}" for v, own in fits.items())
         if len(fits) == 1:
-            others = rows.take(cells != next(iter(fits)))
-            off = placed_errors(robot, next(iter(fits.values())), others) > WITHIN * robot.reach
+            ((value, kept),) = fits.items()
+            off = placed_errors(robot, kept, rows.take(cells != value)) > WITHIN * robot.reach
             if off.mean() < MIN_FITTING_SHARE:  # others fit as well: it tells nothing of those that don't
                 continue
             text = f"those whose '{heading}' is {sizes}, the others don't"
-            return replace(meaning, parts=text, kept=data.row[data.unread[heading] == next(iter(fits))])
+            return replace(meaning, parts=text, kept=data.row[data.unread[heading] == value])
         if not meaning.is_found:
             key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
