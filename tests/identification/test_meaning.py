@@ -124,6 +124,12 @@ def test_orientations_are_read_in_their_convention(kind):
         ("puma", False, lambda d: replace(d, position=1e-3 * d.position), "m labelled mm"),
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
+        (
+            "puma",
+            True,
+            lambda d: replace(d, position=-d.position),
+            "and orientations with them",
+        ),  # seen in a mirror
         ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
     ],
 )

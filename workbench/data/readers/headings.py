@@ -26,9 +26,9 @@ _JOINT_TEXT = (
 )
 _JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|관절|rax|field_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
-_MEASURED = "pos|position|p|measured|measurement|meas|actual|act|ist|mess|messwert|trans"
+_MEASURED = "pos|position|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
-_COMMAND = "goal|target|cmd|command|commanded|desired|nominal|nom|soll|setpoint|ref|reference"
+_COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
 _COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
 _AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
 """What may stand before and behind a name of what was measured."""
@@ -182,12 +182,17 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
 
 def is_commanded(name: str) -> bool:
     """Whether a heading speaks of a goal, not of a measurement."""
-    return bool(_COMMANDED.search(normalised(name)))
+    return bool(_COMMANDED.search(normalised(parse_heading(name).name)))
 
 
 def is_of_measurement(name: str) -> bool:
     """Whether a heading says that it was measured, or by which instrument."""
     return bool(_MEASURED_BY.search(normalised(parse_heading(name).name)))
+
+
+def is_marked(name: str) -> bool:
+    """Whether a heading says that it holds what was, not what should be: by a controller or an instrument."""
+    return bool(_AROUND.search(normalised(parse_heading(name).name)))
 
 
 _QUANTITIES = (

@@ -13,12 +13,13 @@ from workbench.base.hand_eye import nearest_rotation
 from workbench.base.remedy import remedy
 from workbench.base.units import parse_heading
 from workbench.data.readers.columns_option import IGNORED, NamedUnit
-from workbench.data.readers.headings import is_commanded, is_of_measurement, normalised, number_in
+from workbench.data.readers.headings import is_commanded, is_marked, is_of_measurement, normalised, number_in
 from workbench.data.readers.table import Table
 
 MIN_ROWS, ALIKE = 6, 0.02
 """Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
 _CONTROLLER = re.compile(r"(^|_)(tcp|robot|fk|calc|theo|sim|o_t_ee)(_|$)")
+_DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
 
 
 def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str]) -> str:
@@ -36,13 +37,18 @@ def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str
     for other in _triples(table, unread):
         theirs, names = _numbers(table, other), [table.headings[k] for k in other]
         rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
-        if rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows]):
-            bare = [parse_heading(name).name for name in names]
-            new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip("xyz", bare, strict=True))
-            how = f"columns='{new}' or columns='{','.join(f'{b}=-' for b in bare)}' (--columns)"
-            how = remedy(how, page="in the Measure tab, under 'Columns of the file'")
-            both = f"{', '.join(taken)} and {', '.join(names)} are places of one motion"
-            return f"{table.source}: {both}: say which were measured, {how}"
+        bare = [parse_heading(name).name for name in names]
+        new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip("xyz", bare, strict=True))
+        how, are = f"columns='{','.join(f'{b}=-' for b in bare)}'", "and deviations"
+        if _DEVIATION.fullmatch(normalised(bare[0])) and not is_marked(taken[0]):
+            how = f"in a file without the deviations, or {how} if {', '.join(taken)} were"
+        elif rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows]):
+            how, are = f"columns='{new}' or {how}", "of one motion"
+        else:
+            continue
+        how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
+        both = f"{', '.join(taken)} and {', '.join(names)} are places {are}"
+        return f"{table.source}: {both}: say which were measured, {how}"
     return ""
 
 

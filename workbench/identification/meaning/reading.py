@@ -116,7 +116,8 @@ class RowReading:
         if self.inverse:
             found.append("poses are of the base in the tool")
         if self.mirrored and np.array_equal(self.axes, LEFT_HANDED):
-            found.append("x, y, z are left-handed: two exchanged, or one inverted")
+            turned = "" if self.convention is None else ", and orientations with them"
+            found.append(f"x, y, z are left-handed: two exchanged, or one inverted{turned}")
         elif self.mirrored:
             changed = ["xyz"[k] for k in range(3) if self.axes[k, k] != 1.0]
             text = "is inverted" if len(changed) == 1 else "are exchanged"

@@ -138,10 +138,7 @@ class ReadingSearch:
             exchanged = [np.eye(3)[list(order)] for order in ((1, 0, 2), (2, 1, 0), (0, 2, 1))]
             for axes in (*exchanged, *(np.eye(3) - 2.0 * np.outer(e, e) for e in np.eye(3))):
                 yield self._in(replace(reading, axes=axes), among[0])
-        elif not among or reading.mirrored:
-            yield reading
-        else:
-            yield from (self._in(reading, c) for c in self._likely(reading, among))
+        yield from (self._in(reading, c) for c in self._likely(reading, among)) if among else [reading]
 
     def _likely(self, reading: RowReading, among: list[Convention]) -> list[Convention]:
         """The conventions that are nearest to a reading: of poses, or with the base that its points have."""
@@ -279,8 +276,7 @@ class ReadingSearch:
         ]
         if candidates.refined and readings:
             readings = self.refined([r for r in readings if not r.inverse])
-        placed = self.place(readings, self.conventions) if readings else []
-        self.found += [r for r in placed if not (r.mirrored and r.convention is None and self.conventions)]
+        self.found += self.place(readings, self.conventions) if readings else []
 
     def _bounds(self, robot: Robot, flange: np.ndarray) -> Float[np.ndarray, " s"]:
         """Lower bounds of the misfits of flange poses in the bounds' rows, as shares of the reach."""
