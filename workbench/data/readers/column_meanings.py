@@ -138,7 +138,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         first = next(too_large, offered[0])
         option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
         header = f"write '{column.heading}[{first}]' in the header ({wanted}, whichever applies)"
-        message = f"the unit is missing: {header}, or {remedy(option, page=CHOOSE_ON_PAGE)}"
+        more = f", or {remedy(option, page=CHOOSE_ON_PAGE)}" if table.has_option else ""
+        message = f"the unit is missing: {header}{more}"
         missing = UnitError(str(table.error(message, column.index)), unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)

@@ -82,6 +82,13 @@ class Naming:
     pairs: tuple[Pair, ...] = ()
     is_mapping: bool = False
 
+    def __bool__(self) -> bool:
+        return bool(self.items or self.pairs)
+
+
+AS_HEADED = Naming("")
+"""Nothing, of a file of which no option says what its columns are: messages then name its headings alone."""
+
 
 def parse_columns(text: str | Naming | None) -> Naming | None:
     """The option, read where it is text."""

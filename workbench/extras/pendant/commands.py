@@ -33,6 +33,8 @@ def extract(
     ] = None,
     save: opt.SaveOption = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
+    sheet: opt.SheetOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Extract the controller's calibrated model from joints and tool poses on its pendant."""
@@ -46,7 +48,7 @@ def extract(
     opt.check_robot_file(save)
     opt.check_writable(save, rows, json)
     with opt.progress_bar("extract"):
-        found = wb.extract(arm, readings if readings is not None else pose or [])
+        found = wb.extract(arm, pose or [] if readings is None else readings, columns=columns, sheet=sheet)
     opt.give(found, json)
     if rows is not None:
         opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
@@ -81,12 +83,14 @@ def tcp(
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the robot with this tool here (.toml or .urdf).")] = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
+    sheet: opt.SheetOption = None,
 ) -> None:
     """Tool tip from touching one point in four orientations or more."""
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
     opt.check_writable(save, json)
-    found = wb.tcp(arm, touches, wanted=_wanted(wanted))
+    found = wb.tcp(arm, touches, wanted=_wanted(wanted), columns=columns, sheet=sheet)
     _show(found, json, save)
     if save is not None:
         opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
@@ -102,13 +106,15 @@ def frame(
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
+    sheet: opt.SheetOption = None,
 ) -> None:
     """User frame from three points, 3-2-1 on a part's faces, or the points of a fixture's drawing."""
     arm = wb.load_robot(robot)
     if save is not None and save.suffix.lower() != ".toml":
         raise OptionError(f"{save}: a frame is saved as .toml")
     opt.check_writable(save, json)
-    found = wb.frame(arm, touches, cad=cad, wanted=_wanted(wanted))
+    found = wb.frame(arm, touches, cad=cad, wanted=_wanted(wanted), columns=columns, sheet=sheet)
     _show(found, json, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")
@@ -144,6 +150,8 @@ def new(
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
+    sheet: opt.SheetOption = None,
 ) -> None:
     """Your own robot: signs, offsets, units and convention determined from three pendant poses."""
     from dataclasses import replace
@@ -165,7 +173,8 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        shown = pose or [] if poses is None else read_display(poses, readings_of(source, tip=tip)[0].robot)
+        first = readings_of(source, tip=tip)[0].robot
+        shown = pose or [] if poses is None else read_display(poses, first, columns=columns, sheet=sheet)
         found = check_robot(source, shown, tip=tip)
         arm = found.robot
         for text in convention_notes(found):

@@ -124,13 +124,15 @@ class DisplayMeaning(NamedTuple):
         return ", ".join((*self.assumptions, *self.changes))
 
 
-def read_display(path: Path | str, robot: Robot) -> Displayed:
+def read_display(
+    path: Path | str, robot: Robot, *, columns: str | None = None, sheet: str | None = None
+) -> Displayed:
     """Poses of a table with or without headings, or of a log, as measurements are read."""
     path, names = Path(path), robot.joint_names
     try:
-        _, _, table = read_by_layout(path, columns=None, layout=None, sheet=None, joints=names)
+        _, _, table = read_by_layout(path, columns=columns, layout=None, sheet=sheet, joints=names)
     except FileError:
-        if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
+        if not any(map(NUMBER.fullmatch, (grid := read_grid(path, sheet=sheet)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
     if table is None:  # a bag, whose numbers are known in full
@@ -139,13 +141,13 @@ def read_display(path: Path | str, robot: Robot) -> Displayed:
     data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
     if data.position is None or data.written is None:
         raise table.error(f"no position and orientation were found; {WHAT}")
-    columns = {c.key: c for c in interpret_columns(table)}
-    joints = [columns[f"q{k + 1}"] for k in range(robot.dof)]
-    entries = [columns[key] for form in FORMS if form.convention == data.written.name for key in form.keys]
+    known = {c.key: c for c in interpret_columns(table)}
+    joints = [known[f"q{k + 1}"] for k in range(robot.dof)]
+    entries = [known[key] for form in FORMS if form.convention == data.written.name for key in form.keys]
     turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
     seen = np.flatnonzero(data.included)
     seen = seen[:: -(-len(seen) // MAX_READINGS) or 1]
-    xyz, length, second = _block(table, [columns[axis] for axis in "xyz"], seen)
+    xyz, length, second = _block(table, [known[axis] for axis in "xyz"], seen)
     q, joint, first = _block(table, joints, seen, length)
     turned, angle, third = _block(table, turn, seen)
     return Displayed(

@@ -128,20 +128,28 @@ class ToolTip(AbstractShown):
 
 
 @checked_arguments()
-def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length] | None = None) -> ToolTip:
+def tcp(
+    robot: RobotLike,
+    touches: Path | Like[Dataset],
+    *,
+    wanted: Like[Length] | None = None,
+    columns: str | None = None,
+    sheet: str | None = None,
+) -> ToolTip:
     """Find a tool's tip from touching one point in four orientations or more, joints alone.
 
     Args:
         robot: The arm, calibrated or nominal; the tool in its file counts for nothing.
         touches: Joint positions; `contact` names the point where there are several.
         wanted: Required half of the 95 % interval [m].
+        columns, sheet: Of the file, as of `read_measurements`.
 
     Raises:
         DataError: fewer than four touches, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
     check_wanted(wanted)
-    every = read_touches(touches, robot)
+    every = read_touches(touches, robot, columns, sheet)
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
     given = replace(given, notes=tuple(again[: len(every) - len(given)]))

@@ -20,8 +20,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
-from workbench.data.readers import read_measurements
-from workbench.data.readers.assemble import joint_columns, joint_units
+from workbench.data.readers.assemble import excluded_rows, joint_columns, joint_units
 from workbench.data.readers.read import read_fields
 from workbench.report.blocks import Block, ResultTable, headed, lines
 from workbench.report.json import Json, plain
@@ -54,7 +53,7 @@ def tips(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "row
     return tool_poses(robot.with_frames(base=Frame()), Motion(q))[:, :3, 3]
 
 
-def read_touches(source: Path | Dataset, robot: Robot) -> Dataset:
+def read_touches(source: Path | Dataset, robot: Robot, columns: str | None, sheet: str | None) -> Dataset:
     """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched."""
     if isinstance(source, Dataset):
         robot.check_joints(source.said.q, source.source)
@@ -62,13 +61,11 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Dataset:
         names = source.point if names is None else names
         found, kept = Dataset(source.q, row=source.row), source.included
     else:
-        fields = read_fields(source)
+        fields = read_fields(source, columns=columns, sheet=sheet, joints=robot.joint_names)
         where, units = str(source), joint_units(fields)
         names = fields.values.get("contact", fields.values.get("point"))
         found = Dataset(joint_columns(fields, robot.dof))
-        kept = np.isfinite(found.q).all(1)
-        if "exclude" in fields.values:
-            kept = kept & read_measurements(source, joints=robot.joint_names).included
+        kept = np.isfinite(found.q).all(1) & ~excluded_rows(fields)
     if not kept.any():
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
     refuse_joint_quantities(units, robot, where)
