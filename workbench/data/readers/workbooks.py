@@ -23,7 +23,7 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
         wanted = "" if sheet is None else f"no filled sheet '{sheet}': "
         raise FileError(
             f"{wanted}choose the sheet with measurements of {listed(known or list(grids))}, such as "
-            f"sheet='{(known or [*grids, 'Sheet1'])[0]}'",
+            f"sheet='{(known or [*grids, 'Sheet1'])[0]}', or keep that one alone",
             path=str(path),
         )
     others = len(grids) - 1 if sheet is None else 0

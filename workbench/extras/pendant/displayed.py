@@ -124,15 +124,13 @@ class DisplayMeaning(NamedTuple):
         return ", ".join((*self.assumptions, *self.changes))
 
 
-def read_display(
-    path: Path | str, robot: Robot, *, columns: str | None = None, sheet: str | None = None
-) -> Displayed:
+def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) -> Displayed:
     """Poses of a table with or without headings, or of a log, as measurements are read."""
     path, names = Path(path), robot.joint_names
     try:
-        _, _, table = read_by_layout(path, columns=columns, layout=None, sheet=sheet, joints=names)
+        _, _, table = read_by_layout(path, columns=columns, layout=None, sheet=None, joints=names)
     except FileError:
-        if not any(map(NUMBER.fullmatch, (grid := read_grid(path, sheet=sheet)).rows[0])):  # headings
+        if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
     if table is None:  # a bag, whose numbers are known in full

@@ -30,6 +30,7 @@ from workbench.extras.pendant.touching.touches import (
     EXACT_SCATTER,
     NOMINAL,
     TouchErrors,
+    Touches,
     TouchSolution,
     check_wanted,
     flanges,
@@ -135,12 +136,11 @@ class UserFrame(AbstractShown):
 @checked_arguments()
 def frame(
     robot: RobotLike,
-    touches: Path | Like[Dataset],
+    touches: Touches,
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
     wanted: Like[Length] | None = None,
     columns: str | None = None,
-    sheet: str | None = None,
 ) -> UserFrame:
     """Find a user frame in the robot's base from touches with a tool whose tip is known.
 
@@ -150,14 +150,14 @@ def frame(
             `end` for 3-2-1; or the names of the drawing's points.
         cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
         wanted: Required error of the touches [m].
-        columns, sheet: Of the file, as of `read_measurements`.
+        columns: Of the file, as of `read_measurements`.
 
     Raises:
         DataError: no tool, too few touches, unknown names, or points on one line.
         OptionError: an accuracy out of range.
     """
     check_wanted(wanted)
-    given = read_touches(touches, robot, columns, sheet)
+    given = read_touches(touches, robot, columns)
     if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tips(robot, given.q)
