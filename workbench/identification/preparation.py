@@ -290,12 +290,7 @@ def _excluded(data: Dataset) -> dict[int, str]:
 def _check_known_places(data: Dataset, choices: FitChoices) -> None:
     """Raise if a place is said to be known that no row uses."""
     used = [rows for rows in (data, choices.held_out) if isinstance(rows, Dataset)] if choices.known else ()
-    places = {
-        name
-        for rows in used
-        for kind, own in observed_kinds(rows)
-        for name in kind.of(rows.take(own)).unknowns
-    }
+    places = {n for r in used for kind, own in observed_kinds(r) for n in kind.of(r.take(own)).unknowns}
     if stray := sorted(choices.known.keys() - places):
         known = f"choose from {', '.join(sorted(places))}" if places else "no row measures one"
         raise OptionError(f"known: '{stray[0]}' is no place that the rows use; {known}")

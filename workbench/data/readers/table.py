@@ -15,7 +15,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
-from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming, with_unit
+from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
 from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
@@ -186,7 +186,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     head = max(range(start), key=lambda i: (known[i], i))
     if not known[head]:
         if start == len(grid.rows) > 1:
-            raise grid.error("it has no row of numbers: this is not a table of measurements")
+            raise grid.error("it has no row of numbers: this is not a table of joints or poses")
         raise grid.error(
             f"none of the headings {listed(grid.rows[head])} is known: name the columns q1[rad], …, x[m], "
             "y[m], z[m]"
@@ -216,8 +216,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     for heading in headings:
         if (ours := said.get(heading, heading)) != heading:
             notes.append(f"column '{heading}' is {'left out' if ours == IGNORED else f'read as {ours}'}")
-    table = _table(grid, body, headings, names, grid.lines[head], notes)
-    return replace(table, has_option=has_option)
+    return replace(_table(grid, body, headings, names, grid.lines[head], notes), has_option=has_option)
 
 
 def _without_indices(cells: list[str]) -> list[str]:
@@ -260,7 +259,7 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
             raise OptionError(
                 f"{grid.source}: '{pair}' names no known column of the file: the headings are {known}"
             )
-        said |= {cell: with_unit(side, parse_heading(cell).unit).heading() for cell, side in named.items()}
+        said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
     return said | dict.fromkeys(left, IGNORED)

@@ -21,6 +21,7 @@ from workbench.data.readers.assemble import ORIENTED, assemble
 from workbench.data.readers.column_meanings import TableColumn, interpret_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of, to_numbers
+from workbench.data.readers.headings import CONTROLLER
 from workbench.data.readers.orientation import FORMS
 from workbench.data.readers.read import read_by_layout, read_grid, read_measurements
 from workbench.data.readers.table import NUMBER, Grid, Table, with_names
@@ -219,6 +220,7 @@ def _filled(table: Table) -> Table:
 
 def _completed(table: Table, joints: int) -> Table:
     """The table with names for joints before the place, and an orientation behind it, where it has none."""
+    table = replace(table, names=tuple(CONTROLLER.sub("", name) for name in table.names))
     columns = interpret_columns(table)
     places = {c.key: c.index for c in columns}
     if not {*"xyz"} <= places.keys():

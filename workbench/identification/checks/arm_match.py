@@ -16,13 +16,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.as_read import (
-    is_misread,
-    misread_text,
-    remedy,
-    understood,
-    unexplained_text,
-)
+from workbench.identification.meaning.as_read import is_misread, misread_text, remedy, understood
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import zeros_fitted
 from workbench.identification.meaning.read_rows import other_arm
@@ -79,7 +73,7 @@ class ArmMatch:
             return f"{head}{own}{self.rival_name} fits to {self.meaning.best.size}"
         if self.meaning is None:
             return f"{head}these rows don't belong to {self.robot}"
-        return head + (misread_text if is_misread(self.meaning) else unexplained_text)(self.meaning)
+        return head + misread_text(self.meaning)
 
     @property
     def remedy(self) -> str:

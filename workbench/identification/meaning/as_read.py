@@ -184,7 +184,7 @@ def _unconfirmed(data: Dataset) -> tuple[str, ...]:
 def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
     """`joint 3 = q3 + q2: 0.03 mm instead of 220 mm as given (next best 7 458 times worse)`."""
     best, plain = meaning.best, meaning.plain
-    if not meaning.is_found:
+    if not is_misread(meaning):
         return unexplained_text(meaning)
     given = "" if plain is None else f" instead of {plain.size} as given"
     next_best = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""

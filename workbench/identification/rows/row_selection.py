@@ -60,11 +60,9 @@ def choose_rows(
 
 def hold_out(used: Dataset, held_out: float | Dataset | tuple[str, ...] | list[int], seed: int):
     """Fitted and held-out rows among the used ones, which may be given by number."""
-    if isinstance(held_out, list):
-        held = np.isin(used.row, held_out)
+    if isinstance(held_out, list | Dataset):
+        held = np.isin(used.row, held_out if isinstance(held_out, list) else [])
         return np.flatnonzero(~held), np.flatnonzero(held)
-    if isinstance(held_out, Dataset):
-        return np.arange(len(used)), np.arange(0)
     if isinstance(held_out, tuple):
         return hold_out_sessions(used, held_out)
     return hold_out_share(used, held_out, rng=np.random.default_rng(seed))
