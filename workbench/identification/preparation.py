@@ -241,7 +241,7 @@ class _Split(AbstractSplit):
 
 def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: list[int] | None) -> _Split:
     """The chosen rows, divided into fitted and held-out ones."""
-    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
+    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region, choices.known)
     used, other = of_rows(data, rows), choices.held_out
     if (instrument_preparation := preparation_of(used)) is not None:
         lost = instrument_preparation.contradicted(robot, used)
@@ -253,7 +253,7 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     if isinstance(other, Dataset):
         robot.check_joints(other.q, other.source)
         other = with_drivers(robot, checked(robot, other))
-        other = of_rows(other, choose_rows(robot, other, {}, choices.region)[0])
+        other = of_rows(other, choose_rows(robot, other, {}, choices.region, None)[0])
         held_out_data, again = without_fitted_rows(other, used)
         held_out_data = beside(held_out_data, used)
     warnings = robot.extrapolation_warnings(used.q, used.row)

@@ -94,6 +94,10 @@ def assemble(
     observed |= {f"tilt {link}": values for link, values in tilt.items()}
     more = {name: column_of(name) for name in fields.values}
     observed |= {name: fields.values[name] for name, own in more.items() if own is not None and own.observed}
+    unseen = all(values is None for values in observed.values())
+    if unseen and "point" in fields.values and "contact" not in fields.values:
+        touched = {**fields.values, "contact": fields.values["point"]}
+        fields = replace(fields, values=touched, notes=(*fields.notes, "'point' names what was touched"))
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
     found = (reasons != "") & ~excluded
     given = fields.values.get("reason", np.full(fields.rows, ""))
