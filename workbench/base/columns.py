@@ -114,7 +114,7 @@ COLUMNS: PartTable[Column] = PartTable(
     Column(name="distance", quantity=Quantity.LENGTH, also=("dist", "abstand", "entfernung"), observed=True),
     Column(name="session", also=("sitzung", "placement", "aufstellung")),
     Column(name="group", also=("gruppe",)),
-    Column(name="point", also=("socket", "punkt", "element_name", "feature_name", "point_name")),
+    Column(name="point", also=("socket", "seat", "punkt", "element_name", "feature_name", "point_name")),
     Column(name="anchor", also=("anker",)),
     Column(name="contact", also=("kontakt",)),
     Column(name="exclude", also=("excluded", "ausschluss")),

@@ -148,10 +148,8 @@ class Requirement:
     def __post_init__(self):
         admit(self)
         if not (self.radius > 0 and self.insertion > 0 and self.per_axis > 0):
-            raise OptionError(
-                f"a requirement needs positive lengths, not radius {self.radius:g} m, insertion "
-                f"{self.insertion:g} m, {self.per_axis:g} m per axis"
-            )
+            sizes = f"radius {self.radius:g} m, insertion {self.insertion:g} m, {self.per_axis:g} m per axis"
+            raise OptionError(f"a requirement needs positive lengths, not {sizes}")
         if self.displacement >= self.radius:
             raise OptionError(
                 f"{1e3 * self.per_axis:g} mm along each axis add up to {1e3 * self.displacement:.3g} mm, not "

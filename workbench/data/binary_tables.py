@@ -28,7 +28,7 @@ Cells = tuple[list[list[str]], list[int]]
 @lru_cache(maxsize=1)
 def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
-    what, instead = "this workbook", "save the measurements alone as .xlsx, or as CSV"
+    what, instead = "this workbook", "save the table alone as .xlsx, or as CSV"
     return read_in_child(workbook_cells, data, path, needs="openpyxl", what=what, instead=instead)
 
 

@@ -156,12 +156,9 @@ class Dataset:
         unknown = ~np.isfinite(self.q) & self.included[:, None]
         if unknown.any():
             index, joint = np.argwhere(unknown)[0].tolist()
-            raise DataError(
-                f"{self.source}: joint {joint + 1} has no finite position in row {self.row[index]}; correct "
-                "the row, or set its 'exclude' to True",
-                row=int(self.row[index]),
-                joint=joint,
-            )
+            row = int(self.row[index])
+            text = f"{self.source}: joint {joint + 1} has no finite position in row {row}"
+            raise DataError(f"{text}; correct the row, or set its 'exclude' to True", row=row, joint=joint)
 
     def _sized(self, name: str, array: np.ndarray, *size: int) -> np.ndarray:
         """A column, read-only, with as many rows as there are joint positions."""
@@ -277,12 +274,8 @@ class Dataset:
         other's row numbers go on after them.
         """
         if not isinstance(other, Dataset):
-            raise OptionError(
-                f"only a Dataset can be joined, got {type(other).__name__}; wb.read_measurements makes one "
-                "of a file or a data frame",
-                option="other",
-                found=other,
-            )
+            text = f"only a Dataset can be joined, got {type(other).__name__}; wb.read_measurements makes one"
+            raise OptionError(text, option="other", found=other)
         if other.joints != self.joints:
             text = f"{other.source}: rows of {other.joints} joints can't be joined to rows of {self.joints}"
             raise ShapeError(text, expected=self.joints, found=other.joints)

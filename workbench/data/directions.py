@@ -29,9 +29,7 @@ def with_directions(data: Dataset) -> Dataset:
         has_moved = np.abs(moved) > MIN_JOINT_MOTION
         last = np.maximum.accumulate(np.where(has_moved, np.arange(len(rows))[:, None], 0), axis=0)
         direction[rows] = np.take_along_axis(np.where(has_moved, np.sign(moved), 0.0), last, axis=0)
-    note = (
-        "direction of motion: from the time order of the rows, assuming direct motion from each to the next"
-    )
+    note = "direction of motion: from the time order of the rows, assuming direct motion between them"
     return replace(data, direction=direction, notes=(*data.notes, note))
 
 

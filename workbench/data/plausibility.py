@@ -50,12 +50,8 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
         reach: Farthest distance of the tool from the base [m].
     """
     if len(limits) != dataset.joints:
-        raise ShapeError(
-            f"{dataset.source}: the data have {dataset.joints} joints, the robot {len(limits)}: "
-            "choose the robot that was measured",
-            expected=len(limits),
-            found=dataset.joints,
-        )
+        numbers = f"the data have {dataset.joints} joints, the robot {len(limits)}: choose the robot measured"
+        raise ShapeError(f"{dataset.source}: {numbers}", expected=len(limits), found=dataset.joints)
     if not dataset.included.any():
         return dataset
     refuse_joint_units(dataset.q[dataset.included], limits, dataset.source)
@@ -97,11 +93,8 @@ def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray,
         "degrees": "these look like degrees labelled rad: write q1[deg] in the header",
         "mm": "these look like mm labelled m: write the correct unit in the header",
     }.get(unit, "check the units and the order of the joint columns")
-    raise DataError(
-        f"{source}: joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} "
-        f"but its limit is {bound:.4g}: {guess}",
-        joint=joint,
-    )
+    far = f"joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} but its limit is {bound:.4g}"
+    raise DataError(f"{source}: {far}: {guess}", joint=joint)
 
 
 def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -> None:
@@ -137,11 +130,9 @@ def _check_points(dataset: Dataset, reach: float) -> tuple[str, ...]:
             if 2 * far.sum() >= len(far) or np.median(away) > 2.0 * reach:
                 guess = "these look like mm labelled m: write x[mm] in the header"
             row = int(dataset.row[rows[worst]])
-            raise DataError(
-                f"{dataset.source}: data row {row} lies {away[worst]:.4g} m from the others, but the arm "
-                f"reaches {reach:.3g} m: {guess}",
-                row=row,
-            )
+            lies = f"data row {row} lies {away[worst]:.4g} m from the others"
+            text = f"{dataset.source}: {lies}, but the arm reaches {reach:.3g} m: {guess}"
+            raise DataError(text, row=row)
         extent = np.linalg.norm(np.ptp(points, axis=0))
         if moved and len(points) > 4 and NO_DIFFERENCE < extent < reach / 300.0 and dataset.point is None:
             notes.append(f"all points lie within {1e3 * extent:.3g} mm: are these m labelled mm?")

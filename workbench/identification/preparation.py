@@ -241,7 +241,7 @@ class _Split(AbstractSplit):
 
 def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: list[int] | None) -> _Split:
     """The chosen rows, divided into fitted and held-out ones."""
-    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
+    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region, choices.known)
     used, other = of_rows(data, rows), choices.held_out
     if (instrument_preparation := preparation_of(used)) is not None:
         lost = instrument_preparation.contradicted(robot, used)
@@ -253,7 +253,7 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     if isinstance(other, Dataset):
         robot.check_joints(other.q, other.source)
         other = with_drivers(robot, checked(robot, other))
-        other = of_rows(other, choose_rows(robot, other, {}, choices.region)[0])
+        other = of_rows(other, choose_rows(robot, other, {}, choices.region, None)[0])
         held_out_data, again = without_fitted_rows(other, used)
         held_out_data = beside(held_out_data, used)
     warnings = robot.extrapolation_warnings(used.q, used.row)
@@ -290,12 +290,7 @@ def _excluded(data: Dataset) -> dict[int, str]:
 def _check_known_places(data: Dataset, choices: FitChoices) -> None:
     """Raise if a place is said to be known that no row uses."""
     used = [rows for rows in (data, choices.held_out) if isinstance(rows, Dataset)] if choices.known else ()
-    places = {
-        name
-        for rows in used
-        for kind, own in observed_kinds(rows)
-        for name in kind.of(rows.take(own)).unknowns
-    }
+    places = {n for r in used for kind, own in observed_kinds(r) for n in kind.of(r.take(own)).unknowns}
     if stray := sorted(choices.known.keys() - places):
         known = f"choose from {', '.join(sorted(places))}" if places else "no row measures one"
         raise OptionError(f"known: '{stray[0]}' is no place that the rows use; {known}")

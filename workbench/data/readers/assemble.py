@@ -28,7 +28,7 @@ from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.file_kind import POSE_PAIRS
-from workbench.data.readers.headings import column_of
+from workbench.data.readers.headings import CONTROLLER, column_of
 from workbench.data.readers.orientation import read_orientation, written_orientation
 
 _SIGMA, _WRENCH = ([parse_heading(text).name for text in own] for own in (SIGMA, WRENCH))
@@ -94,6 +94,10 @@ def assemble(
     observed |= {f"tilt {link}": values for link, values in tilt.items()}
     more = {name: column_of(name) for name in fields.values}
     observed |= {name: fields.values[name] for name, own in more.items() if own is not None and own.observed}
+    unseen = all(values is None for values in observed.values())
+    if unseen and "point" in fields.values and "contact" not in fields.values:
+        touched = {**fields.values, "contact": fields.values["point"]}
+        fields = replace(fields, values=touched, notes=(*fields.notes, "'point' names what was touched"))
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
     found = (reasons != "") & ~excluded
     given = fields.values.get("reason", np.full(fields.rows, ""))
@@ -197,25 +201,28 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
         raise DataError(
             f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …"
             + remedy(", or give a table of joints (--joints)", page="")
-            + (f"; {POSE_PAIRS}" if paired else _unread(fields, "q1[deg]"))
+            + (f"; {POSE_PAIRS}" if paired else unread_text(fields, "q1[deg]"))
         )
     _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and len(numbers) != wanted:
-        raise ShapeError(
-            f"{fields.source}: the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), "
-            f"the robot {plural(wanted, 'joint')}: choose the robot that was measured",
-            expected=wanted,
-            found=len(numbers),
+        given = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
+        text = (
+            f"{fields.source}: {given}, the robot {plural(wanted, 'joint')}: choose the robot that has them"
         )
+        raise ShapeError(text, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
 
 
-def _unread(fields: Fields, key: str) -> str:
+def unread_text(fields: Fields, key: str) -> str:
     """Columns that are left out, and how to say what they are; empty without any."""
     if not fields.unread:
         return ""
-    first, *_ = fields.unread
+    computed = [n for n in fields.unread if key == "x[mm]" and CONTROLLER.search(n)]
+    first, *_ = computed or fields.unread
     said = remedy(f" with columns='{key}={first}' (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
+    if computed:
+        text = f"'{first}' … are computed by the controller, for 'workbench extract'; if they were measured"
+        return f"; {text}, say so{said}"
     return f"; or say what the columns left out are ({listed([*fields.unread])}){said}"
 
 
@@ -304,7 +311,7 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
         wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
-        raise DataError(f"{fields.source}: nothing was observed: add {wanted}{_unread(fields, 'x[mm]')}")
+        raise DataError(f"{fields.source}: nothing was observed: add {wanted}{unread_text(fields, 'x[mm]')}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""

@@ -13,6 +13,7 @@ from workbench.data.observation import known_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.headings import (
     COMMAND,
+    CONTROLLER,
     JOINT,
     is_commanded,
     is_of_measurement,
@@ -106,7 +107,8 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
         return column
     if key is None or not (unit is None or suits(unit, key)):
         key = meaning(name)
-    if key in ("u", "v") and unit not in (None, "px"):  # an angle of a theodolite, not a pixel
+    computed = bool(CONTROLLER.search(name)) and key is not None and quantities_of(key) != JOINT
+    if computed or (key in ("u", "v") and unit not in (None, "px")):  # an angle of a theodolite, not a pixel
         return column
     if key is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
         name, unit = split
@@ -138,7 +140,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         first = next(too_large, offered[0])
         option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
         header = f"write '{column.heading}[{first}]' in the header ({wanted}, whichever applies)"
-        message = f"the unit is missing: {header}, or {remedy(option, page=CHOOSE_ON_PAGE)}"
+        more = f", or {remedy(option, page=CHOOSE_ON_PAGE)}" if table.has_option else ""
+        message = f"the unit is missing: {header}{more}"
         missing = UnitError(str(table.error(message, column.index)), unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)

@@ -65,6 +65,10 @@ class NamedUnit:
         key = key or self.name
         return key if self.unit is None or UNITLESS.fullmatch(key) else f"{key}[{self.unit}]"
 
+    def in_unit(self, unit: str | None) -> "NamedUnit":
+        """The same, with a unit where it has none."""
+        return self if self.unit is not None else replace(self, unit=unit)
+
 
 class Pair(NamedTuple):
     """Two names that mean the same; which is the file's is found by looking into the file."""
@@ -81,6 +85,13 @@ class Naming:
     items: tuple[NamedUnit, ...] = ()
     pairs: tuple[Pair, ...] = ()
     is_mapping: bool = False
+
+    def __bool__(self) -> bool:
+        return bool(self.items or self.pairs)
+
+
+AS_HEADED = Naming("")
+"""Nothing, of a file of which no option says what its columns are: messages then name its headings alone."""
 
 
 def parse_columns(text: str | Naming | None) -> Naming | None:
@@ -136,8 +147,3 @@ def headings_in_order(naming: Naming, width: int) -> tuple[str, ...]:
         wanted = f"where the file has {width}: name each in order, '-' for one to leave out"
         raise OptionError(f"columns='{naming.text}' names {len(headings)} columns {wanted}")
     return tuple(headings)
-
-
-def with_unit(item: NamedUnit, unit: str | None) -> NamedUnit:
-    """The same, with a unit where it has none."""
-    return item if item.unit is not None else replace(item, unit=unit)

@@ -160,7 +160,7 @@ def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
         values = np.array([_number(table, index, row, cell) for row, cell in enumerate(cells)], dtype=float)
     if (beyond := np.abs(values) > MAX_NUMBER).any():
         row = int(np.argmax(beyond))
-        wrong = "is infinite or beyond any measurement: correct it, or leave the cell blank"
+        wrong = "is infinite or beyond any length or angle: correct it, or leave the cell blank"
         raise table.error(f"'{cells[row][:40]}' {wrong}", index, row)
     return values
 

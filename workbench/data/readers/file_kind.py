@@ -21,7 +21,7 @@ class FileKind(StrEnum):
 
 TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 """Usual endings of the names of tables."""
-TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
+TABLE = "write the table as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""
 POSE_PAIRS = "pairs of a robot's pose and a target's in a camera are for 'workbench handeye'"
 _PROGRAM = (
@@ -53,8 +53,8 @@ def read_bytes(path: Path) -> bytes:
     if not files.exists(path):
         raise FileError("no such file: check the path", path=str(path))
     if path.is_dir():
-        raise FileError("this is a folder: give one file with measurements", path=str(path))
-    data = files.read_bytes(path, wanted="a file with measurements")
+        raise FileError("this is a folder: give one file with a table", path=str(path))
+    data = files.read_bytes(path, wanted="a file with a table")
     if not data.strip(b"\xef\xbb\xbf\xff\xfe \t\r\n\0"):
         raise FileError("the file is empty: a header line and at least one row are needed", path=str(path))
     return data

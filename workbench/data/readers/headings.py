@@ -34,6 +34,8 @@ _AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|
 """What may stand before and behind a name of what was measured."""
 _MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
+CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
+"""What stands with places that a controller or a model computes: none was measured."""
 COMMAND = re.compile(rf"^(?:{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:{_COMMAND})(?=\s*(?:[\[(]|$))", re.I)
 """What stands with joints as commanded, which count where none were read."""
 

@@ -49,12 +49,9 @@ def read_orientation(
         between = np.linalg.norm(se3.matrix_to_rotvec(result @ np.swapaxes(matrices, -1, -2)), axis=-1)
         if (apart := usable & (between > AGREEMENT)).any():
             row = int(np.argmax(apart))
-            raise fields.error(
-                f"{forms[0].name} and {form.name} differ by {np.degrees(between[row]):.3g}°: give one of "
-                "them, or correct the order of rotations",
-                row,
-                form.keys[0],
-            )
+            text = f"{forms[0].name} and {form.name} differ by {np.degrees(between[row]):.3g}°"
+            how = "give one of them, or correct the order of rotations"
+            raise fields.error(f"{text}: {how}", row, form.keys[0])
         notes += (*remarks, f"{form.name} agrees with it")
     return result, notes
 

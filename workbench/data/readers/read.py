@@ -16,6 +16,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
 from workbench.data.readers.arrays import read_json, read_npz
 from workbench.data.readers.assemble import assemble, markers_of
+from workbench.data.readers.columns_option import AS_HEADED as AS_HEADED
 from workbench.data.readers.columns_option import Joints, Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
@@ -70,7 +71,7 @@ def read_measurements(
         if "q1" in fields.values:
             text = f"{fields.source} already has joints; leave out the table of joints"
             raise OptionError(text, option="joint_table")
-        own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, **told)
+        own = read_fields(joint_table, columns=joint_columns or AS_HEADED, sheet=joint_sheet, **told)
         fields = join(fields, own)
     return assemble(fields, joints=joints, base=base)
 
@@ -110,11 +111,11 @@ def read_by_layout(
         if (whole := _file_layout(path, layout)) is not None:
             if sheet is not None:
                 raise _no_workbook(path, sheet)
-            return whole.read(path, parse_columns(columns)), whole.name, None
+            return whole.read(path, parse_columns(columns) or None), whole.name, None
     table = read_table(source, columns=columns, sheet=sheet, joints=joints)
     headings, (offered, _) = list(table.headings), layouts.layouts()
     if layout is None:
-        special = next((k for k in offered if columns is None and _matches(k, headings)), None)
+        special = next((k for k in offered if not columns and _matches(k, headings)), None)
     else:
         special = next((k for k in offered if k.name == layout), None)
     if layout is not None and special is not None and not _matches(special, headings):
@@ -158,7 +159,7 @@ def read_table(
     """A file or a data frame as named columns of text."""
     naming = parse_columns(columns)
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
-    if naming is not None and naming.items:
+    if naming and naming.items:
         return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
     return with_headings(only_table(grid), naming, joints)
 
@@ -184,7 +185,7 @@ def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows mar
 
     The columns are those of measurements, `m1x[mm] m1y[mm] m1z[mm] …`.
     """
-    fields = read_fields(path, layout="plain")
+    fields = read_fields(path, columns=AS_HEADED, layout="plain")
     found = markers_of(fields)
     if found is None or found.shape[1] < 3 or fields.rows != rows or not np.isfinite(found).all():
         what = "one row, the markers on the tool" if rows == 1 else "two rows, as designed and as measured"

@@ -15,7 +15,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
-from workbench.data.readers.columns_option import IGNORED, Joints, Naming, with_unit
+from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
 from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
@@ -59,6 +59,7 @@ class Table:
         heading_line: Line of the headings.
         columns: Cells of each column, one a data row.
         lines: Line of each data row.
+        has_option: Whether the caller could have said what the columns are.
     """
 
     source: str
@@ -68,6 +69,7 @@ class Table:
     columns: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    has_option: bool = True
 
     @property
     def rows(self) -> int:
@@ -168,12 +170,13 @@ def _keys(row: list[str]) -> list[str]:
 
 def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = None) -> Table:
     """The table under the grid's heading row; its columns may have the names of the robot's joints."""
-    start = _first_data_row(grid.rows)
+    start, has_option = _first_data_row(grid.rows), naming is not AS_HEADED
     if start == 0:
         raise grid.error(
             f"the file has no header: write the names of its {len(grid.rows[0])} columns above the numbers, "
             "such as q1[deg],…,x[mm],y[mm],z[mm]"
-            + remedy(", or say them with columns='q1[deg],…,-,x[mm]' (--columns)", page=""),
+            + has_option
+            * remedy(", or say them with columns='q1[deg],…,-,x[mm]' (--columns)", page=""),
             0,
         )
     grid = replace(grid, rows=[*map(_without_indices, grid.rows[:start]), *grid.rows[start:]])
@@ -183,10 +186,12 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     head = max(range(start), key=lambda i: (known[i], i))
     if not known[head]:
         if start == len(grid.rows) > 1:
-            raise grid.error("it has no row of numbers: this is not a table of measurements")
+            raise grid.error("it has no row of numbers: this is not a table of joints or poses")
         raise grid.error(
             f"none of the headings {listed(grid.rows[head])} is known: name the columns q1[rad], …, x[m], "
-            "y[m], z[m]" + remedy(", or say what they are with columns='q1[deg]=…' (--columns)", page=""),
+            "y[m], z[m]"
+            + has_option
+            * remedy(", or say what they are with columns='q1[deg]=…' (--columns)", page=""),
             head,
         )
     headings = list(grid.rows[head])
@@ -211,7 +216,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     for heading in headings:
         if (ours := said.get(heading, heading)) != heading:
             notes.append(f"column '{heading}' is {'left out' if ours == IGNORED else f'read as {ours}'}")
-    return _table(grid, body, headings, names, grid.lines[head], notes)
+    return replace(_table(grid, body, headings, names, grid.lines[head], notes), has_option=has_option)
 
 
 def _without_indices(cells: list[str]) -> list[str]:
@@ -233,7 +238,7 @@ def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
 def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict[str, str]:
     """What the caller's names and the robot's joints say of headings."""
     cells = [cell for row in grid.rows[:start] for cell in row if cell]
-    if naming is None:
+    if not naming:
         names, words = [] if joints is None or isinstance(joints, int) else joints, _words(grid, start)
         places = {joint_name(words.get(cell, parse_heading(cell).name)): cell for cell in cells}
         called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
@@ -254,7 +259,7 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
             raise OptionError(
                 f"{grid.source}: '{pair}' names no known column of the file: the headings are {known}"
             )
-        said |= {cell: with_unit(side, parse_heading(cell).unit).heading() for cell, side in named.items()}
+        said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
     return said | dict.fromkeys(left, IGNORED)

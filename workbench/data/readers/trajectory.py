@@ -10,8 +10,8 @@ from jaxtyping import Float
 from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
-from workbench.data.readers.assemble import joint_columns
-from workbench.data.readers.columns_option import Joints
+from workbench.data.readers.assemble import joint_columns, unread_text
+from workbench.data.readers.columns_option import Joints, Naming
 from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
@@ -42,7 +42,7 @@ class Trajectory:
 
 
 def read_trajectory(
-    path: Any, *, columns: str | None = None, joints: Joints = None, sheet: str | None = None
+    path: Any, *, columns: str | Naming | None = None, joints: Joints = None, sheet: str | None = None
 ) -> Trajectory:
     """Joints and poses of a file, without gaps; options as `read_measurements`.
 
@@ -58,7 +58,7 @@ def read_trajectory(
     position = fields.stacked(("x", "y", "z"))
     q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
     if q is None and position is None:
-        needed = "joints (q1[rad] …) or positions (x[m], y[m], z[m])"
+        needed = f"joints (q1[rad] …) or positions (x[m], y[m], z[m]){unread_text(fields, 'q1[deg]')}"
         raise DataError(f"{fields.source}: a trajectory needs {needed}")
     if position is not None and not in_base(fields, usual=BASE):
         raise DataError(

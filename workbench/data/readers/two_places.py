@@ -13,12 +13,18 @@ from workbench.base.hand_eye import nearest_rotation
 from workbench.base.remedy import remedy
 from workbench.base.units import parse_heading
 from workbench.data.readers.columns_option import IGNORED, NamedUnit
-from workbench.data.readers.headings import is_commanded, is_marked, is_of_measurement, normalised, number_in
+from workbench.data.readers.headings import (
+    CONTROLLER,
+    is_commanded,
+    is_marked,
+    is_of_measurement,
+    normalised,
+    number_in,
+)
 from workbench.data.readers.table import Table
 
 MIN_ROWS, ALIKE = 6, 0.02
 """Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
-_CONTROLLER = re.compile(r"(^|_)(tcp|robot|fk|calc|theo|sim|o_t_ee)(_|$)")
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
 
 
@@ -59,7 +65,7 @@ def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:
         name = normalised(parse_heading(heading).name)
         if not (
             is_commanded(heading)
-            or _CONTROLLER.search(name)
+            or CONTROLLER.search(name)
             or parse_heading(table.names[index]).name == IGNORED
         ):
             for found in re.finditer("[xyz]", name):

@@ -22,8 +22,8 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
     if len(found) != 1:
         wanted = "" if sheet is None else f"no filled sheet '{sheet}': "
         raise FileError(
-            f"{wanted}choose the sheet with measurements of {listed(known or list(grids))}, such as "
-            f"sheet='{(known or [*grids, 'Sheet1'])[0]}'",
+            f"{wanted}choose one of the sheets {listed(known or list(grids))}, such as "
+            f"sheet='{(known or [*grids, 'Sheet1'])[0]}', or keep that one alone",
             path=str(path),
         )
     others = len(grids) - 1 if sheet is None else 0
@@ -64,6 +64,6 @@ def read_frame(frame: Any) -> Grid:
     except (AttributeError, KeyError, TypeError):
         columns = []
     if not columns:
-        text = f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}"
+        text = f"a table comes from a file or a pandas or polars frame, not from {type(frame).__name__}"
         raise OptionError(text, option="source", found=frame)
     return grid_of([str(name) for name in names], columns, source="frame")

@@ -11,7 +11,7 @@ from workbench.base.bounded_process import ChildError
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.data.binary_tables import read_in_child, refusal
-from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, with_unit
+from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
@@ -90,7 +90,7 @@ def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tup
         side, wanted = pair.right[0], (pair.left,)
     elif pair.left.name not in variables:
         return None
-    return side, tuple(with_unit(item, side.unit) for item in wanted)
+    return side, tuple(item.in_unit(side.unit) for item in wanted)
 
 
 def _is_open(pair: Pair) -> bool:

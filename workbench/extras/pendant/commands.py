@@ -33,6 +33,7 @@ def extract(
     ] = None,
     save: opt.SaveOption = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Extract the controller's calibrated model from joints and tool poses on its pendant."""
@@ -46,7 +47,7 @@ def extract(
     opt.check_robot_file(save)
     opt.check_writable(save, rows, json)
     with opt.progress_bar("extract"):
-        found = wb.extract(arm, readings if readings is not None else pose or [])
+        found = wb.extract(arm, pose or [] if readings is None else readings, columns=columns)
     opt.give(found, json)
     if rows is not None:
         opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
@@ -81,12 +82,13 @@ def tcp(
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the robot with this tool here (.toml or .urdf).")] = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
 ) -> None:
     """Tool tip from touching one point in four orientations or more."""
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
     opt.check_writable(save, json)
-    found = wb.tcp(arm, touches, wanted=_wanted(wanted))
+    found = wb.tcp(arm, touches, wanted=wanted, columns=columns)
     _show(found, json, save)
     if save is not None:
         opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
@@ -102,20 +104,17 @@ def frame(
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
 ) -> None:
     """User frame from three points, 3-2-1 on a part's faces, or the points of a fixture's drawing."""
     arm = wb.load_robot(robot)
     if save is not None and save.suffix.lower() != ".toml":
         raise OptionError(f"{save}: a frame is saved as .toml")
     opt.check_writable(save, json)
-    found = wb.frame(arm, touches, cad=cad, wanted=_wanted(wanted))
+    found = wb.frame(arm, touches, cad=cad, wanted=wanted, columns=columns)
     _show(found, json, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")
-
-
-def _wanted(text: str | None) -> float | None:
-    return None if text is None else opt.length(text)
 
 
 def _show(found: "ToolTip | UserFrame", json: Path | None, save: Path | None) -> None:
@@ -144,6 +143,7 @@ def new(
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
     json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
 ) -> None:
     """Your own robot: signs, offsets, units and convention determined from three pendant poses."""
     from dataclasses import replace
@@ -165,12 +165,12 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        shown = pose or [] if poses is None else read_display(poses, readings_of(source, tip=tip)[0].robot)
+        first = readings_of(source, tip=tip)[0].robot
+        shown = pose or [] if poses is None else read_display(poses, first, columns=columns)
         found = check_robot(source, shown, tip=tip)
-        arm = found.robot
+        arm, reading = found.robot, found.reading
         for text in convention_notes(found):
             opt.say(text)
-        reading = found.reading
         content |= {"words": list(found.assumptions), "changes": list(reading.changes), "tried": found.tried}
         content |= {"position_m": reading.position, "rotation_rad": reading.rotation}
     arm = replace(arm, name=name or arm.name)

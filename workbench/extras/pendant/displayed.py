@@ -21,6 +21,7 @@ from workbench.data.readers.assemble import ORIENTED, assemble
 from workbench.data.readers.column_meanings import TableColumn, interpret_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of, to_numbers
+from workbench.data.readers.headings import CONTROLLER
 from workbench.data.readers.orientation import FORMS
 from workbench.data.readers.read import read_by_layout, read_grid, read_measurements
 from workbench.data.readers.table import NUMBER, Grid, Table, with_names
@@ -124,11 +125,11 @@ class DisplayMeaning(NamedTuple):
         return ", ".join((*self.assumptions, *self.changes))
 
 
-def read_display(path: Path | str, robot: Robot) -> Displayed:
+def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) -> Displayed:
     """Poses of a table with or without headings, or of a log, as measurements are read."""
     path, names = Path(path), robot.joint_names
     try:
-        _, _, table = read_by_layout(path, columns=None, layout=None, sheet=None, joints=names)
+        _, _, table = read_by_layout(path, columns=columns, layout=None, sheet=None, joints=names)
     except FileError:
         if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
@@ -139,13 +140,13 @@ def read_display(path: Path | str, robot: Robot) -> Displayed:
     data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
     if data.position is None or data.written is None:
         raise table.error(f"no position and orientation were found; {WHAT}")
-    columns = {c.key: c for c in interpret_columns(table)}
-    joints = [columns[f"q{k + 1}"] for k in range(robot.dof)]
-    entries = [columns[key] for form in FORMS if form.convention == data.written.name for key in form.keys]
+    known = {c.key: c for c in interpret_columns(table)}
+    joints = [known[f"q{k + 1}"] for k in range(robot.dof)]
+    entries = [known[key] for form in FORMS if form.convention == data.written.name for key in form.keys]
     turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
     seen = np.flatnonzero(data.included)
     seen = seen[:: -(-len(seen) // MAX_READINGS) or 1]
-    xyz, length, second = _block(table, [columns[axis] for axis in "xyz"], seen)
+    xyz, length, second = _block(table, [known[axis] for axis in "xyz"], seen)
     q, joint, first = _block(table, joints, seen, length)
     turned, angle, third = _block(table, turn, seen)
     return Displayed(
@@ -219,6 +220,7 @@ def _filled(table: Table) -> Table:
 
 def _completed(table: Table, joints: int) -> Table:
     """The table with names for joints before the place, and an orientation behind it, where it has none."""
+    table = replace(table, names=tuple(CONTROLLER.sub("", name) for name in table.names))
     columns = interpret_columns(table)
     places = {c.key: c.index for c in columns}
     if not {*"xyz"} <= places.keys():

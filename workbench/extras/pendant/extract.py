@@ -163,19 +163,22 @@ class Extraction(AbstractShown):
 
 @checked_arguments()
 @one_thread()
-def extract(robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str]) -> Extraction:
+def extract(
+    robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str], *, columns: str | None = None
+) -> Extraction:
     """Find the model that a controller computes with from joints and poses that its pendant shows.
 
     Args:
         robot: The maker's nominal arm.
         readings: A table, a log or bag with joints and poses, typed poses `q1,…,qn = x,y,z,a,b,c`, or rows.
+        columns: Of the file, as of `read_measurements`.
 
     Raises:
         DataError: too few readings, none that this arm can show, or several meanings that fit.
         FileError, OptionError: no readings.
     """
     if isinstance(readings, Path):
-        shown = read_display(readings, robot)
+        shown = read_display(readings, robot, columns=columns)
     else:
         shown = of_dataset(readings, robot) if isinstance(readings, Dataset) else typed(readings, robot.dof)
     reading = find_convention(robot, shown)

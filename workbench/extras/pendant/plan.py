@@ -69,10 +69,7 @@ class Plan:
         slides = sliding(self.robot)
         heads = [f"q{k + 1}[{'mm' if slide else 'deg'}]" for k, slide in enumerate(slides)]
         head = ",".join((*heads, "x[mm]", "y[mm]", "z[mm]", "a", "b", "c"))
-        rows = [
-            ",".join((*(f"{v:g}" for v in row), *[""] * 6))
-            for row in shown_joints(self.robot, self.q).round()
-        ]
+        rows = [",".join(f"{v:g}" for v in row) + 6 * "," for row in shown_joints(self.robot, self.q).round()]
         return write_text(path, "\n".join((*(f"# {text}" for text in HELP), head, *rows)) + "\n")
 
 

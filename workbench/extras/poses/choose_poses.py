@@ -13,7 +13,7 @@ from workbench.base.threads import one_thread
 from workbench.base.wording import plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
-from workbench.data.readers import read_trajectory
+from workbench.data.readers import AS_HEADED, read_trajectory
 from workbench.data.writer import write_measurements
 from workbench.extras.poses.informative_poses import PoseSet, informative_poses
 from workbench.extras.poses.pose_limits import PoseLimits
@@ -53,14 +53,14 @@ def choose_poses(
         DataError: fewer candidates than poses, or limits that conflict.
         OptionError: no such index.
     """
-    rows = None if candidates is None else read_trajectory(candidates, joints=robot.joint_names).q
+    names = robot.joint_names
+    rows = None if candidates is None else read_trajectory(candidates, columns=AS_HEADED, joints=names).q
     if candidates is not None and rows is None:
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
-    evaluation_poses = None
+    around = None
     if index == "I" and limits is not None and limits.region is not None:
-        region, towards, cone = limits.region, limits.towards, limits.cone
-        rng = np.random.default_rng(0)
-        evaluation_poses = region_poses(robot, region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
+        region, cone, rng = limits.region, limits.cone, np.random.default_rng(0)
+        around = region_poses(robot, region, PLATE_POSES, rng=rng, towards=limits.towards, cone=cone)
     return informative_poses(
         robot,
         number,
@@ -68,7 +68,7 @@ def choose_poses(
         candidates=rows,
         names=identified_names(robot, base=base, tool=tool),
         limits=limits,
-        evaluation_poses=evaluation_poses,
+        evaluation_poses=around,
         rng=np.random.default_rng(seed),
     )
 

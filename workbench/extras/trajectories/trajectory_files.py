@@ -20,7 +20,7 @@ from workbench.base.units import Quantity, conversion
 from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.data.plausibility import refuse_joint_quantities
+from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import ENDINGS, write_measurements
@@ -56,11 +56,6 @@ def compensate(
         positions_only: Whether to ignore orientations; by default they are corrected if the calibration
             observed them, and by an arm near nominal if not.
     """
-    if trajectory.q is not None and nominal is None:
-        raise OptionError(
-            f"{trajectory.source} contains joint positions; give the controller's model, which "
-            "converts them to poses (--nominal ROBOT)"
-        )
     commanded = _commanded(calibrated, trajectory, nominal, positions_only)
     state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
     return correct(commanded, motion=state, method=method)
@@ -90,7 +85,11 @@ def _commanded(
     time = trajectory.time
     units = tuple(trajectory.units.get(f"q{k + 1}", "") for k in range(calibrated.dof))
     refuse_joint_quantities(units, calibrated, trajectory.source)
-    if trajectory.q is not None and nominal is not None:
+    if trajectory.q is not None:
+        refuse_joint_units(trajectory.q, calibrated.limits, trajectory.source)
+        if nominal is None:
+            how = "give the controller's model, which converts them to poses (--nominal ROBOT)"
+            raise OptionError(f"{trajectory.source} contains joint positions; {how}")
         return command_joints(calibrated, nominal, trajectory.q, positions_only=positions_only, time=time)
     assert trajectory.position is not None  # a trajectory has one or the other
     turned = trajectory.rotation

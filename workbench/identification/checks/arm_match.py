@@ -16,10 +16,10 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.as_read import is_misread, misread_text, remedy, unexplained_text
+from workbench.identification.meaning.as_read import is_misread, misread_text, remedy, understood
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import zeros_fitted
-from workbench.identification.meaning.read_rows import other_arm, read_rows
+from workbench.identification.meaning.read_rows import other_arm
 from workbench.identification.meaning.reading import FOREIGN_MISFIT
 
 COMPARED_POSES = 60
@@ -73,7 +73,7 @@ class ArmMatch:
             return f"{head}{own}{self.rival_name} fits to {self.meaning.best.size}"
         if self.meaning is None:
             return f"{head}these rows don't belong to {self.robot}"
-        return head + (misread_text if is_misread(self.meaning) else unexplained_text)(self.meaning)
+        return head + misread_text(self.meaning)
 
     @property
     def remedy(self) -> str:
@@ -86,7 +86,7 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     Args:
         data: Rows; if their number of joints differs, built-in arms and choices of columns are searched.
     """
-    meaning = read_rows(robot, data)
+    _, meaning = understood(robot, data)
     rival = meaning.best.other if meaning is not None and meaning.is_found else ""
     return ArmMatch(robot=robot.name, meaning=meaning, rival=rival, joints=(data.joints, robot.dof))
 

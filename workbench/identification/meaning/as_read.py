@@ -73,11 +73,24 @@ def as_read(
     return arm, with_holding_torques(arm, rows)
 
 
+def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
+    """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
+    meaning = read_rows(robot, data)
+    if (
+        meaning is None
+        or data.missing_units
+        or (meaning := told_by_column(robot, data, meaning)).kept is None
+    ):
+        return data, meaning
+    lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
+    kept = data.kept_out(dict.fromkeys(lost, "is told by a column not to fit"))
+    return understood(robot, _with_notes(kept, f"{plural(len(lost), 'row')} left out: {meaning.parts}"))
+
+
 def _as_read(
     robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
-    data = without_still_turns(robot, data)
-    meaning = read_rows(robot, data)
+    data, meaning = understood(robot, without_still_turns(robot, data))
     if data.missing_units:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
     if meaning is None and data.position is not None and data.session is not None:
@@ -86,12 +99,6 @@ def _as_read(
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
         return robot, data
     best, plain = meaning.best, meaning.plain
-    meaning = told_by_column(robot, data, meaning)
-    if meaning.kept is not None:
-        lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
-        kept = data.kept_out(dict.fromkeys(lost, "is told by a column not to fit"))
-        note = f"{plural(len(lost), 'row')} left out: {meaning.parts}"
-        return _as_read(robot, _with_notes(kept, note), how, keeps_arm, notes_rival)
     if is_misread(meaning):
         sentence = misread_text(meaning, robot)
         if best.other and notes_rival:
@@ -177,7 +184,7 @@ def _unconfirmed(data: Dataset) -> tuple[str, ...]:
 def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
     """`joint 3 = q3 + q2: 0.03 mm instead of 220 mm as given (next best 7 458 times worse)`."""
     best, plain = meaning.best, meaning.plain
-    if not meaning.is_found:
+    if not is_misread(meaning):
         return unexplained_text(meaning)
     given = "" if plain is None else f" instead of {plain.size} as given"
     next_best = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""

@@ -21,15 +21,12 @@ from workbench.identification.problem_blocks import carried, of_rows
 from workbench.plate.region import Region
 
 Excluded = list[tuple[int, str]]
-
-
-def usable(data: Dataset) -> np.ndarray:
-    """Rows with an observation that can be compared with a pose."""
-    return np.any([np.zeros(len(data), bool), *carried(data).values()], axis=0)
+Known = Collection[str] | None
+"""Names of known places; None where rows of another file may tell them."""
 
 
 def choose_rows(
-    robot: Robot, data: Dataset, exclude: Mapping[int, str], region: Region | None
+    robot: Robot, data: Dataset, exclude: Mapping[int, str], region: Region | None, known: Known
 ) -> tuple[np.ndarray, Excluded]:
     """Rows to use, and excluded ones with the reason."""
     keep = data.included.copy()
@@ -44,7 +41,7 @@ def choose_rows(
         if keep[place[0]]:
             keep[place[0]] = False
             excluded.append((int(row), reason))
-    nothing = keep & ~usable(data)
+    nothing = keep & ~np.any([~data.included, *carried(data).values()], axis=0)
     if nothing.any() and not nothing[keep].all():
         excluded += [(int(r), "no measurement that depends on the tool's pose") for r in data.row[nothing]]
         keep &= ~nothing
@@ -53,18 +50,26 @@ def choose_rows(
         outside = keep & ~region.contains(tool_poses(bare, Motion(data.q))[:, :3, 3])
         excluded += [(int(r), "outside the region") for r in data.row[outside]]
         keep &= ~outside
+    if (
+        known is not None
+        and data.contact is not None
+        and carried(data).keys() <= {ContactObservation, PlaneObservation}
+    ):
+        names, counts = np.unique(data.contact[keep], return_counts=True)
+        once = keep & np.isin(data.contact, names[counts == 1]) & ~placed(data, known)
+        excluded += [(int(r), "touches its contact alone, which tells nothing") for r in data.row[once]]
+        keep &= ~once
     if not keep.any():
-        raise DataError(f"{data.source}: every row is excluded or outside the region; nothing is left to fit")
+        why = f"as row {excluded[0][0]}: {excluded[0][1]}"
+        raise DataError(f"{data.source}: every row is excluded or outside the region, {why}")
     return np.flatnonzero(keep), excluded
 
 
 def hold_out(used: Dataset, held_out: float | Dataset | tuple[str, ...] | list[int], seed: int):
     """Fitted and held-out rows among the used ones, which may be given by number."""
-    if isinstance(held_out, list):
-        held = np.isin(used.row, held_out)
+    if isinstance(held_out, list | Dataset):
+        held = np.isin(used.row, held_out if isinstance(held_out, list) else [])
         return np.flatnonzero(~held), np.flatnonzero(held)
-    if isinstance(held_out, Dataset):
-        return np.arange(len(used)), np.arange(0)
     if isinstance(held_out, tuple):
         return hold_out_sessions(used, held_out)
     return hold_out_share(used, held_out, rng=np.random.default_rng(seed))
@@ -84,11 +89,9 @@ def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, li
     if not again:
         return held_out, []
     if len(again) == len(held_out):
-        raise DataError(
-            f"{held_out.source}: every held-out row is also fitted; hold out other measurements, or "
-            "a share such as 0.2",
-            row=int(held_out.row[again[0]]),
-        )
+        how = "hold out other measurements, or a share such as 0.2"
+        text = f"{held_out.source}: every held-out row is also fitted; {how}"
+        raise DataError(text, row=int(held_out.row[again[0]]))
     note = f"{plural(len(again), 'held-out row')} ignored, as the fit uses the same measurements"
     return held_out.take(np.delete(np.arange(len(held_out)), again)), [note]
 
@@ -142,12 +145,9 @@ def hold_out_sessions(
     if data.session is None:
         raise OptionError(f"{data.source} has no session column, so no session can be held out")
     if missing := [name for name in names if name not in data.sessions]:
-        raise OptionError(
-            f"{data.source}: no usable row is of session '{missing[0]}', only of {', '.join(data.sessions)}; "
-            "rows that are excluded or far off any pose of the arm, as with another base, can't be held out",
-            option="held_out",
-            found=missing[0],
-        )
+        there = f"no usable row is of session '{missing[0]}', only of {', '.join(data.sessions)}"
+        why = "rows that are excluded or far off any pose of the arm, as with another base, can't be held out"
+        raise OptionError(f"{data.source}: {there}; {why}", option="held_out", found=missing[0])
     mask = np.isin(data.session, names)
     return np.flatnonzero(~mask), np.flatnonzero(mask)
 
@@ -184,11 +184,9 @@ def check_sessions(data: Dataset) -> None:
     count = len(data.sessions)
     if count > 1 and len(data) <= MAX_FITTED_ROWS * count and count_measured(data) <= FRAME_NUMBERS * count:
         shared = remedy("frames='shared' (--frames shared)", page="frames that sessions share")
-        raise DataError(
-            f"{data.source}: {count} sessions of {plural(len(data), 'row')} tell only a base for each: "
-            f"leave the column out, or choose {shared}",
-            column="session",
-        )
+        tell = f"{count} sessions of {plural(len(data), 'row')} tell only a base for each"
+        text = f"{data.source}: {tell}: leave the column out, or choose {shared}"
+        raise DataError(text, column="session")
 
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None, *, held_out: float = 0.0) -> None:

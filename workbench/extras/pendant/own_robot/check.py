@@ -69,11 +69,8 @@ def read_joint_table(path: Path | str) -> JointTable:
     names = [NAMES.get(name, name) for name in names]
     if missing := [name for name in CONSTANTS[:4] if name not in names]:
         raise grid.error(f"has no column {', '.join(missing)}; give theta, d, a, alpha", 0)
-    rows = [
-        _row(dict(zip(names, cells, strict=False)), grid, k)
-        for k, cells in enumerate(grid.rows[1:], 1)
-        if any(cells)
-    ]
+    filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
+    rows = [_row(dict(zip(names, cells, strict=False)), grid, k) for k, cells in filled]
     stands = {name: (head.unit or "").lower() for name, head in zip(names, heads, strict=True)}
     units = {name: UNITS.get(unit, unit) for name, unit in stands.items() if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
@@ -143,10 +140,7 @@ def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -
     path = Path(source)
     if path.suffix.lower() != ".csv":
         return [TableReading(load_robot(source, tip=tip).bare)]
-    rows, conventions, lengths, angles = read_joint_table(path)
-    return table_readings(
-        rows, conventions=conventions, lengths=lengths, angles=angles, name=name or path.stem
-    )
+    return table_readings(**read_joint_table(path)._asdict(), name=name or path.stem)
 
 
 def convention_notes(found: FoundConvention) -> tuple[str, ...]:

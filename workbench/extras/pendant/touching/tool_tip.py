@@ -7,7 +7,6 @@ is linear in t and c. With several points there are as many c.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -26,6 +25,7 @@ from workbench.extras.pendant.touching.touches import (
     NOMINAL,
     SCATTERED,
     TouchErrors,
+    Touches,
     TouchSolution,
     check_wanted,
     flanges,
@@ -128,20 +128,23 @@ class ToolTip(AbstractShown):
 
 
 @checked_arguments()
-def tcp(robot: RobotLike, touches: Path | Like[Dataset], *, wanted: Like[Length] | None = None) -> ToolTip:
+def tcp(
+    robot: RobotLike, touches: Touches, *, wanted: Like[Length] | None = None, columns: str | None = None
+) -> ToolTip:
     """Find a tool's tip from touching one point in four orientations or more, joints alone.
 
     Args:
         robot: The arm, calibrated or nominal; the tool in its file counts for nothing.
         touches: Joint positions; `contact` names the point where there are several.
         wanted: Required half of the 95 % interval [m].
+        columns: Of the file, as of `read_measurements`.
 
     Raises:
         DataError: fewer than four touches, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
     check_wanted(wanted)
-    every = read_touches(touches, robot)
+    every = read_touches(touches, robot, columns)
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
     given = replace(given, notes=tuple(again[: len(every) - len(given)]))

@@ -17,15 +17,16 @@ from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.arguments import Like
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
-from workbench.data.readers import read_measurements
-from workbench.data.readers.assemble import joint_columns, joint_units
+from workbench.data.readers.assemble import excluded_rows, joint_columns, joint_units
 from workbench.data.readers.read import read_fields
 from workbench.report.blocks import Block, ResultTable, headed, lines
 from workbench.report.json import Json, plain
 
+Touches = Path | Like[Dataset]
 CHANCE = 0.01
 """Probability of setting a good touch aside in a file without bad ones."""
 MAX_SHARE_SLIPPED = 0.25
@@ -54,7 +55,7 @@ def tips(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "row
     return tool_poses(robot.with_frames(base=Frame()), Motion(q))[:, :3, 3]
 
 
-def read_touches(source: Path | Dataset, robot: Robot) -> Dataset:
+def read_touches(source: Path | Dataset, robot: Robot, columns: str | None) -> Dataset:
     """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched."""
     if isinstance(source, Dataset):
         robot.check_joints(source.said.q, source.source)
@@ -62,13 +63,11 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Dataset:
         names = source.point if names is None else names
         found, kept = Dataset(source.q, row=source.row), source.included
     else:
-        fields = read_fields(source)
+        fields = read_fields(source, columns=columns, joints=robot.joint_names)
         where, units = str(source), joint_units(fields)
         names = fields.values.get("contact", fields.values.get("point"))
         found = Dataset(joint_columns(fields, robot.dof))
-        kept = np.isfinite(found.q).all(1)
-        if "exclude" in fields.values:
-            kept = kept & read_measurements(source, joints=robot.joint_names).included
+        kept = np.isfinite(found.q).all(1) & ~excluded_rows(fields)
     if not kept.any():
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
     refuse_joint_quantities(units, robot, where)
@@ -108,9 +107,8 @@ class TouchSolution:
         if self.spare < 1:
             return np.full(len(self.covariance), np.inf)
         variance = max(float(self.left @ self.left), self.spare * EXACT_SCATTER**2) / self.spare
-        return special.stdtrit(self.spare, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(
-            variance * np.diag(self.covariance)
-        )
+        quantile = special.stdtrit(self.spare, 0.5 + 0.5 * CONFIDENCE)
+        return quantile * np.sqrt(variance * np.diag(self.covariance))
 
 
 def solve_without_slipped(
@@ -161,12 +159,17 @@ class TouchErrors:
         """Root mean square of those that count [m]."""
         return float(np.sqrt((np.delete(self.errors, self.slipped) ** 2).mean()))
 
+    @property
+    def _each(self) -> list[dict[str, Any]]:
+        slipped = [k in self.slipped for k in range(len(self.errors))]
+        each = zip(self.touches.row, names_of(self.touches), self.errors, slipped, strict=True)
+        return [dict(zip(("row", "name", "error", "slipped"), one, strict=True)) for one in each]
+
     def blocks(self, title: str, more: Sequence[Block], notes: Sequence[str]) -> list[Block]:
         """The result's sentence, each touch, what else was found, and notes."""
-        rows = zip(self.touches.row, names_of(self.touches), self.errors, strict=True)
         cells = [
-            (str(row + 1), name, f"{1e3 * error:.3f}", "slipped, left out" if k in self.slipped else "")
-            for k, (row, name, error) in enumerate(rows)
+            (str(t["row"] + 1), t["name"], f"{1e3 * t['error']:.3f}", "slipped, left out" * t["slipped"])
+            for t in self._each
         ]
         table = ResultTable("Touches", ("touch", "of", "off by [mm]", ""), cells, words=2)
         which = f"touch{'es' * (len(self.slipped) > 1)} {', '.join(cells[k][0] for k in self.slipped)}"
@@ -174,10 +177,5 @@ class TouchErrors:
         return headed(title, table, *more, *lines("warning", slipped), notes=notes)
 
     def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
-        rows = zip(self.touches.row, names_of(self.touches), self.errors, strict=True)
-        touches = [
-            {"row": row, "name": name, "error": error, "slipped": k in self.slipped}
-            for k, (row, name, error) in enumerate(rows)
-        ]
         head = {"schema": schema, "message": message, "scatter": self.scatter}
-        return plain(head | found | {"touches": touches, "notes": list(notes)})
+        return plain(head | found | {"touches": self._each, "notes": list(notes)})

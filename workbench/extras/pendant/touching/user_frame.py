@@ -25,11 +25,12 @@ from workbench.base.files import write_text
 from workbench.base.wording import in_mm
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
-from workbench.data.readers.read import read_fields
+from workbench.data.readers.read import AS_HEADED, read_fields
 from workbench.extras.pendant.touching.touches import (
     EXACT_SCATTER,
     NOMINAL,
     TouchErrors,
+    Touches,
     TouchSolution,
     check_wanted,
     flanges,
@@ -135,10 +136,11 @@ class UserFrame(AbstractShown):
 @checked_arguments()
 def frame(
     robot: RobotLike,
-    touches: Path | Like[Dataset],
+    touches: Touches,
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
     wanted: Like[Length] | None = None,
+    columns: str | None = None,
 ) -> UserFrame:
     """Find a user frame in the robot's base from touches with a tool whose tip is known.
 
@@ -148,13 +150,14 @@ def frame(
             `end` for 3-2-1; or the names of the drawing's points.
         cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
         wanted: Required error of the touches [m].
+        columns: Of the file, as of `read_measurements`.
 
     Raises:
         DataError: no tool, too few touches, unknown names, or points on one line.
         OptionError: an accuracy out of range.
     """
     check_wanted(wanted)
-    given = read_touches(touches, robot)
+    given = read_touches(touches, robot, columns)
     if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tips(robot, given.q)
@@ -179,7 +182,7 @@ def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]
     """Points by name [m]."""
     if isinstance(cad, Mapping):
         return {str(name): np.asarray(place, float) for name, place in cad.items()}
-    fields = read_fields(cad)
+    fields = read_fields(cad, columns=AS_HEADED)
     xyz, names = fields.stacked(("x", "y", "z")), fields.values.get("point", fields.values.get("target"))
     if xyz is None or names is None:
         raise DataError(f"{cad}: give the columns point, x[mm], y[mm], z[mm]")
