@@ -23,7 +23,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observation import AbstractObservation, Channel, Linearised
 
 PLANE = "plane"
-"""How the name of a contact with a plane begins."""
+"""How the name of a contact with a plane begins, in either case."""
 REFERENCE = frozen(np.array([-1.0, -1.0, -1.0]))
 """r in the measuring frame [m]; planes through it have no foot, and none that an arm touches goes there."""
 
@@ -63,7 +63,8 @@ class AbstractPlaceObservation(AbstractObservation):
 
 
 def _touches_plane(data: Dataset) -> Bool[np.ndarray, " rows"]:
-    return np.zeros(len(data), bool) if data.contact is None else np.char.startswith(data.contact, PLANE)
+    names = np.full(len(data), "") if data.contact is None else np.char.lower(data.contact)
+    return np.char.startswith(names, PLANE)
 
 
 @final

@@ -1,8 +1,8 @@
 """From columns in SI to a `Dataset`: joints, observations, labels, and every decision in its notes.
 
-A row counts when one of its observations is whole: position (with orientation where the file has one), a
-marker, a distance with its anchor, a touched point, a socket, an inclinometer. A row with a gap is kept out,
-with its reason.
+A row counts when one of its observations is whole: position, with or without orientation, a marker, a
+distance with its anchor, a touched point, a socket, an inclinometer. A row with a gap is kept out, with its
+reason.
 """
 
 import re
@@ -301,8 +301,7 @@ def _plain(fields: Fields, joints: int) -> dict[str, Any]:
 def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) -> np.ndarray:
     """Why each row can't be used: "" for rows that can.
 
-    A row needs position and orientation, if the file has them, or one of the other observations whole; what
-    it has in part keeps it out.
+    A row needs one observation whole, of which an orientation is none; what it has in part keeps it out.
 
     Args:
         fields: Columns in SI.
@@ -315,23 +314,15 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""
-    empty = {name: np.isnan(values).all(1) for name, values in numbers.items()}
-    pose = [name for name in ("position", "orientation") if name in numbers]
-    others = [*labels, *(own for name, own in whole.items() if name not in pose)]
-    other = np.any([np.zeros(fields.rows, bool), *others], axis=0)
-    reasons = np.full(fields.rows, "", dtype=object)
-    sound = np.all([np.ones(fields.rows, bool) if pose else other, *whole.values()], axis=0)
-    for row in np.flatnonzero(~sound).tolist():
-        part = [name for name in whole if not whole[name][row] and not empty[name][row]]
-        gone = [f"its {name}" for name in pose if empty[name][row] and not other[row]]
-        if part:
-            axes = [key for key, value in zip("xyz", numbers[part[0]][row], strict=False) if np.isnan(value)]
-            names = {"position": ", ".join(axes), "distance": "anchor"}
-            reasons[row] = f"lacks {', '.join(names.get(name, f'a part of its {name}') for name in part)}"
-        elif gone:
-            reasons[row] = f"lacks {' and '.join(gone)}"
-        elif not pose and not other[row]:
-            reasons[row] = "has no observation"
+    in_part = {name: ~own & ~np.isnan(numbers[name]).all(1) for name, own in whole.items()}
+    alone = [own for name, own in whole.items() if name != "orientation" or "position" not in whole]
+    missing = "lacks its position" if "position" in whole else "has no observation"
+    reasons = np.where(np.any([*labels, *alone], axis=0), "", missing).astype(object)
+    for row in np.flatnonzero(np.any([*in_part.values()], axis=0)).tolist():
+        part = [name for name, own in in_part.items() if own[row]]
+        axes = [key for key, value in zip("xyz", numbers[part[0]][row], strict=False) if np.isnan(value)]
+        names = {"position": ", ".join(axes), "distance": "anchor"}
+        reasons[row] = f"lacks {', '.join(names.get(name, f'a part of its {name}') for name in part)}"
     return reasons.astype(str)
 
 

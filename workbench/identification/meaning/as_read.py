@@ -12,6 +12,7 @@ from workbench.base.errors import DataError, UnitError
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import within_postures
+from workbench.identification.meaning.contacts import with_planes
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
@@ -90,7 +91,7 @@ def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]
 def _as_read(
     robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
-    data, meaning = understood(robot, without_still_turns(robot, data))
+    data, meaning = understood(robot, with_planes(robot, without_still_turns(robot, data)))
     if data.missing_units:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
     if meaning is None and data.position is not None and data.session is not None:
