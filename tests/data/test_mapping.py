@@ -60,3 +60,9 @@ def test_columns_called_as_the_robots_joints_are_those_joints(header, tmp_path):
     shown = preview(tmp_path / "a.csv", joints=NAMES).columns
     assert [c.heading for c in shown[1:4]] == header.split(",")
     assert [c.key for c in shown[1:4]] == ["q1", "q2", "q3"]
+
+
+def test_joints_are_named_above_a_row_of_units(tmp_path):
+    rows = "name0,position0,name1,position1,x,y,z\n,rad,,rad,mm,mm,mm\nb,1,a,2,3,4,5\n"
+    (tmp_path / "a.csv").write_text(rows)
+    assert wb.read_measurements(tmp_path / "a.csv", joints=("a", "b")).q.tolist() == [[2.0, 1.0]]

@@ -153,7 +153,7 @@ NUMBERS = count(1)
             lambda row: ",".join(row[6:] + row[:6]) + "\n" + 11 * ",",
         ),
         (
-            "No,q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg],q6 [deg],x,y,z,r,p,y2,note",
+            "No,q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg],q6 [deg],tcp_x,tcp_y,TCP Z,r,p,y2,note",
             lambda row: ",".join(["1", *row, "ok"]),
         ),
         (SHORT, lambda row: ",".join([*row[:6], *(f"{float(v) / 25.4:.2f}" for v in row[6:9]), *row[9:]])),
