@@ -191,7 +191,7 @@ def tip_of(robot: Robot, joints: int) -> str | None:
         return None
     with _naming(robot.urdf.path):
         every = _chains(_parse(robot.urdf.path))
-    chains = {link: c for link, c in every.items() if _moving(c) == joints}
+    chains = {link: c for link, c in every.items() if _moving(c) == joints and _leads_itself(c)}
     last = {next(j for j in reversed(chain) if _moves(j)).child for chain in chains.values()}
     ends = set(chains) - {chain[-1].parent for chain in chains.values()}
     return None if len(last) != 1 else (ends if len(ends) == 1 else last).pop()
@@ -199,6 +199,11 @@ def tip_of(robot: Robot, joints: int) -> str | None:
 
 def _moves(joint) -> bool:
     return joint.type != "fixed" and joint.mimic is None
+
+
+def _leads_itself(chain: list) -> bool:
+    """Whether every joint that follows another follows one of the chain."""
+    return {j.mimic.joint for j in chain if j.mimic is not None} <= {j.name for j in chain if _moves(j)}
 
 
 def _moving(chain: list) -> int:

@@ -209,7 +209,8 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
         text = (
             f"{fields.source}: {given}, the robot {plural(wanted, 'joint')}: choose the robot that has them"
         )
-        raise ShapeError(text, expected=wanted, found=len(numbers))
+        more = unread_text(fields, f"q{numbers[-1] + 1}[deg]") if len(numbers) < wanted else ""
+        raise ShapeError(text + more, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
 
 

@@ -16,13 +16,14 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
-from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
+from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of, normalised
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
+_EXTERNAL = re.compile(r"(?:e|ext?|eax|external)_?(?:axis_?)?([1-6a-f])")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
 
@@ -245,7 +246,7 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
         if not names or len(keys) < len(names):  # some of the robot's joints are called otherwise
             keys = {cell: key for cell, word in words.items() if (key := meaning(word)) and key[0] == "q"}
-            keys = keys if len(set(keys.values())) == len(words) else {}
+            keys = (keys if len(set(keys.values())) == len(words) else {}) or _with_external(cells, joints)
         return {cell: _with_unit(key, parse_heading(cell).unit or "") for cell, key in keys.items()}
     said: dict[str, str] = {}
     for theirs, (ours, *_) in naming.pairs:
@@ -263,6 +264,16 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
     return said | dict.fromkeys(left, IGNORED)
+
+
+def _with_external(cells: Sequence[str], joints: Joints) -> dict[str, str]:
+    """External axes E1 … and the arm's joints A1 … behind them, where a robot has as many joints as both."""
+    external = ((cell, _EXTERNAL.fullmatch(normalised(parse_heading(cell).name))) for cell in cells)
+    first = sorted((found[1], cell) for cell, found in external if found)
+    arm = {key: cell for cell in cells if (key := meaning_of(cell) or "")[:1] == "q" and key[1:].isdigit()}
+    every = [*(cell for _, cell in first), *(arm[key] for key in sorted(arm, key=lambda key: int(key[1:])))]
+    wanted = joints if isinstance(joints, int | None) else len(joints)
+    return {cell: f"q{k}" for k, cell in enumerate(every, 1)} if first and len(every) == wanted else {}
 
 
 def _words(grid: Grid, start: int) -> dict[str, str]:

@@ -39,7 +39,7 @@ def with_planes(robot: Robot, data: Dataset) -> Dataset:
 
 
 def _misfit(robot: Robot, touches: Dataset) -> float:
-    """Root mean square distance [m] of touches from the places that their names say, by the best tool's point."""
+    """Root mean square distance [m] of touches from the places that they name, with the best tool point."""
     kind = PlaneObservation if PlaneObservation.applies(touches).all() else ContactObservation
     seen, poses, tip = kind.of(touches), chains.poses(robot.bare.chain, touches.q), robot.tool.xyz
     for _ in range(ROUNDS):
