@@ -65,6 +65,13 @@ class JointEntry:
     follows: tuple[Column, ...] = ()
     ratio: tuple[Bounded, ...] = ()
 
+    @property
+    def driven(self) -> str:
+        """The constant that its axis moves; empty of a fixed joint, unless that turns by following others."""
+        return {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(
+            self.type, "theta" if self.follows else ""
+        )
+
 
 def joint_names(kinds: Iterable[JointKind]) -> list[str]:
     """`joint1`, `joint2` … for moving joints, `fixed1` … for the others."""
@@ -83,14 +90,9 @@ def default_free(convention: str, entries: list[JointEntry]) -> list[tuple[str, 
     result: list[tuple[str, ...]] = []
     for i, entry in enumerate(entries):
         neighbour = i + 1 if orders_distal else i - 1
-        pair = 0 <= neighbour < len(entries) and all(
-            entries[k].type is JointKind.REVOLUTE for k in (i, neighbour)
-        )
+        pair = 0 <= neighbour < len(entries) and all(entries[k].driven == "theta" for k in (i, neighbour))
         parallel = pair and abs(np.sin(entry.alpha)) < PARALLEL
-        if entry.type is JointKind.FIXED:
-            result.append(())
-        else:
-            result.append(("theta", "beta" if parallel else "d", "a", "alpha"))
+        result.append(("theta", "beta" if parallel else "d", "a", "alpha") if entry.driven else ())
     return result
 
 
@@ -106,22 +108,22 @@ def build_elements(convention: str, entries: list[JointEntry]) -> tuple[tuple[El
         if len(ratios) != len(entry.follows):
             counts = f"{len(entry.follows)} joints by {len(ratios)} ratios"
             raise RobotError(f"{name} follows {counts}; give one each")
-        driven = {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(entry.type)
+        moves = entry.type is not JointKind.FIXED
         for constant in THREE_ROTATION[entry.order] if convention == "three-rotation" else ORDERS[convention]:
             elements.append(
                 Element(
                     AXES[constant],
                     f"{name}.{constant}",
                     getattr(entry, constant),
-                    joint=moving if constant == driven else None,
+                    joint=moving if moves and constant == entry.driven else None,
                     free=constant in free,
                     link=link,
                 )
             )
-            if constant == driven:
+            if constant == entry.driven:
                 elements += followers(elements[-1], zip(entry.follows, ratios, strict=True))
         ends.append(len(elements) - 1)
-        moving += driven is not None
+        moving += moves
     return tuple(elements), tuple(ends)
 
 

@@ -45,7 +45,7 @@ DataArgument = Annotated[
 ColumnsOption = Annotated[
     str | None,
     option(
-        'Columns if headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
+        'Columns if headings are missing: "q1[deg],…,x[mm],…", "-" to skip one, of --joints too; '
         'in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
     ),
 ]

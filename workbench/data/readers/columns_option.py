@@ -48,6 +48,7 @@ UNITLESS = re.compile(r"r\d\d|q[wxyz]|direction\d+")
 """Columns that carry no unit, whatever their group has."""
 _SIDES = {"row": "row", "rows": "row", "column": "column", "columns": "column", "col": "column"}
 _ITEM = re.compile(r"\s*([^\[\]]*[^\[\]\s])\s*(?:\[([^\[\]]*)\])?\s*")
+_JOINT = re.compile(r"q\d*", re.IGNORECASE)
 _RUN = re.compile(r"([^\W\d]+)(\d{1,3})(\[[^]]*\])?[\s,;]*(?:…|\.\.\.?)[\s,;]*\1(\d{1,3})(\[[^]]*\])?")
 """Numbered names with dots between them: 'q1[deg], …, q6[deg]'."""
 
@@ -114,6 +115,21 @@ def parse_columns(text: str | Naming | None) -> Naming | None:
         known = "neither a list ('q1[deg],…,x[mm],y[mm],z[mm]') nor pairs ('q[rad|column]=Q')"
         raise OptionError(f"columns='{text}' is {known}")
     return Naming(text, tuple(items), tuple(pairs))
+
+
+def of_joints_and_others(naming: Naming) -> tuple[Naming, Naming]:
+    """Names of joints, for a table of their own, and the others; '-' goes with the name before it."""
+    last = next((item.name for item in naming.items if item.name != IGNORED), "")
+    lists: tuple[list[NamedUnit], list[NamedUnit]] = [], []
+    for item in naming.items:
+        last = last if item.name == IGNORED else item.name
+        lists[not _JOINT.fullmatch(last)].append(item)
+    are_joints = [any(_JOINT.fullmatch(one.name) for one in (p.left, *p.right)) for p in naming.pairs]
+    pairs = ([p for p, own in zip(naming.pairs, are_joints, strict=True) if own is k] for k in (True, False))
+    joints, others = (
+        replace(naming, items=tuple(i), pairs=tuple(p)) for i, p in zip(lists, pairs, strict=True)
+    )
+    return joints, others
 
 
 def _item(text: str, whole: str) -> NamedUnit:

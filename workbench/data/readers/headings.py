@@ -77,12 +77,13 @@ _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("w", "p", "r"), ("roll", "pitch", "yaw")),
     (("a", "b", "c"), ("yaw", "pitch", "roll")),
     (("u", "v", "w"), ("yaw", "pitch", "roll")),
+    ([f"{kind}{a}1" for kind in ("", "phi") for a in "xyz"], ("x", "y", "z", "roll", "pitch", "yaw")),
     (("s", "l", "u", "r", "b", "t"), _SIX),
     (("q0", "qx", "qy", "qz"), _QUATERNION),
     *((["base", "shoulder", "elbow", *(f"wrist{mark}{i}" for i in "123")], _SIX) for mark in ("_", "")),
     ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
 )
-"""Headings that mean something together: angles, joints, quaternions and axes of several makers."""
+"""Headings that mean something together: angles, poses, joints, quaternions and axes of several makers."""
 SQUARE_ERROR = 0.04
 """By how much squares of a quaternion's numbers may miss the sum of 1, by rounding."""
 _UNIT_ENDING = re.compile(r"(.+?)[_ ](mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)")

@@ -17,7 +17,13 @@ from workbench.data.readers import layouts
 from workbench.data.readers.arrays import read_json, read_npz
 from workbench.data.readers.assemble import assemble, markers_of
 from workbench.data.readers.columns_option import AS_HEADED as AS_HEADED
-from workbench.data.readers.columns_option import Joints, Naming, headings_in_order, parse_columns
+from workbench.data.readers.columns_option import (
+    Joints,
+    Naming,
+    headings_in_order,
+    of_joints_and_others,
+    parse_columns,
+)
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
@@ -44,7 +50,7 @@ def read_measurements(
     Args:
         source: CSV, TSV, text, xlsx, parquet or MATLAB v5 file; a folder, for a layout that takes one; or a
             pandas or polars frame whose columns have headings like those of a file (`q1[deg]`, `x[mm]` …).
-        columns: What the columns are, for files whose headings do not say; see `naming`.
+        columns: What the columns are, for files whose headings do not say; joints of the joint table as well.
         joints: Number of joints of the robot, or their names in order, by which its columns may be
             called; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
@@ -66,12 +72,14 @@ def read_measurements(
     apart = sheets_apart(source) if sheet is columns is joint_table is None else None
     sheet, joint_sheet, joint_table = (sheet, None, joint_table) if apart is None else (*apart, source)
     told: dict[str, Any] = {"joints": joints, "units_from_rows": True}
+    if joint_table is not None and joint_columns is None and (naming := parse_columns(columns)):
+        joint_columns, columns = of_joints_and_others(naming)
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, **told)
     if joint_table is not None:
         if "q1" in fields.values:
             text = f"{fields.source} already has joints; leave out the table of joints"
             raise OptionError(text, option="joint_table")
-        own = read_fields(joint_table, columns=joint_columns or AS_HEADED, sheet=joint_sheet, **told)
+        own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, **told)
         fields = join(fields, own)
     return assemble(fields, joints=joints, base=base)
 

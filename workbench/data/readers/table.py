@@ -177,7 +177,10 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
             f"the file has no header: write the names of its {len(grid.rows[0])} columns above the numbers, "
             "such as q1[deg],…,x[mm],y[mm],z[mm]"
             + has_option
-            * remedy(", or say them with columns='q1[deg],…,-,x[mm]' (--columns)", page=""),
+            * remedy(
+                ", or say them with columns='q1[deg],…,-,x[mm]' (--columns, of both files with --joints)",
+                page="",
+            ),
             0,
         )
     grid = replace(grid, rows=[*map(_without_indices, grid.rows[:start]), *grid.rows[start:]])
