@@ -62,7 +62,7 @@ BUDGETS = {
     "extras/reproduce": 91,
     "extras/review": 284,
     "extras/service": 1_365,
-    "extras/trajectories": 1_956,
+    "extras/trajectories": 1_955,
     "extras/workshop": 910,
     "tests": 42_000,
 }

@@ -222,8 +222,7 @@ def unread_text(fields: Fields, key: str) -> str:
     first, *_ = computed or fields.unread
     said = remedy(f" with columns='{key}={first}' (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
     if computed:
-        text = f"'{first}' … are the controller's own, for 'workbench extract'; if measured"
-        return f"; {text}, say so{said}"
+        return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"
     return f"; or say what the columns left out are ({listed([*fields.unread])}){said}"
 
 

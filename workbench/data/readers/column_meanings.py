@@ -31,6 +31,7 @@ _TOLD_BY_ROWS = re.compile(r"q\d+|[xyz]|roll|pitch|yaw|r[xyz]|m\d+[xyz]")
 """Columns whose unit rows of a known arm tell."""
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are likeliest where numbers are larger than the others would have them."""
+COMPUTED = "these poses are the controller's own, not measured: 'workbench extract' finds its model"
 _DIGIT = re.compile(r"\d")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
@@ -107,8 +108,7 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
         return column
     if key is None or not (unit is None or suits(unit, key)):
         key = meaning(name)
-    computed = bool(CONTROLLER.search(name)) and key is not None and quantities_of(key) != JOINT
-    if computed or (key in ("u", "v") and unit not in (None, "px")):  # an angle of a theodolite, not a pixel
+    if key in ("u", "v") and unit not in (None, "px"):  # an angle of a theodolite, not a pixel
         return column
     if key is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
         name, unit = split
@@ -116,7 +116,8 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     if is_commanded(name) and any(map(NUMBER.fullmatch, table.columns[index])):
         return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
     if key is not None and key != normalised(name) and not remark:
-        remark = f"'{text}' is read as {key}"
+        computed = CONTROLLER.search(name) and quantities_of(key) != JOINT
+        remark = COMPUTED if computed else f"'{text}' is read as {key}"
     return column if key is None else replace(column, key=key, unit=unit, remark=remark)
 
 
