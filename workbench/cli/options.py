@@ -45,7 +45,7 @@ DataArgument = Annotated[
 ColumnsOption = Annotated[
     str | None,
     option(
-        'Columns if headings are missing: "q1[deg],…,x[mm],…", "-" to skip one, of --joints too; '
+        'Columns if headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
         'in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
     ),
 ]
@@ -107,7 +107,8 @@ class FileOptions:
     joints: Annotated[
         Path | None,
         option(
-            "Joint positions, if measured separately: a table or a robot's log, joined by name, time or row."
+            "Joint positions, if measured separately: a table or a robot's log, joined by name, time or row; "
+            "--columns may name them as well."
         ),
     ] = None
     joined: tuple[AbstractSource, ...] = ()

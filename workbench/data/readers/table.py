@@ -23,6 +23,8 @@ _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
+_GROUPED = re.compile(r"[-+\u2212]?[1-9]\d{0,2}(?:([ '’\u00a0\u202f.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+"""A number whose thousands are grouped by another mark than the decimal one."""
 _EXTERNAL = re.compile(r"(?:e|ext?|eax|external)_?(?:axis_?)?([1-6a-f])")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
@@ -93,7 +95,12 @@ def grid_of(
 
 
 def with_points(grid: Grid) -> Grid:
-    """The cells with decimal points, where all numbers of the file have commas."""
+    """The cells with decimal points, where all numbers of the file have commas, and thousands not grouped."""
+    if any(_GROUPED.fullmatch(cell) for row in grid.rows for cell in row):
+        rows = [
+            [re.sub(r"(?<=\d)\D(?=\d{3}.*\D)", "", c) if _GROUPED.fullmatch(c) else c for c in r] for r in grid.rows
+        ]
+        return with_points(replace(grid, rows=rows, notes=(*grid.notes, "thousands separators are left out")))
     commas = [(cell, k) for k, row in enumerate(grid.rows) for cell in row if _COMMA.fullmatch(cell)]
     if not commas:
         return grid

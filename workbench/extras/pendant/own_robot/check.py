@@ -25,7 +25,15 @@ from workbench.extras.pendant.displayed import Displayed, typed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
 
-NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
+NAMES = {
+    "θ": "theta",
+    "offset": "theta",
+    "theta_offset": "theta",
+    "α": "alpha",
+    "twist": "alpha",
+    "r": "a",
+    "β": "beta",
+}
 """Other headings of the constants."""
 KINDS = {"r": "revolute", "p": "prismatic"} | {k: k for k in ("revolute", "prismatic", "fixed")}
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
