@@ -5,7 +5,7 @@ import pytest
 from checks import check_jacobian, pose_change
 from generator import move, turn
 
-from workbench import Motion, identification_jacobian, read_urdf, tool_poses, write_toml, write_urdf
+from workbench import Motion, Robot, identification_jacobian, read_urdf, tool_poses, write_toml, write_urdf
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot_toml import read_toml
@@ -119,3 +119,15 @@ def test_files_keep_the_follower(robot, ending, tmp_path):
         write_urdf(back, tmp_path / "frames.urdf")
         plain = read_urdf(tmp_path / "frames.urdf")
         np.testing.assert_allclose(tool_poses(plain, Motion(Q)), tool_poses(moved, Motion(Q)), atol=1e-12)
+
+
+def test_a_passive_joint_of_a_table_moves_with_others(tmp_path):
+    rows = [{"d": 0.3, "alpha": -1.5}, {"a": 0.8}, {"a": 0.9}, {"a": 0.2, "alpha": 1.5}]
+    whole = Robot.from_dh(rows)
+    rows[3] |= {"type": "fixed", "follows": [2, 3], "ratio": [-1.0, -0.5]}
+    arm = read_toml(write_toml(Robot.from_dh(rows), tmp_path / "arm.toml"))
+    every = np.column_stack([Q, -Q[:, 1] - 0.5 * Q[:, 2]])
+    np.testing.assert_allclose(tool_poses(arm, Motion(Q)), tool_poses(whole, Motion(every)), atol=1e-14)
+    assert {e.name for e in arm.elements if e.free} == {
+        e.name.replace("joint4", "fixed1") for e in whole.elements if e.free
+    }

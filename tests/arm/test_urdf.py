@@ -352,8 +352,9 @@ def with_jaw(tmp_path):
         for k, (a, b, z, y) in enumerate((("a", "b", 0.3, 0), ("b", "c", 0.2, 1), ("c", "d", 0.1, 0)), 1)
     ]
     tip = '<joint name="tip" type="fixed"><parent link="c"/><child link="e"/><origin xyz="0 0 0.09"/></joint>'
+    finger = joints[2].replace('"q3"', '"finger"').replace('"c"', '"e"').replace('"d"', '"f"')
     path = tmp_path / "jaw.urdf"
-    path.write_text(urdf(*joints, tip))
+    path.write_text(urdf(*joints, tip, finger.replace(LIMIT, f'{LIMIT}<mimic joint="q3"/>')))
     return path
 
 

@@ -7,7 +7,7 @@ from refusals import refuses
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import read_measurements
 
-SPOTS = ("A", "B", "C")
+SPOTS, H = ("A", "B", "C"), np.pi / 2
 
 
 def long_table(path, *, postures=6, drop=(), names=SPOTS):
@@ -114,6 +114,12 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
         ),
         ("q1[deg],x[mm],y[mm],z[mm],fx,fy,fz,tx,payload\n1,1,2,3,,,,7,1\n2,9,9,9,,,,7,1\n3,4,5,6,,,,7,1", []),
         ("q1[deg],x[mm],y[mm],z[mm],LT_X[mm],Y FARO[mm]\n1,7,7,3,1,2\n2,0,0,9,9,9\n3,0,0,6,4,5", []),
+        ("q1[deg];x[um];y[um];z[um]\n1;1;2;3\n2;#NV;lost;#NV\n3;4'000.0;5,000.0;6 000.0\n", [1]),
+        (f"{HEAD},qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n2,9,9,9,,,,\n3,4,5,6,1,0,0,0\n", []),
+        (
+            "x1[mm],y1[mm],z1[mm],phix1[rad],phiy1[rad],phiz1[rad],q1[deg]\n1,2,3,0,0,0,1\n9,9,9,0,0,0,2\n4,5,6,0,0,0,3",
+            [],
+        ),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
 )
@@ -138,3 +144,19 @@ def test_a_program_is_called_one(tmp_path, text):
     (tmp_path / "weld.drl").write_text(text)
     with refuses(FileError, "RAPID", "KRL", "JBI", "URScript"):
         read_measurements(tmp_path / "weld.drl")
+
+
+def test_external_axes_come_before_the_arm_and_each_of_several_distances_is_a_row(tmp_path):
+    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n")
+    data = read_measurements(tmp_path / "t.csv", joints=2)
+    assert data.q == pytest.approx(np.array([[0.005, H], [0.005, H], [0.006, H]]))
+    assert data.distance == pytest.approx([0.001, 0.002, 0.003])
+    assert data.anchor.tolist() == ["distance1", "distance2", "distance1"]
+
+
+@pytest.mark.parametrize("text", ["q[deg],-,xyz[mm]", "xyz[mm],q[deg],-"])
+def test_names_of_joints_are_those_of_their_own_table(tmp_path, text):
+    (tmp_path / "j.csv").write_text("90,5\n0,6\n")
+    (tmp_path / "t.csv").write_text("1,2,3\n4,5,6\n")
+    data = read_measurements(tmp_path / "t.csv", joint_table=tmp_path / "j.csv", columns=text)
+    assert (data.q[0, 0], data.position[1, 2]) == pytest.approx((H, 0.006))

@@ -13,12 +13,14 @@ from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 from slow import slow
 
-from workbench import load_plate, load_robot, measure_plate
+from workbench import Motion, load_plate, load_robot, measure_plate
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
+from workbench.data.simulation.instruments import INSTRUMENTS
+from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
@@ -250,3 +252,21 @@ def test_ten_seats_of_a_plate_are_the_arms_own(seed):
     found = read_rows(arm, rows)
     assert found.best.is_plain
     assert found.best.position < 0.005
+
+
+@pytest.mark.parametrize("kind", ["plane", "sphere"])
+def test_contacts_that_only_planes_explain_are_with_planes(kind):
+    robot = load_robot("katana450")
+    actual = virtual_arm(robot, rng=np.random.default_rng(0), length=5e-4, angle=2e-3)
+    q = np.random.default_rng(2).uniform(*robot.search_limits.T, (60, robot.dof))
+    rows = simulate(actual, Motion(q), instrument=INSTRUMENTS[f"{kind}-probe"], rng=np.random.default_rng(1))
+    found = as_read(robot, replace(rows, contact=np.char.add("top ", rows.contact)))[1].contact
+    assert np.char.startswith(found, "plane top").all() == (kind == "plane")
+
+
+def test_a_row_far_off_is_set_aside_though_it_is_held_out_and_others_hid_it():
+    robot, data = measured("puma", with_rotation=False)
+    position, rows = data.position.copy(), np.random.default_rng(3).choice(50, 5, replace=False)
+    position[rows] = -9.999
+    run = identify(robot, replace(data, position=position), reading="given")
+    assert sorted(one.row for one in run.outliers) == sorted(rows)

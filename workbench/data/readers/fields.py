@@ -16,7 +16,7 @@ from workbench.data.readers.table import Table
 from workbench.data.readers.two_places import told_twice
 
 MISSING = re.compile(
-    r"[\W_]*|nan|n/?a|#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid", re.IGNORECASE
+    r"[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid", re.IGNORECASE
 )
 """Cells without a value: blank, of signs alone, words that say so, or errors of a spreadsheet."""
 MAX_NUMBER = 1e50

@@ -98,7 +98,8 @@ def with_points(grid: Grid) -> Grid:
     """The cells with decimal points, where all numbers of the file have commas, and thousands not grouped."""
     if any(_GROUPED.fullmatch(cell) for row in grid.rows for cell in row):
         rows = [
-            [re.sub(r"(?<=\d)\D(?=\d{3}.*\D)", "", c) if _GROUPED.fullmatch(c) else c for c in r] for r in grid.rows
+            [re.sub(r"(?<=\d)\D(?=\d{3}.*\D)", "", c) if _GROUPED.fullmatch(c) else c for c in r]
+            for r in grid.rows
         ]
         return with_points(replace(grid, rows=rows, notes=(*grid.notes, "thousands separators are left out")))
     commas = [(cell, k) for k, row in enumerate(grid.rows) for cell in row if _COMMA.fullmatch(cell)]
