@@ -68,9 +68,8 @@ class JointEntry:
     @property
     def driven(self) -> str:
         """The constant that its axis moves; empty of a fixed joint, unless that turns by following others."""
-        return {JointKind.REVOLUTE: "theta", JointKind.PRISMATIC: "d"}.get(
-            self.type, "theta" if self.follows else ""
-        )
+        turns = self.type is JointKind.REVOLUTE or (self.type is JointKind.FIXED and self.follows)
+        return "theta" if turns else "d" if self.type is JointKind.PRISMATIC else ""
 
 
 def joint_names(kinds: Iterable[JointKind]) -> list[str]:

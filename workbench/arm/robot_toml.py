@@ -78,11 +78,8 @@ class _RobotReader(AbstractTableReader):
 
     def mounting(self, table: dict, where: str, common: Mounting, default: Freedom) -> Mounting:
         """Base, tool and gravity in a table, or the common ones."""
-        own: dict[str, Any] = {
-            kind: self.frame(table[kind], f"{where}{kind}", default)
-            for kind in ("base", "tool")
-            if kind in table
-        }
+        kinds = [kind for kind in ("base", "tool") if kind in table]
+        own: dict[str, Any] = {kind: self.frame(table[kind], f"{where}{kind}", default) for kind in kinds}
         if "gravity" in table:
             own["gravity"] = frozen(self.numbers(table["gravity"], 3, f"{where}gravity"))
         return replace(common, **own)

@@ -183,10 +183,9 @@ def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
     with _naming(path):
         try:
             return ET.fromstring(content, parser=parser)
-        except ET.ParseError as error:
-            raise RobotError(f"is not a URDF: {error}") from None
-        except (LookupError, ValueError) as error:  # an unknown encoding, or a wrong one
-            raise RobotError(f"is not a URDF: {error}; save it as UTF-8") from None
+        except (ET.ParseError, LookupError, ValueError) as error:  # of an encoding unless of its parts
+            more = "" if isinstance(error, ET.ParseError) else "; save it as UTF-8"
+            raise RobotError(f"is not a URDF: {error}{more}") from None
 
 
 def tip_of(robot: Robot, joints: int) -> str | None:
@@ -195,7 +194,8 @@ def tip_of(robot: Robot, joints: int) -> str | None:
         return None
     with _naming(robot.urdf.path):
         every = _chains(_parse(robot.urdf.path))
-    chains = {link: c for link, c in every.items() if _moving(c) == joints and _leads_itself(c)}
+    alone = (c for c in every.values() if {j.mimic.joint for j in c if j.mimic} <= {j.name for j in c})
+    chains = {c[-1].child: c for c in alone if _moving(c) == joints}
     last = {next(j for j in reversed(chain) if _moves(j)).child for chain in chains.values()}
     ends = set(chains) - {chain[-1].parent for chain in chains.values()}
     return None if len(last) != 1 else (ends if len(ends) == 1 else last).pop()
@@ -203,11 +203,6 @@ def tip_of(robot: Robot, joints: int) -> str | None:
 
 def _moves(joint) -> bool:
     return joint.type != "fixed" and joint.mimic is None
-
-
-def _leads_itself(chain: list) -> bool:
-    """Whether every joint that follows another follows one of the chain."""
-    return {j.mimic.joint for j in chain if j.mimic is not None} <= {j.name for j in chain if _moves(j)}
 
 
 def _moving(chain: list) -> int:
@@ -261,9 +256,7 @@ def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
         tips = ", ".join(joints[-1].child for joints in best)
         raise RobotError(f"has several chains of {maximum} moving joints; choose a tip: {tips}")
-    if len(best) > 1:  # several tools on one flange: stop at the flange
-        return best[0][: last_moving[0] + 1]
-    return best[0]
+    return best[0] if len(best) == 1 else best[0][: last_moving[0] + 1]  # several tools: up to the flange
 
 
 def _unit_axis(joint) -> Vector3:

@@ -107,8 +107,7 @@ class FileOptions:
     joints: Annotated[
         Path | None,
         option(
-            "Joint positions, if measured separately: a table or a robot's log, joined by name, time or row; "
-            "--columns may name them as well."
+            "Joints measured separately: a table (--columns names it too) or log, joined by name, time, row."
         ),
     ] = None
     joined: tuple[AbstractSource, ...] = ()

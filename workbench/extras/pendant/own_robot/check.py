@@ -25,15 +25,7 @@ from workbench.extras.pendant.displayed import Displayed, typed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
 
-NAMES = {
-    "θ": "theta",
-    "offset": "theta",
-    "theta_offset": "theta",
-    "α": "alpha",
-    "twist": "alpha",
-    "r": "a",
-    "β": "beta",
-}
+NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 """Other headings of the constants."""
 KINDS = {"r": "revolute", "p": "prismatic"} | {k: k for k in ("revolute", "prismatic", "fixed")}
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
@@ -73,7 +65,7 @@ def read_joint_table(path: Path | str) -> JointTable:
     if len(grid.rows) < 2:
         raise grid.error("has no joints; give a line of headings and one for each joint")
     heads = [parse_heading(cell) for cell in grid.rows[0]]
-    names = [INDEX.sub("", head.name.lower()) for head in heads]
+    names = [INDEX.sub("", head.name.lower().removesuffix("_offset")) for head in heads]
     names = [NAMES.get(name, name) for name in names]
     if missing := [name for name in CONSTANTS[:4] if name not in names]:
         raise grid.error(f"has no column {', '.join(missing)}; give theta, d, a, alpha", 0)
