@@ -27,7 +27,7 @@ def with_planes(robot: Robot, data: Dataset) -> Dataset:
     off = {name: _misfit(robot, data.take(own)) for name, own in each}
     flat = sorted(name for name, size in off.items() if size > FITS * robot.reach)
     found = {name: f"{PLANE} {name}" for name in flat}
-    as_planes = replace(data, contact=[found.get(name, name) for name in data.contact.tolist()])
+    as_planes = replace(data, contact=np.array([found.get(n, n) for n in data.contact.tolist()]))
     rows = rows[np.isin(data.contact[rows], flat)]
     if len(rows) < 6 * (len(flat) + 1):  # twice the unknowns
         return data
