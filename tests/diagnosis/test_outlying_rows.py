@@ -76,3 +76,13 @@ def test_held_out_rows_that_stand_out_are_named_with_the_mean_without_them():
     assert stand_out_note(np.arange(5), errors[[0, 1, 2, 4, 5]]) == ""
     assert stand_out_note(np.arange(0), errors[:0]) == ""
     assert stand_out_note(np.arange(2), np.full(2, np.nan)) == ""
+
+
+def test_a_sixth_of_the_rows_is_set_apart():
+    """More than a tenth were taken for the tail of real errors, and kept."""
+    case, rng = make("none", 8), np.random.default_rng(2)
+    data, off = case.data.take(np.arange(120)), rng.choice(120, 20, replace=False)
+    moved(data, off, 2 * MISSEATED, rng)
+    found, fitted_alone = wb.diagnose(case.robot, data), wb.identify(case.robot, data)
+    assert set(found.outliers) == set(off) & set(found.train_rows)
+    assert set(fitted_alone.outlying) == set(off) - set(fitted_alone.held_out_rows)

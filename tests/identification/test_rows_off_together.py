@@ -61,7 +61,7 @@ def measured(shift, away, *, noise=5e-5):
 def test_rows_that_lie_off_together_are_named(shift, away, text):
     found = wb.identify("ur5e", measured(shift, away), held_out=0.0)
     (said,) = [w for w in found.warnings if "together" in w]
-    assert said.startswith(f"{away.sum()} of 90 fitted rows (")
+    assert said.startswith(f"{away.sum()} of 90 rows (")
     assert text in said
     stated = [float(v) for v in said.split("together, by ")[1].split(" mm in")[0].split(", ")]
     assert stated == pytest.approx([1e3 * v for v in shift], abs=0.1)
@@ -70,7 +70,7 @@ def test_rows_that_lie_off_together_are_named(shift, away, text):
 @pytest.mark.parametrize("noise", [5e-5, 2e-3])
 def test_noise_makes_no_two_groups(noise):
     found = wb.identify("ur5e", measured((0, 0, 0), np.zeros(90, bool), noise=noise), held_out=0.0)
-    assert two_places(found.best.fit) == ""
+    assert two_places(found.best.fit, found.data) == ""
 
 
 def moved_rows(seed, moved_at, *, of=60):

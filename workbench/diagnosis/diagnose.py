@@ -151,7 +151,7 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
             "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
         ),
         followed=followed,
-        places="" if followed else two_places(fit),
+        places="" if followed else two_places(fit, fit.problem.data),
     )
 
 

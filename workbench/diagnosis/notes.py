@@ -59,7 +59,8 @@ def notes(
     yield from [saved.note] if saved.note is not None else []
     if search.too_few is None and saved.undetectable and any(e.loads for e in effects):
         yield describe(saved.undetectable)
-    if not effects and (two := two_places(search.first.fit)):  # an effect may be what parts them
+    rows = ready.data.take(np.union1d(ready.train_rows, outliers))
+    if not effects and (two := two_places(search.first.fit, rows)):  # an effect may be what parts them
         yield two
     if scale := instrument_scale(ready.aligned, fit.problem.data):
         yield scale

@@ -422,7 +422,7 @@ class Identification(AbstractReported):
                     f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; "
                     "check robot, frames and sessions"
                 )
-            yield two_places(best.fit)
+            yield two_places(best.fit, self.data.take(np.union1d(self.train_rows, self.outlying)))
             yield self.instrument_scale
         else:
             yield from own.doubts

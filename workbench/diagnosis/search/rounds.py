@@ -26,6 +26,7 @@ from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, 
 from workbench.diagnosis.search.stepwise_search import MAX_EARLY_EXCHANGE_EFFECTS, MIN_FALL, supported
 from workbench.diagnosis.search.stepwise_search import search as search_effects
 from workbench.identification.checks.gravity_direction import WIDE_SIGMA, freed
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
@@ -119,7 +120,8 @@ def geometry_first(problem: Problem) -> Stage:
     data = problem.data
     fitted = refit(problem, None, ())
     everything = np.ones(len(data), bool)
-    out = find_outliers(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
+    wide = fitted.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
+    out = find_outliers(wide, robust_fit(wide, fitted.fit.x), everything)
     spared = crowded(out, data, within=EVENT_WINDOW, fewest=MIN_WINDOW_OUTLIERS)
     stage = Stage(data, ~out | spared, problem, fitted, spared)
     return _without_outliers(_fit(stage, None, ()), None)
@@ -158,9 +160,9 @@ def rounds(
         progress(0.8 - 0.5 / (1 + number), f"round {number + 1}: trying every effect on every joint")
         last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
-            stage = replace(stage, spared=np.zeros(len(stage.data), bool))
+            spared, stage = stage.spared, replace(stage, spared=np.zeros(len(stage.data), bool))
             if not any(t.candidate.effect.is_event for t in last.model):
-                stage = _without_outliers(_fit(stage, None, ()), None)
+                stage = _without_outliers(_fit(replace(stage, keep=stage.keep & ~spared), None, ()), None)
                 last = _search(stage, fold, tried, events, without)
         over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
         same = _same(last.model, stage.fitted.model)

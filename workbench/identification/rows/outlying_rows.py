@@ -54,8 +54,9 @@ OUTLIER_CHANCE = 0.01
 """Probability of calling any row of clean normal data an outlier."""
 MIN_OUTLIER_RATIO = 4.0
 """… and an outlier must exceed the median by at least this factor,"""
-MIN_TAIL_RATIO = 3.0
-"""… and the 90 % quantile by this factor: real errors have longer tails than normal ones."""
+MIN_TAIL_RATIO, MAX_SHARE = 3.0, 0.25
+"""… and the 90 % quantile by this factor, as real errors have longer tails than normal ones; or the next
+smaller size, where no more than this share of the rows stands apart."""
 WEIGHT_TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROBUST_ROUNDS = 8
@@ -145,7 +146,9 @@ def row_sizes(
 
 def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
     """Sizes above which a row stands out."""
-    tail = MIN_TAIL_RATIO * np.quantile(sizes, 0.9, axis=0)
+    ordered = np.sort(sizes, axis=0)[int((1.0 - MAX_SHARE) * len(sizes)) :]
+    gaps = np.where(ordered[1:] > MIN_TAIL_RATIO * ordered[:-1], ordered[:-1], np.inf).min(0, initial=np.inf)
+    tail = MIN_TAIL_RATIO * np.minimum(np.quantile(sizes, 0.9, axis=0), gaps)
     chance = np.sqrt(special.chdtri(3, OUTLIER_CHANCE / len(sizes)) / special.chdtri(3, 0.5))
     return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 

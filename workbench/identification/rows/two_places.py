@@ -10,6 +10,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.advice import beside
 from workbench.base.wording import in_mm, ranges
+from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
 
@@ -23,10 +24,14 @@ ROUNDS = 8
 
 
 @beside("rows that lie off together", "")
-def two_places(fit: Fit) -> str:
-    """`30 of 90 fitted rows (every 3rd, from row 0) lie 3 mm off the others together …`, or empty."""
-    problem = fit.problem
-    data, points, motion = problem.data, problem.data.position, Motion.of(problem.data)
+def two_places(fit: Fit, data: Dataset) -> str:
+    """`30 of 90 rows (every 3rd, from row 0) lie 3 mm off the others together …`, or empty.
+
+    Args:
+        fit: Fit to most of the rows.
+        data: They and those that were excluded as outliers.
+    """
+    problem, points, motion = fit.problem, data.position, Motion.of(data)
     if points is None or len(data) < MIN_ROWS or len(data.sessions) > 1 or not np.isfinite(points).all():
         return ""
     turned = tool_poses(fit.arm.in_session(""), motion)[:, :3, :3]
@@ -52,7 +57,7 @@ def two_places(fit: Fit) -> str:
         return ""
     shift = left[few].mean(0) - left[~few].mean(0)
     return (
-        f"{few.sum()} of {len(few)} fitted rows ({_which(data.row, few)}) lie "
+        f"{few.sum()} of {len(few)} rows ({_which(data.row, few)}) lie "
         f"{in_mm(float(np.linalg.norm(shift)))} off the others together, by "
         f"{', '.join(f'{1e3 * v:.2f}' for v in shift)} mm in x, y, z of {axes}: "
         "another reflector, seat, station or tool, or a knock? tell them apart by a column 'session'"
