@@ -124,8 +124,11 @@ class Chain:
     @cached_property
     def constants(self) -> Float[np.ndarray, "k 4 4"]:
         """Matrices of the constant elements; identities elsewhere."""
-        matrices = [np.eye(4) if e.matrix is None else e.matrix for e in self.elements]
-        return frozen(np.array(matrices).reshape(-1, 4, 4))
+        out = np.tile(np.eye(4), (len(self.elements), 1, 1))
+        for i, element in enumerate(self.elements):
+            if element.matrix is not None:
+                out[i] = element.matrix
+        return frozen(out)
 
     @cached_property
     def index(self) -> dict[str, int]:
