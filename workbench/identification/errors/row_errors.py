@@ -264,7 +264,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         residual = at.residual
         seen = np.broadcast_to(observation.seen, residual.shape)
         kinds = np.array([~(turns := observation.is_rotation), turns], float)
-        mine = np.ix_([0, 1 if observation.link is None else 2], rows)
+        mine = np.ix_(np.array([0, 1 if observation.link is None else 2]), rows)
         square[mine] += kinds @ np.where(seen, residual, 0.0).T ** 2
         components[mine] += kinds @ seen.T
     vectors = np.maximum(components / np.array([[3.0], [np.inf], [2.0]]), 1.0)  # markers, inclinometers
