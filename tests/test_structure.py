@@ -40,7 +40,7 @@ BUDGETS = {
     "root": 255,
     "base": 2_179,
     "report": 833,
-    "arm": 9_920,
+    "arm": 9_919,
     "data": 5_469,
     "plate": 5_708,
     "identification": 9_706,
