@@ -32,6 +32,11 @@ class ModelStage(StrEnum):
     GEOMETRY = "geometry"
     EFFECTS = "with effects"
 
+    @property
+    def path(self) -> str:
+        """In the names of a recording's entities."""
+        return self.name.lower()
+
     @classmethod
     def _missing_(cls, value: object) -> "ModelStage | None":
         """By the name that it had in earlier recordings."""

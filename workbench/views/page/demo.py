@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -94,9 +95,13 @@ class Demo:
             if self._stop.is_set():
                 break
             self._play(scene)
-        else:  # the last picture
+        else:  # the last picture, in which the arms go on
             self.is_finished = True
-            self._stop.wait()
+            for row in cycle(range(0, 120, 12)):
+                if self._stop.is_set():
+                    break
+                self._submit(ShowRow(row))
+                self._wait(1.5)
         self._leave()
 
     def _play(self, scene: DemoScene) -> None:

@@ -9,14 +9,14 @@ import rerun as rr
 from workbench.arm.kinematics.skeleton import body_frames
 from workbench.identification.report.document import models, remarks
 from workbench.identification.report.parameters import parameter_blocks
-from workbench.identification.result import Identification, order_of_measuring
+from workbench.identification.result import Identification
 from workbench.parts import warn_of_broken
 from workbench.report.result_display import as_markdown
 from workbench.session.comparison import STAGES, Comparison
 from workbench.session.real_arm import bent_frames
-from workbench.session.stages import shown_stage
+from workbench.session.stages import shown_stage, stages
 from workbench.session.state import Session
-from workbench.views.appearance.colours import CALIBRATED, NOMINAL, SELECTED
+from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.arms import model_and_real, shell
 from workbench.views.drawables.measured import measured
 from workbench.views.drawables.nominal_arm import nominal_arm
@@ -111,14 +111,9 @@ def sheets(session: Session) -> Iterator[Item]:
     """The last identification and diagnosis, and index O of each target alone (ARIA eq. 17)."""
     yield from tables(session)
     yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
-    if (found := session.results.identification) is not None:
-        best = found.best
-        for name, rows, colour in (
-            ("nominal", found.nominal_rows, NOMINAL),
-            ("calibrated", (best.train_rows, best.held_out_rows), CALIBRATED),
-        ):
-            position = np.concatenate([each.position for each in rows])[np.argsort(order_of_measuring(found))]
-            yield Item(f"before_after/{name}_mm", _bars, (np.nan_to_num(1e3 * position), colour))
+    for stage in stages(session):
+        drawn = np.nan_to_num(1e3 * stage.rows), STAGE_COLOURS[stage.title]
+        yield Item(f"before_after/{stage.title.path}_mm", _bars, drawn)
     if (diagnosis := session.results.diagnosis) is not None:
         yield Item("diagnosis/words", lambda d: markdown(as_markdown(d.blocks())), (diagnosis,))
 

@@ -28,6 +28,9 @@ from workbench.views.page.panels.panel import AbstractPanel, ask
 
 INDEX = INDICES["O"]
 """The one index of the page: of all targets together."""
+OBSERVABILITY = (
+    f"How evenly the targets tell all constants of the arm, 0 (some not at all) to 1: {INDEX.meaning}."
+)
 TRACE = 60
 """Places of a drag that its curves have at most."""
 ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
@@ -39,11 +42,11 @@ WORST, UNDETERMINED = 3, 1e-6
 
 
 class IndexPanel(AbstractPanel):
-    """Predicted error, index, the contribution of each target: of a fixed height; the strip judges them."""
+    """Predicted error and index, of a fixed height; the strip judges them."""
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
-    depends = ("score", "history.first", "states", "selected", "noise", "plate.region", "drag")
+    depends = ("score", "history.first", "noise", "plate.region", "drag")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._drag: Drag | None = None
@@ -62,13 +65,21 @@ class IndexPanel(AbstractPanel):
         box = session.measurements.box  # nobody may have noticed that the region follows the rows
         place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
         return block(
-            heading(f"Predicted after calibration in {place}, and observability O")
-            + headline(session, self._trace)
-            + heading("How much the error rises without each target [%]")
-            + loss_bars(session)
-            + determined(session),
+            heading(f"Predicted after calibration in {place}, and observability index O")
+            + headline(session, self._trace),
             testid="index",
         )
+
+
+class LossPanel(AbstractPanel):
+    """The contribution of each target; in a drag now and then, as a page takes long to set so many words."""
+
+    tab, order = Tab.PLATE, 21
+    depends = ("score", "states", "selected", "drag")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        about = heading("How much the predicted error rises without each target [% of it]")
+        self.html(lambda s: block(about + loss_bars(s) + determined(s), testid="losses"))
 
 
 class DetailsPanel(AbstractPanel):
@@ -114,7 +125,7 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     return (
         '<div style="display:flex;gap:16px;font-variant-numeric:tabular-nums">'
         + _figure("predicted", f"{number(1e3 * now.position)} mm", own + error_change, about, errors)
-        + _figure("O", f"O {number(index, 4)}", "1 is best" + index_change, INDEX.meaning, indices)
+        + _figure("O", f"O {number(index, 4)}", "1 is best" + index_change, OBSERVABILITY, indices)
         + f'</div><div data-testid="reading" style="{ONE_LINE}">{_about(session)}</div>'
     )
 
@@ -182,7 +193,11 @@ def _without(rise: float) -> str:
     """What would be lost without a target."""
     if np.isnan(rise):
         return ""
-    return "parameters undetermined without it" if np.isinf(rise) else f"{100 * rise:+.0f} % error without it"
+    return (
+        "parameters undetermined without it"
+        if np.isinf(rise)
+        else f"{100 * rise:+.0f} % of the error without it"
+    )
 
 
 def _worst(now: SetScore) -> str:
