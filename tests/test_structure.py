@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_706,
     "diagnosis": 7_257,
     "exports": 357,
-    "session": 7_132,
+    "session": 7_127,
     "views": 8_504,
     "cli": 1_812,
     "extras": 1,

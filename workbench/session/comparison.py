@@ -32,11 +32,6 @@ class ModelStage(StrEnum):
     GEOMETRY = "geometry"
     EFFECTS = "with effects"
 
-    @property
-    def path(self) -> str:
-        """In the names of a recording's entities."""
-        return self.name.lower()
-
     @classmethod
     def _missing_(cls, value: object) -> "ModelStage | None":
         """By the name that it had in earlier recordings."""
@@ -80,13 +75,6 @@ class Comparison:
 
     def __len__(self) -> int:
         return len(self.q)
-
-    @cached_property
-    def errors(self) -> Float[np.ndarray, "rows 2"]:
-        """Position errors of the nominal and of the calibrated arm [m]; NaN where unknown."""
-        calibrated = np.full_like(self.nominal, np.nan) if self.calibrated is None else self.calibrated
-        places = np.stack([self.nominal, calibrated], 1)[..., :3, 3]
-        return frozen(np.linalg.norm(self.measured[:, None] - places, axis=2))
 
     @cached_property
     def stage_errors(self) -> Float[np.ndarray, "rows 3"]:

@@ -97,10 +97,9 @@ class Demo:
             self._play(scene)
         else:  # the last picture, in which the arms go on
             self.is_finished = True
-            for row in cycle(range(0, 120, 12)):
-                if self._stop.is_set():
-                    break
-                self._submit(ShowRow(row))
+            rows = cycle(range(0, 120, 12))
+            while not self._stop.is_set():
+                self._submit(ShowRow(next(rows)))
                 self._wait(1.5)
         self._leave()
 

@@ -25,7 +25,7 @@ from workbench.views.drawables.region import region
 from workbench.views.drawables.scene_contents import in_recordings
 from workbench.views.drawables.sink import Item, is_same
 from workbench.views.recording.blueprint import blueprint, subject
-from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.canvas import PATHS, Canvas
 from workbench.views.recording.recorded_step import DrawingPace, Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
 from workbench.views.recording.sentences import about
@@ -111,9 +111,11 @@ def sheets(session: Session) -> Iterator[Item]:
     """The last identification and diagnosis, and index O of each target alone (ARIA eq. 17)."""
     yield from tables(session)
     yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
-    for stage in stages(session):
-        drawn = np.nan_to_num(1e3 * stage.rows), STAGE_COLOURS[stage.title]
-        yield Item(f"before_after/{stage.title.path}_mm", _bars, drawn)
+    for k, stage in enumerate(stages(session)):
+        if len(known := 1e3 * stage.rows[np.isfinite(stage.rows)]):
+            largest_first = np.quantile(known, np.linspace(1.0, 0.0, 25))  # more bars are none to the eye
+            drawn = largest_first, STAGE_COLOURS[stage.title], 0.3 * k, 0.3  # over others they turn white
+            yield Item(f"before_after/{PATHS[stage.title]}_mm", _bars, drawn)
     if (diagnosis := session.results.diagnosis) is not None:
         yield Item("diagnosis/words", lambda d: markdown(as_markdown(d.blocks())), (diagnosis,))
 
@@ -131,6 +133,7 @@ def _fitted(found: Identification | None, fit: str) -> rr.TextDocument:
     return markdown(as_markdown(parts))
 
 
-def _bars(values: np.ndarray, colour: Any) -> rr.BarChart:
-    """A bar for each value, counted from 1; each is drawn from its place to the next one's."""
-    return rr.BarChart(values, abscissa=np.arange(1, len(values) + 1) - 0.5, color=colour)
+def _bars(values: np.ndarray, colour: Any, aside: float = 0.0, width: float = 1.0) -> rr.BarChart:
+    """A bar for each value, counted from 1, and so far aside."""
+    places = np.arange(1, len(values) + 1) - 0.5 + aside
+    return rr.BarChart(values, abscissa=places, color=colour, widths=np.full(len(values), width))

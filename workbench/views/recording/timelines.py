@@ -20,12 +20,12 @@ from workbench.session.stages import stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.sink import differences
-from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.canvas import PATHS, Canvas
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.sentences import sentence
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
-COLOURS = {stage.path: colour for stage, colour in STAGE_COLOURS.items()}
+COLOURS = {PATHS[stage]: colour for stage, colour in STAGE_COLOURS.items()}
 DRAGS = (GrabTarget, MoveTarget, DropTarget)
 
 
@@ -127,7 +127,7 @@ class RowErrorTimeline(AbstractTimeline):
             return
         self._drawn.add(group)
         for stage in rows.stages:
-            path = f"row_error/{stage.path}_mm/{group}"
+            path = f"row_error/{PATHS[stage]}_mm/{group}"
             lines = rr.SeriesLines(names=f"{results.fit}: {stage} mm", colors=STAGE_COLOURS[stage])
             canvas.log(path, lines, static=True)
             errors = 1e3 * rows.stage_errors[:, STAGES.index(stage)]
@@ -145,9 +145,9 @@ def _score(score: SetScore) -> Iterator[tuple[str, float]]:
 
 def _errors(session: Session) -> Iterator[tuple[str, float]]:
     for stage in stages(session):
-        yield f"error/{stage.title.path}_mm", stage.error
+        yield f"error/{PATHS[stage.title]}_mm", stage.error
         if stage.turned is not None:
-            yield f"error/{stage.title.path}_deg", stage.turned
+            yield f"error/{PATHS[stage.title]}_deg", stage.turned
 
 
 TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Series, RowErrorTimeline)
