@@ -40,13 +40,13 @@ BUDGETS = {
     "root": 255,
     "base": 2_179,
     "report": 833,
-    "arm": 9_920,
+    "arm": 9_919,
     "data": 5_469,
     "plate": 5_708,
     "identification": 9_706,
     "diagnosis": 7_257,
     "exports": 357,
-    "session": 7_132,
+    "session": 7_127,
     "views": 8_504,
     "cli": 1_812,
     "extras": 1,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 42_000,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 19_758
+READING_SET = 19_718
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

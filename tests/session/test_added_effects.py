@@ -63,7 +63,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     diagnosed = session.results.diagnosis.robot
     assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
     expected = evaluate(run.judged, read_measurements(path))
-    errors = rows.errors[:, 1]
+    errors = rows.stage_errors[:, 2]
     place = {int(number): i for i, number in enumerate(expected.row_numbers)}
     by_row = expected.rows.position[[place[int(number)] for number in rows.number]]
     assert len(rows) == len(expected.row_numbers) == 90

@@ -179,7 +179,7 @@ STATES = [
     (
         "first",
         lambda s: fallen_short(s, searched=s.plate),
-        "95 % should, and do within 1.3 mm",
+        "95 % of them should, and do within 1.3 mm",
         CAREFUL,
         ImprovePlate(1, 17),
         MAKE,

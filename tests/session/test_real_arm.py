@@ -53,7 +53,7 @@ def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
     assert session.results.identification.runs["opt2"].held_out.position_mm.mean < 0.5
     assert session.results.identification.nominal.held_out.position_mm.mean > 5.0
-    times, errors = session.choices.overlay.exaggeration, session.results.comparison.errors[:, 0]
+    times, errors = session.choices.overlay.exaggeration, session.results.comparison.stage_errors[:, 0]
     assert times * np.nanmean(errors) == pytest.approx(0.05 * session.robot.reach, rel=0.05)
     assert do(Identify(("ols",))).choices.overlay.exaggeration == times  # a better model is seen beside it
 

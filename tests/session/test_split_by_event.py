@@ -65,7 +65,7 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
             again = replay(first, worker.journal)
             assert np.array_equal(again.measurements.loaded.dataset.session, data.session)
             assert again.results.diagnosis.message == after.results.diagnosis.message
-        for command in (Undo(), Redo(), Undo()):
+        for command in (Undo(), Undo(), Redo(), Undo()):
             worker.submit(command)
         assert worker.wait(60.0)
         assert worker.session.results.diagnosis is found

@@ -124,8 +124,11 @@ class Chain:
     @cached_property
     def constants(self) -> Float[np.ndarray, "k 4 4"]:
         """Matrices of the constant elements; identities elsewhere."""
-        matrices = [np.eye(4) if e.matrix is None else e.matrix for e in self.elements]
-        return frozen(np.array(matrices).reshape(-1, 4, 4))
+        out = np.tile(np.eye(4), (len(self.elements), 1, 1))
+        for i, element in enumerate(self.elements):
+            if element.matrix is not None:
+                out[i] = element.matrix
+        return frozen(out)
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -158,6 +161,8 @@ class Chain:
         return other
 
 
+inner = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+"""Decorator of functions that only compiled ones call: no entry of their own is compiled."""
 LANES = 8
 """Rows that the loop takes at a time."""
 LARGEST = 1e15
@@ -320,9 +325,18 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
             for n in range(LANES):
                 pose[i, n] = 1.0 if i % 5 == 0 else 0.0
         frame = 0
-        for k in range(axes.shape[0]):
+        for k in range(axes.shape[0] + 1):
+            while frame < ends.shape[0] and ends[frame] == k:
+                for n in range(min(LANES, rows - start)):
+                    for i in range(3):
+                        for j in range(4):
+                            out[start + n, frame, i, j] = pose[4 * i + j, n]
+                        out[start + n, frame, 3, i] = 0.0
+                    out[start + n, frame, 3, 3] = 1.0
+                frame += 1
+            if k == axes.shape[0]:
+                break
             axis, column = axes[k], place[k]
-            frame = _store(pose, k, ends, frame, out[start : start + LANES])
             if column >= 0:
                 for i in range(3):
                     for n in range(LANES):
@@ -363,7 +377,6 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
                 for i in range(0, 12, 4):
                     for n in range(LANES):
                         pose[i + 3, n] += pose[i + axis - 3, n] * step[0, n]
-        _store(pose, axes.shape[0], ends, frame, out[start : start + LANES])
         for k in range(axes.shape[0]):
             column = place[k]
             if column < 0:
@@ -385,21 +398,6 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
             for i in range(6):
                 for column in range(size):
                     twist[start + n, i, column] = columns[i, column, n]
-
-
-@njit(cache=True, inline="always")
-@no_type_check
-def _store(pose, k, ends, frame, out):
-    """Write the transforms of some rows to their frames that stand after k elements; the next frame."""
-    while frame < ends.shape[0] and ends[frame] == k:
-        for n in range(out.shape[0]):
-            for i in range(3):
-                for j in range(4):
-                    out[n, frame, i, j] = pose[4 * i + j, n]
-                out[n, frame, 3, i] = 0.0
-            out[n, frame, 3, 3] = 1.0
-        frame += 1
-    return frame
 
 
 @njit(cache=True, inline="always")

@@ -6,6 +6,7 @@ Words and frames take the colour of the text around them, so that a chart reads 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -86,7 +87,6 @@ class Chart:
         ends: Words below the left and the right end.
         ticks: Places [x] with words below them.
         floor: Where the upright axis begins; None: at the smallest value.
-        sides: Words at the lower and the upper end of the upright axis; None: its numbers.
         now: Place of an upright line [x], if any.
         uprights: Lines that mark where something happened, over the marks.
     """
@@ -97,7 +97,6 @@ class Chart:
     ticks: Sequence[tuple[float, str]] = ()
     is_log: bool = False
     floor: float | None = None
-    sides: tuple[str, str] | None = None
     now: float | None = None
     uprights: Sequence[Upright] = ()
     title: str = field(default="", kw_only=True)
@@ -109,7 +108,7 @@ class Chart:
         if not np.isfinite(y).any():
             return ""
         low, high = np.nanmin(y) if self.floor is None else self.floor, np.nanmax(y)
-        bottom, top = self.sides or (significant(float(low)), significant(float(high)))
+        bottom, top = significant(float(low)), significant(float(high))
         parts = [f'<path d="M{LEFT} 0V{self.height:.0f}H{WIDTH:.0f}" fill="none" {_ink("stroke", 0.3)}/>']
         parts += [
             text(LEFT - 4, MARGIN + 6, top, anchor="end"),
@@ -119,7 +118,7 @@ class Chart:
         ]
         first, last = float(x.min()), float(x.max())
         for place, label in self.ticks:
-            at = float(self._across(np.array([place]), first, last)[0])
+            at = self._across(place, first, last)
             parts.append(f'<path d="M{at:.1f} {self.height:.0f}v4" {_ink("stroke", 0.3)}/>')
             parts.append(
                 text(min(at, WIDTH - 0.3 * SIZE * len(label)), self.height + FOOT - 1, label, anchor="middle")
@@ -128,10 +127,10 @@ class Chart:
             across = self._across(one.x, first, last)
             parts.append(_drawn(one, across, self._up(one.y, float(low), float(high))))
         if self.now is not None:
-            at = float(self._across(np.array([self.now]), first, last)[0])
+            at = self._across(self.now, first, last)
             parts.append(f'<path d="M{at:.1f} 0V{self.height:.0f}" {_ink("stroke", 0.8)}/>')
         for k, line in enumerate(self.uprights):
-            at = float(self._across(np.array([line.x]), first, last)[0])
+            at = self._across(line.x, first, last)
             anchor, aside = ("end", -4) if at > 0.5 * (LEFT + WIDTH) else ("start", 4)
             parts += [
                 f'<path d="M{at:.1f} 0V{self.height:.0f}" style="stroke:{line.colour}" stroke-width="1.6" '
@@ -142,9 +141,8 @@ class Chart:
         foot = self.height + FOOT + (FOOT if named else 0.0)
         return framed(foot, [*parts, *_legend(named, foot - 4)], self.testid)
 
-    def _across(self, x: np.ndarray, first: float, last: float) -> np.ndarray:
-        room = WIDTH - LEFT - 2 * MARGIN
-        return LEFT + MARGIN + room * (x - first) / max(last - first, 1e-12)
+    def _across(self, x: Any, first: float, last: float) -> Any:
+        return LEFT + MARGIN + (WIDTH - LEFT - 2 * MARGIN) * (x - first) / max(last - first, 1e-12)
 
     def _up(self, y: np.ndarray, low: float, high: float) -> np.ndarray:
         if self.is_log:

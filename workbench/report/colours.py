@@ -5,6 +5,8 @@ GEOMETRY = "#0072b2"
 """The calibrated geometry alone."""
 CALIBRATED = "#d55e00"
 """The geometry with effects; the real arm in a scene, and the result in a report."""
+UNNAMED = "#cc79a7"
+"""What has no name, or none yet."""
 EVENT = "#0ea5e9"
 """What happened while rows were measured."""
 GOOD, BAD, CAREFUL = (

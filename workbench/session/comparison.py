@@ -77,13 +77,6 @@ class Comparison:
         return len(self.q)
 
     @cached_property
-    def errors(self) -> Float[np.ndarray, "rows 2"]:
-        """Position errors of the nominal and of the calibrated arm [m]; NaN where unknown."""
-        calibrated = np.full_like(self.nominal, np.nan) if self.calibrated is None else self.calibrated
-        places = np.stack([self.nominal, calibrated], 1)[..., :3, 3]
-        return frozen(np.linalg.norm(self.measured[:, None] - places, axis=2))
-
-    @cached_property
     def stage_errors(self) -> Float[np.ndarray, "rows 3"]:
         """Position error at every stage [m]; NaN where unknown."""
         return frozen(np.linalg.norm(self.residuals, axis=2))

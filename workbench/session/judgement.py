@@ -42,7 +42,7 @@ def plate_judgement(session: Session) -> Judgement | None:
         return None
     if found is not None:
         kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms stay within {wanted.text}"
-        kept += f"; {100 * PASSING_SHARE:.0f} % should"
+        kept += f"; {100 * PASSING_SHARE:.0f} % of them should"
         if found.share < PASSING_SHARE:
             turned = None if wanted.rotation is None else found.used * wanted.rotation
             limit = replace(wanted, position=found.used * wanted.position, rotation=turned)

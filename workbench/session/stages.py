@@ -22,19 +22,25 @@ class StageErrors:
     Args:
         title: What the model has by then.
         error: Mean position error [mm].
+        turned: Mean orientation error [°]; None if none were measured.
         rows: Position errors row by row [m].
     """
 
-    title: str
+    title: ModelStage
     error: float
+    turned: float | None
     rows: Float[np.ndarray, " rows"]
 
     @classmethod
-    def of(cls, title: str, errors: Validation | Run, rows: tuple[RowErrors, RowErrors]) -> "StageErrors":
+    def of(
+        cls, title: ModelStage, errors: Validation | Run, rows: tuple[RowErrors, RowErrors]
+    ) -> "StageErrors":
         """Errors on held-out rows; on the fitted ones where none were held out."""
         fitted, held_out = rows
         chosen = fitted if errors.held_out is None else held_out
-        return cls(title, judged(errors).position_mm.mean, chosen.position)
+        mean = judged(errors)
+        turned = None if mean.orientation_deg is None else mean.orientation_deg.mean
+        return cls(title, mean.position_mm.mean, turned, chosen.position)
 
 
 def stages(session: Session) -> tuple[StageErrors, ...]:

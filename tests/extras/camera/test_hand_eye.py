@@ -1,6 +1,7 @@
 """Hand–eye from pairs that numpy and scipy made: files, mounts, wrong pairs, motions that tell too little."""
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -112,8 +113,17 @@ def euler_as_vector(hands, seen):
     return "\n".join([head, *(",".join(map(repr, row)) for row in values.tolist())])
 
 
+def bag(hands, seen):
+    """Names with dots, joints beside them."""
+    fields = [f"{p}.{k}" for p, axes in (("position", "xyz"), ("orientation", "xyzw")) for k in axes]
+    head = [f"q{k}[deg]" for k in range(1, 7)] + [f"{s}_pose.{f}" for s in ("ee", "aruco") for f in fields]
+    sides = [np.hstack([p[:, :3, 3], xyzw(p)]) for p in (hands, seen)]
+    values = np.hstack([np.ones((len(hands), 6)), *sides])
+    return "\n".join([",".join(head), *(",".join(map(repr, row)) for row in values.tolist())])
+
+
 FILES = {"samples.yaml": moveit, "eih.samples": easy_handeye, "list.json": sample_lists, "pairs.csv": table}
-FILES |= {"opencv.yml": file_storage, "franka.json": franka, "xarm.csv": euler_as_vector}
+FILES |= {"bag.csv": bag, "opencv.yml": file_storage, "franka.json": franka, "xarm.csv": euler_as_vector}
 FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replace("rvec_", "target_r")
 
 
@@ -186,6 +196,36 @@ def test_pairs_that_do_not_belong_together_are_named():
     assert few <= 3
 
 
+@pytest.mark.parametrize("mounted", ["tool", "world"])
+@pytest.mark.parametrize("scale", [1.05, 0.95, 10.0, 1.005])
+def test_a_target_of_another_size_is_told_and_spoils_nothing(mounted, scale):
+    """A mount that was 32 mm off was given as ± 5 mm."""
+    hands, seen = pairs(20, mounted=mounted)
+    seen[:, :3, 3] *= scale
+    found = handeye((hands, seen))
+    text = found.doubt if abs(scale - 1.0) > 0.01 else found.notes[-1]
+    assert float(text.split("multiplied by ")[1].split()[0]) == pytest.approx(1.0 / scale, rel=2e-3)
+    assert (found.mounted, off(found)[0] < 0.8) == (Mount(mounted), True)
+
+
+@pytest.mark.parametrize(("what", "at"), [("camera", 10), ("camera", 16), ("target", 6)])
+def test_a_knock_between_the_pairs_is_told_by_their_numbers(what, at):
+    """Their mean was given, 5 mm off, with status 0."""
+    hands, seen = pairs(20)
+    knock = matrix([0.008, -0.006, 0.003], Rotation.from_rotvec([0.02, 0.01, 0.0]))
+    if what == "camera":
+        seen[at:] = np.linalg.inv(knock) @ seen[at:]
+    else:
+        hand = np.linalg.inv(hands[at:] @ X)
+        seen[at:] = hand @ Z @ knock @ np.linalg.inv(Z) @ np.linalg.inv(hand) @ seen[at:]
+    found = handeye((hands, seen))
+    told = re.match(rf"the {what} moved by ([\d.]+) mm, .* between pairs (\d+) and (\d+)", found.doubt)
+    way, first, last = map(float, told.groups())
+    assert way == pytest.approx(10.4, abs=0.8)
+    assert first <= at < last <= first + 2
+    assert not any("moved" in handeye(pairs(20, seed=seed)).doubt for seed in range(20))
+
+
 @pytest.mark.parametrize(("axes", "about"), [((0.0, 0.0, 0.8), "xy"), ((0.5, 1e-3, 1e-3), "yz")])
 def test_a_hand_that_turned_about_one_axis_is_told_another(axes, about):
     """The target is below the hand, so its axes are the hand's up to signs."""
@@ -229,6 +269,10 @@ def test_wrong_files_and_mounts_are_refused(tmp_path):
     (tmp_path / "one.csv").write_text("x[m],y[m],z[m],qx,qy,qz,qw\n0,0,0,0,0,0,1\n")
     with refuses(FileError, "target"):
         handeye(tmp_path / "one.csv")
+    (tmp_path / "camera.toml").write_text("[[camera]]\n")
+    with refuses(FileError, "this is TOML", "target's pose") as refused:
+        handeye(tmp_path / "camera.toml")
+    assert "--" not in str(refused.value)
     with refuses(DataError, "at least 3"):
         handeye((hands[:2], seen[:2]))
     with refuses(DataError, "15 robot poses and 14"):

@@ -1,19 +1,14 @@
 """Lenses that no camera.toml describes, started from pixel tables and from pictures made by other code."""
 
-import shutil
-
 import board_on_tool
 import camera_arms as virtual
 import numpy as np
 import pytest
-from PIL import Image
 from slow import slow
 from test_camera_fit import check_zeros, filed, true_errors
 
 import workbench as wb
 from workbench.extras.camera.camera import Mount
-from workbench.extras.camera.lens import SIZES
-from workbench.extras.camera.picture_files import exif_focal
 from workbench.extras.camera.rig import rig_of
 
 cv2 = pytest.importorskip("cv2")
@@ -63,7 +58,6 @@ def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
     data = read(tmp_path)
     camera = rig_of(data).cameras[0]
     assert (camera.name, camera.mounted) == ("c0", Mount.TOOL if on_tool else Mount.WORLD)
-    assert camera.size in SIZES
     assert sum("no camera.toml" in note for note in data.notes) == 1
     assert abs(camera.intrinsics[0] / k[0] - 1.0) < 0.15  # a start
     run = wb.identify(robot, data, algorithms=("opt2",))
@@ -93,22 +87,3 @@ def pictures(tmp_path_factory, aria):
     board_on_tool.photograph(aria, SHIFTS, folder, count=12)
     (folder / "camera.toml").unlink()
     return folder
-
-
-def test_exif_gives_the_focal_length(pictures, tmp_path):
-    """42 mm on film are 777 px here; it is said, and known to a tenth beforehand."""
-    shutil.copytree(pictures, tmp_path, dirs_exist_ok=True)
-    for path in tmp_path.glob("*.png"):
-        picture = Image.open(path)
-        exif = picture.getexif()
-        exif.get_ifd(0x8769)[0xA405] = 42
-        picture.save(path.with_suffix(".jpg"), exif=exif, quality=97)
-        path.unlink()
-    focal = exif_focal(tmp_path / "0.jpg", (640, 480))
-    assert focal == pytest.approx(42.0 / np.hypot(36.0, 24.0) * 800.0, rel=1e-3)
-    assert exif_focal(pictures / "0.png", (640, 480)) is None
-    data = read(tmp_path, ".")
-    assert any("EXIF: 777 px" in note for note in data.notes)
-    camera = rig_of(data).cameras[0]
-    assert camera.sigma[0] == pytest.approx(0.1 * focal)
-    assert camera.intrinsics[0] == pytest.approx(board_on_tool.LENS[0], rel=0.02)

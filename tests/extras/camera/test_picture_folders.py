@@ -61,7 +61,7 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
         assert worker.wait(60.0)
         first = worker.session
         assert first.measurements.loaded is not None
-        assert dict(first.measurements.loaded.facts)["Pictures"] == "18 of 18 show the target"
+        assert "18 of 18 show" in dict(first.measurements.loaded.facts)["Pictures"]
         assert first.playback.focus is Focus.ROW
         for command in (Identify(("opt2",)), ShowRow(3), Diagnose()):
             worker.submit(command)

@@ -41,7 +41,7 @@ def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
     assert decode("LoadPictures", *_written(command)) == command
     session = command.finish(session, command.compute(session))
     assert any("lens is identified" in note for note in session.measurements.loaded.notes)
-    shown = thumbnails(session.measurements.loaded.dataset, session.part(Previews))
+    shown = thumbnails(session.measurements.loaded.dataset, session.part(Previews).by_image)
     assert shown.count("<img") == 16
     found = identify(aria, session.measurements.loaded.dataset)
     assert isinstance(found.identifiability, Identifiability)
@@ -74,7 +74,7 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     session = command.finish(first, result)
     alone = session.part(CameraAlone)
     assert session.measurements.loaded is None
-    assert thumbnails(alone.data, alone.previews).count("<img") == 16
+    assert thumbnails(alone.data, session.part(Previews).by_image).count("<img") == 16
     assert alone.found.best.train.own.rms < 1.3
     shown = _identified(alone.found, is_alone=True)
     assert "camera[camera] on the world" in shown

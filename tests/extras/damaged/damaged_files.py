@@ -187,7 +187,7 @@ def _text(path: Path) -> str:
 def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     from workbench.extras.camera.camera import read_cameras
     from workbench.extras.camera.folder import unpacked
-    from workbench.extras.camera.picture_files import exif_focal, read_picture
+    from workbench.extras.camera.picture_files import read_picture
     from workbench.extras.camera.pixel_table import read_pixels
     from workbench.extras.camera.pose_pairs import read_pairs
     from workbench.extras.camera.rig import read_rig
@@ -196,10 +196,6 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     (folder / "camera.toml").write_text(CAMERA)
     (folder / "target.toml").write_text(TARGET)
     rig = read_rig(folder / "camera.toml", folder / "target.toml")
-
-    def picture(path: Path) -> None:
-        exif_focal(path, (80, 60))
-        read_picture(path)
 
     def archive(path: Path) -> None:
         with unpacked(path.name, path.read_bytes()):
@@ -212,7 +208,7 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     for form, ending in PICTURES.items():
         file = io.BytesIO()
         Image.fromarray(pixels).save(file, form, **({} if form == "PPM" else {"exif": turned}))
-        pictures[f"picture {ending}"] = (f"shot{ending}", file.getvalue(), picture)
+        pictures[f"picture {ending}"] = (f"shot{ending}", file.getvalue(), read_picture)
     packed = zipped(("joints.csv", "image,q1[rad]\n0,0.1\n"), ("0.png", "no picture"))
     return pictures | {
         "cameras": ("camera.toml", CAMERA, read_cameras),

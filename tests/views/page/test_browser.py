@@ -143,7 +143,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     app.worker.wait()
     rows = app.worker.session.results.comparison
     assert f"data row {rows.number[1]} " in screen.text("row")
-    assert f"{as_shown(1e3 * rows.errors[1, 1])} mm geometry" in screen.text("row-errors")
+    assert f"{as_shown(1e3 * rows.stage_errors[1, 1])} mm geometry" in screen.text("row-errors")
     residuals_are_where_they_are(screen)
 
     screen.tab("Export")

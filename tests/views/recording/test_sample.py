@@ -41,7 +41,7 @@ def test_the_numbers_are_the_session_s(pictures, sample, replayed):
     wanted = {f"/index/{name}": session.score.indices[name] for name in INDICES}
     for path, value in (wanted | {"/predicted/position_mm": 1e3 * session.score.position}).items():
         assert pictures.values(path, "Scalars:scalars")[-1][1][0] == pytest.approx(value, rel=1e-12)
-    seen = np.ravel([v for _, v in pictures.values("/error/calibrated_mm", "Scalars:scalars")])
+    seen = np.ravel([v for _, v in pictures.values("/error/geometry_mm", "Scalars:scalars")])
     assert np.isclose(seen, found.runs["opt2"].held_out.position_mm.mean, rtol=1e-12).any()
     points = SimpleNamespace(nominal=SimpleNamespace(held_out=SimpleNamespace(orientation_deg=None)))
     of_points = replace(session, results=replace(session.results, identification=points))
@@ -63,15 +63,8 @@ def test_the_arm_stands_at_every_measured_row(pictures, replayed):
     rows = replayed.session.results.comparison
     places = pictures.values("/world/arm/nominal/body6", "Transform3D:translation", ROW)
     assert sorted({row for row, _ in places}) == list(range(len(rows)))
-    scene = (
-        "plate/solid",
-        "plate/targets/1",
-        "region/outline",
-        "errors/calibrated",
-        "arm/nominal/body1/part0",
-    )
-    for path in scene:
+    for path in ("plate/solid", "plate/targets/1", "region/outline", "errors/calibrated"):
         assert any(ROW in batch.schema.names for batch in pictures.batches[f"/world/{path}"]), path
-    for k, arm in enumerate(("nominal", "calibrated")):
+    for k, arm in enumerate(("nominal", "geometry")):
         errors = [v[0] for _, v in pictures.values(f"/row_error/{arm}_mm/1_opt2", "Scalars:scalars", ROW)]
-        assert errors == pytest.approx((1e3 * rows.errors[:, k]).tolist(), rel=1e-9)
+        assert errors == pytest.approx((1e3 * rows.stage_errors[:, k]).tolist(), rel=1e-9)

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
+from workbench.arm.inverse.branch import planned_margins
 from workbench.arm.inverse.branch_names import plain_names
 from workbench.arm.inverse.damped_newton import Task, refine, unlimited
 from workbench.arm.inverse.elimination import closure_starts
@@ -183,13 +184,12 @@ def _representatives(
 def _spread(
     arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """Representatives of infinitely many solutions within the limits, far apart from each other."""
-    x = np.empty((0, arm.dof))
-    for bounds in (limits, limits, limits, None):
+    """Representatives of infinitely many solutions, far apart, with room to the limits where any have."""
+    room = np.outer(planned_margins(limits), [1.0, -1.0])
+    for bounds in (limits + room, limits, limits, None):
         begin = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
         r = refine(arm, target, begin, task=task, limits=bounds)
-        x = distinct(arm, r.q[r.converged])
-        if len(x):
+        if len(x := distinct(arm, r.q[r.converged])):
             break
     place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
     picked = [int(np.argmax(smallest_singular_value(arm, x, task)))] if len(x) else []

@@ -27,7 +27,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import NO_SHIFT, WHOLE
+from workbench.arm.chain import NO_SHIFT, WHOLE, inner
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.motion import Motion
@@ -323,7 +323,7 @@ def _gain(arm, motion, deflected, rows, size) -> np.ndarray:
     return gain
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _divide(lines, matrix):
     """lines · matrix⁻¹ in place, by Gaussian elimination of columns; overwrites `matrix`.

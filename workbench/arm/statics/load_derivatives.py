@@ -26,7 +26,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from workbench.arm.chain import NO_SHIFT, _advance
+from workbench.arm.chain import NO_SHIFT, _advance, inner
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import NO_PULL, TrialArm, mounts
@@ -75,7 +75,7 @@ def wrench_derivative(
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
@@ -83,7 +83,7 @@ def _cross(a, b, out):
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _carry(t, mass, com, total):
     """Add a point mass and its first moment about the arm's first frame."""
@@ -92,7 +92,7 @@ def _carry(t, mass, com, total):
         total[1 + i] += mass * (t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2])
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, carried):
     """Frames right before every element, and mass and first moment after each."""
@@ -128,7 +128,7 @@ def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload
             carried[k - 1, i] += carried[k, i]
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _grow(columns, axes, frames, carried, turn, grown):
     """Each column's axis (0 for a translation), and its derivative of the first moment after it."""
@@ -147,7 +147,7 @@ def _grow(columns, axes, frames, carried, turn, grown):
             grown[0, p], grown[1, p], grown[2, p] = size * ax, size * ay, size * az
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _fall(axes, frames, carried, element, gravity, moment, columns, components, out):
     """Add the change of some components due to the carried mass in a given gravity and to a free moment."""
@@ -187,6 +187,7 @@ def _derivatives(
 ):  # fmt: skip
     t, frames, carried = np.empty((3, 4)), np.zeros((axes.shape[0], 3, 4)), np.empty((axes.shape[0], 4))
     free, force, moment, tool = np.zeros(3), np.empty(3), np.empty(3), np.empty((axes.shape[0], 4))
+    gravity = gravity.copy()  # read-only, it would compile everything again
     out[:] = 0.0
     for row in range(q.shape[0]):
         _sweep(

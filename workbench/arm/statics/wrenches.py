@@ -27,7 +27,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from workbench.arm.chain import NO_SHIFT, Chain, _advance
+from workbench.arm.chain import NO_SHIFT, Chain, _advance, inner
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import Insertion, own_components
 from workbench.arm.gravity import level_axes
@@ -248,7 +248,7 @@ def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
     return own_components(robot.chain, range(robot.dof))[:, 1]
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _accelerate(point, origin, spin, change, start, out):
     """Acceleration of a point of a body: start + change × r + spin × (spin × r), r = point − origin."""
@@ -261,7 +261,7 @@ def _accelerate(point, origin, spin, change, start, out):
     out[2] = start[2] + change[0] * y - change[1] * x + spin[0] * v - spin[1] * u
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, total):
     """Add the force that carries a point mass, and its moment about the arm's first frame, to a body's.
@@ -283,7 +283,7 @@ def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, 
     total[5] += x * v - y * u
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _resist(t, pull, total):
     """Add the reaction to a wrench at the origin of t, taken about the arm's first frame, to the body's."""
@@ -293,7 +293,7 @@ def _resist(t, pull, total):
         total[3 + i] -= pull[3 + i] + t[j, 3] * pull[k] - t[k, 3] * pull[j]
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
     """Propagate the motion (spin and change of the body, start at origin) over one driven element.
@@ -385,7 +385,7 @@ def _wrenches(
             _project(before, totals[k], order[: bodies[k]], out[row, k])
 
 
-@njit(cache=True, nogil=True)
+@inner
 @no_type_check
 def _project(before, totals, order, out):
     """Sum the bodies from the tool inwards, and rotate each sum into its joint's own axes at its origin."""

@@ -16,7 +16,7 @@ from workbench.identification.report.charts import before_after
 from workbench.identification.report.document import errors_table
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
 from workbench.report.chart import Bar, Bars
-from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
+from workbench.report.colours import CALIBRATED, NOMINAL, UNNAMED
 from workbench.report.numbers import readable_unit, short, signed, with_error
 from workbench.report.result_display import blocks_of
 
@@ -83,7 +83,7 @@ def budget_bars(found: Diagnosis) -> Bars:
     ]
     if (mapped := found.residual_map) is not None:
         unnamed = mapped.before.position_mm.mean**2 - after.position_mm.mean**2
-        rows += [Bar("Predicted, unnamed", float(np.sqrt(unnamed)), GEOMETRY)] if unnamed > 0.0 else []
+        rows += [Bar("Predicted, unnamed", float(np.sqrt(unnamed)), UNNAMED)] if unnamed > 0.0 else []
     if np.isfinite(after.position_mm.mean):
         turned = "" if after.orientation_deg is None else f"{after.orientation_deg.mean:.3g}°"
         rows.append(Bar("Remaining", after.position_mm.mean, NOMINAL, turned))

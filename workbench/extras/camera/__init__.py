@@ -1,7 +1,7 @@
 """Cameras with boards or tags: the printed board as an instrument.
 
 `camera.py` projects, `target.py` holds the board or tags, `rig.py` both; `pixel_table.py` makes a `Dataset`
-of the corners that were found. `pose_pairs.py` and `hand_eye.py` need no picture: poses of robot and target.
+of the corners that were found. `pose_pairs.py`, `pair_fit.py` and `hand_eye.py` need no picture.
 """
 
 from workbench.parts import Parts

@@ -5,6 +5,7 @@ The camera looks along its z axis, x to the right and y down; the first pixel's 
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, final
 
@@ -12,9 +13,9 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
+from workbench.base.errors import MissingExtraError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
-from workbench.extras.camera.opencv import opencv
 
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 """Names of a camera's constants, in the order of `Camera.intrinsics`."""
@@ -28,6 +29,18 @@ PER_SESSION = "per_session"
 """Key of a camera, and of a board, that may have another pose in every session."""
 KEYS = ("name", "size", *INTRINSICS[:4], "distortion", "mounted", "free", "sigma", PER_SESSION)
 FREE = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
+
+
+@cache
+def opencv() -> Any:
+    """OpenCV, if it is installed."""
+    try:
+        import cv2
+
+        cv2.aruco.CharucoDetector  # noqa: B018
+    except (ImportError, AttributeError):
+        raise MissingExtraError("working with pictures", extra="camera") from None
+    return cv2
 
 
 class Mount(StrEnum):

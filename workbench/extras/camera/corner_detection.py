@@ -20,8 +20,8 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.progress import Cancelled, cancelled, progress
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Labels
+from workbench.extras.camera.camera import opencv
 from workbench.extras.camera.markers import COMMON_NAMES, MIN_FOUND, markers_in, opencv_board
-from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.picture_files import Picture, picture_files, read_picture, readable
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import PictureTarget
@@ -127,7 +127,7 @@ class BoardFinder:
         for dictionary, own in tags.items():
             squares, names = markers_in(picture, dictionary)
             ids, corners = np.repeat(names, 4), np.tile(np.arange(4), len(names))
-            known = np.any([target.places(ids, corners) >= 0 for target in own], axis=0)
+            known = Rig((), tuple(own)).points_named(ids, corners) >= 0
             yield Found(ids[known], corners[known], squares.reshape(-1, 2)[known])
 
     def reason(self, picture: Picture) -> str:

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple, final
+from operator import itemgetter
+from typing import Any, final
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 
 NEARBY = 0.15
 """Distance from the measured places [m] within which the error is expected."""
+TAKE_MORE = "to decide, take more pictures, with the joints turned further and the target near and tilted"
 MOVED_FROM, MIN_MOVED = 3.0, np.deg2rad(0.03)
 """Standard errors, and an angle [rad], beyond which a joint's zero is said to have moved."""
 
@@ -37,7 +39,6 @@ class Step:
         turned: Of the tool's orientation [rad].
         lack: Distance of the tool [m] that the model leaves unexplained in a picture.
         evidence: Twice the gain in log likelihood by its constants.
-        weakest: The constant whose uncertainty moves the tool most.
         expected: Error of the tool's position [m] within `NEARBY` in any orientation, with what
             stays as given and what no constant explains.
         refused: Why it was not taken; "" where it was.
@@ -51,7 +52,6 @@ class Step:
     turned: float
     lack: float
     evidence: float
-    weakest: str
     refused: str
     expected: float
 
@@ -72,33 +72,15 @@ STEP = ResultFields(
 """Of a `Step`."""
 
 
-class Zero(NamedTuple):
-    """A joint's zero: its change from nominal and the standard error of it [rad or m]."""
-
-    joint: str
-    unit: str
-    change: float
-    std: float
-
-    @property
-    def moved(self) -> bool:
-        """Whether it has moved beyond doubt."""
-        return abs(self.change) > max(MOVED_FROM * self.std, MIN_MOVED)
-
-    @property
-    def text(self) -> str:
-        """The change with its standard error."""
-        scale, unit = (np.rad2deg(1.0), "°") if self.unit == "rad" else (1e3, " mm")
-        change, std = scale * self.change, scale * self.std
-        return f"{self.joint}: its zero is off by {change:+.3f}{unit} ± {std:.3f}{unit} (one standard error)"
-
-
-def zeros(fit: Fit) -> tuple[Zero, ...]:
-    """Zeros that were identified, in the order of the joints."""
-    offsets = set(fit.problem.robot.joint_offsets)
-    rows = zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True)
-    own = (row for row in rows if row[0].name in offsets)
-    return tuple(Zero(p.name.split(".")[0], p.unit, value - p.nominal, std) for p, value, std in own)
+def zeros(fit: Fit) -> list[dict[str, Any]]:
+    """Zeros that were identified, in the order of the joints: change and standard error [rad or m]."""
+    offsets, found = set(fit.problem.robot.joint_offsets), []
+    for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
+        if p.name in offsets:
+            change = value - p.nominal
+            zero = {"joint": p.name.split(".")[0], "unit": p.unit, "change": change, "std": std}
+            found.append({**zero, "moved": abs(change) > max(MOVED_FROM * std, MIN_MOVED)})
+    return found
 
 
 @final
@@ -122,18 +104,12 @@ class Identifiability(AbstractIdentifiability):
 
     @classmethod
     def of(
-        cls,
-        steps: tuple[Step, ...],
-        taken: int,
-        noise: Noise,
-        *,
-        advice: str,
-        doubts: tuple[str, ...],
-        **more: Any,
+        cls, steps: tuple[Step, ...], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
     ) -> "Identifiability":
         step, lack = steps[taken], f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
         reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
-        reasons += [advice] if advice and not doubts else []
+        advice = "" if doubts or not any(each.refused for each in steps) else TAKE_MORE
+        reasons += [advice] if advice else []
         unknown = "it has no constant that these pictures could determine"
         notes = [
             f"{step.name}: expected error of the tool within {100 * NEARBY:g} cm of the measured places, in "
@@ -158,7 +134,11 @@ class Identifiability(AbstractIdentifiability):
 
     def found(self, fit: Fit) -> Iterator[str]:
         """Zeros that moved, then where each camera and the target are, lenses and points."""
-        yield from (zero.text for zero in zeros(fit) if zero.moved)
+        for zero in filter(itemgetter("moved"), zeros(fit)):
+            scale, unit = (np.rad2deg(1.0), "°") if zero["unit"] == "rad" else (1e3, " mm")
+            change, std = scale * zero["change"], scale * zero["std"]
+            text = f"its zero is off by {change:+.3f}{unit} ± {std:.3f}{unit} (one standard error)"
+            yield f"{zero['joint']}: {text}"
         for name, pose in _poses(fit).items():
             xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
             rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])
@@ -186,7 +166,7 @@ class Identifiability(AbstractIdentifiability):
                 "steps": STEP.each(self.steps),
                 "noise": {"pixel_px": np.sqrt(2.0) * self.noise.own, **self.noise.json()},
                 "poses": _poses(fit),
-                "zeros": [{**zero._asdict(), "moved": zero.moved} for zero in zeros(fit)],
+                "zeros": zeros(fit),
                 "points": _points(fit),
                 "set_apart": [vars(corner) for corner in rig_of(fit.problem.data).rejected],
             }

@@ -19,9 +19,8 @@ from workbench.base.toml import AbstractTableReader
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.picture_files import ENDINGS, picture_files, read_picture
-from workbench.extras.camera.pixel_table import plain_names, read_pixels
+from workbench.extras.camera.picture_files import ENDINGS
+from workbench.extras.camera.pixel_table import read_pixels
 from workbench.extras.camera.rig import Rig, read_rig
 
 TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
@@ -31,8 +30,6 @@ MAX_TABLES = 100
 """Tables and TOML files of a folder that are looked into."""
 CAMERA, TARGET = {"camera"}, {"charuco", "point", "board"}
 """Tables of a TOML file by which its kind is known."""
-SHOWN_WIDTH, QUALITY = 900, 80
-"""Width [px] and quality of pictures that are kept to be looked at."""
 
 
 def read_folder(
@@ -89,22 +86,6 @@ def only_folder(place: Path) -> Path:
         if len(inside) != 1 or not inside[0].is_dir():
             return place
         place = inside[0]
-
-
-def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
-    """Small JPEG of every picture, by camera and image; none where the folder has corners alone."""
-    place, cv2 = only_folder(Path(place)), opencv()
-    if not any(p.suffix.lower() in ENDINGS for p in place.rglob("*")):
-        return {}
-    found, sizes = {}, {camera.name: camera.size for camera in rig.cameras}
-    for camera, path in picture_files(place, rig):
-        with contextlib.suppress(FileError):
-            picture = read_picture(path, sizes[camera])
-            part = min(1.0, SHOWN_WIDTH / picture.shape[1])
-            small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
-            content = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
-            found[camera, plain_names([path.name])[0]] = content
-    return found
 
 
 def packed(place: Path | str) -> bytes:

@@ -1,9 +1,9 @@
 """A lens from nothing: cameras that no file describes, started from their pictures.
 
-The size of the pictures gives the lens's centre. EXIF gives the focal length; without it the best of several
-fields of view is taken, by how well the target's points, picture by picture, lie where they were seen. fx,
-fy, cx, cy, k1 and k2 are then refined together with the target's pose in each picture. That is a start: the
-bundle identifies the lens again, with the arm.
+The size of the pictures gives the lens's centre. The best of several fields of view is taken, by how well the
+target's points, picture by picture, lie where they were seen. fx, fy, cx, cy, k1 and k2 are then refined
+together with the target's pose in each picture. That is a start: the bundle identifies the lens again, with
+the arm.
 """
 
 from collections.abc import Iterable
@@ -16,14 +16,13 @@ from jaxtyping import Float
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, frozen
 from workbench.base.wording import plural
-from workbench.extras.camera.camera import DISTORTION_SIGMA, Camera, Mount, as_opencv
-from workbench.extras.camera.opencv import opencv
-from workbench.extras.camera.picture_files import exif_focal, picture_files, readable
+from workbench.extras.camera.camera import DISTORTION_SIGMA, Camera, Mount, as_opencv, opencv
+from workbench.extras.camera.picture_files import picture_files, readable
 from workbench.extras.camera.resection import FAR_OFF, placed_alone
 from workbench.extras.camera.rig import Rig
 
-EXIF_SIGMA, ANY_SIGMA = 0.1, 0.5
-"""How well a focal length is known from EXIF, and from nothing, relative to it."""
+FOCAL_SIGMA = 0.5
+"""How well a focal length is known from nothing, relative to it."""
 CENTRE_SIGMA, GUESSED_SIGMA = 0.03, 0.15
 """How well a lens's centre is known from the size of pictures, and of a table's corners, per width."""
 LENSES = ((0.5, 0.0), (0.7, -0.2), (1.0, 0.0), (1.8, 0.0), (3.2, 0.0))
@@ -34,11 +33,6 @@ WRONG, MIN_VIEW = 6.0, 6
 """Times the median of a picture beyond which its corners are left out, and corners that it must have left."""
 SPARE = 24
 """Numbers that the pictures must have beyond the target's pose in each."""
-SIZES = (
-    *((640, 480), (1280, 720), (1280, 1024), (1600, 1200), (1920, 1200), (2048, 1536), (2448, 2048)),
-    *((2592, 1944), (3264, 2448), (3840, 2160), (4096, 3072), (5472, 3648), (8192, 6144)),
-)
-"""Usual sizes of pictures [px]."""
 
 
 def assumed_of_folder(rig: Rig, folder: Path) -> Rig:
@@ -46,32 +40,30 @@ def assumed_of_folder(rig: Rig, folder: Path) -> Rig:
     if rig.cameras:
         return rig
     files = list(picture_files(folder, rig))
-    sizes = [picture.shape[::-1] for picture in readable(files[:5], {files[0][0]: None})] or [SIZES[0]]
+    sizes = [picture.shape[::-1] for picture in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
     size = max(sizes, key=sizes.count)
-    return replace(rig, cameras=(_assumed("", rig, size, exif_focal(files[0][1], size), CENTRE_SIGMA),))
+    return replace(rig, cameras=(_assumed("", rig, size, CENTRE_SIGMA),))
 
 
 def assumed_of_corners(rig: Rig, names: Iterable[str], uv: Float[np.ndarray, "n 2"]) -> Rig:
     """The rig with the cameras that a table of corners names, where it has none."""
     if rig.cameras:
         return rig
-    maximum = np.nanmax(uv, axis=0, initial=0.0)
-    size = next((s for s in SIZES if (maximum < s).all()), (int(maximum[0]) + 1, int(maximum[1]) + 1))
-    cameras = (_assumed(name, rig, size, None, GUESSED_SIGMA) for name in dict.fromkeys(names))
+    size = tuple((np.nanmax(uv, axis=0, initial=0.0).astype(int) + 1).tolist())
+    cameras = (_assumed(name, rig, size, GUESSED_SIGMA) for name in dict.fromkeys(names))
     return replace(rig, cameras=tuple(cameras))
 
 
-def _assumed(name: str, rig: Rig, size: tuple[int, int], focal: float | None, centre: float) -> Camera:
+def _assumed(name: str, rig: Rig, size: tuple[int, int], centre: float) -> Camera:
     """A camera on what does not carry the target."""
-    width, height = size
-    f, sigma = (float(width), ANY_SIGMA) if focal is None else (focal, EXIF_SIGMA)
+    f, height = map(float, size)
     return Camera(
         name=name or "camera",
         size=size,
-        intrinsics=frozen(np.array([f, f, 0.5 * (width - 1), 0.5 * (height - 1), *np.zeros(5)])),
+        intrinsics=frozen(np.array([f, f, 0.5 * (f - 1.0), 0.5 * (height - 1), *np.zeros(5)])),
         mounted=Mount.WORLD if rig.mounted is Mount.TOOL else Mount.TOOL,
         free=Freedom.AUTO,
-        sigma=frozen(np.array([sigma * f, sigma * f, *[centre * width] * 2, *DISTORTION_SIGMA])),
+        sigma=frozen(np.array([FOCAL_SIGMA * f, FOCAL_SIGMA * f, *[centre * f] * 2, *DISTORTION_SIGMA])),
         is_assumed=True,
     )
 
@@ -88,14 +80,10 @@ def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) ->
 
 def _lens_text(given: Camera, found: Camera) -> str:
     size = "{} x {} px".format(*given.size)
-    if given.sigma[2] > CENTRE_SIGMA * given.size[0]:
-        size += " (the smallest usual size with all corners)"
-    f, sigma = given.intrinsics[0], given.sigma[0]
-    exif = f" (EXIF: {f:.0f} px)" if sigma < ANY_SIGMA * f else ""
     where = "in the cell, the target on the tool" if given.mounted is Mount.WORLD else "on the tool"
     return (
         f"no camera.toml: camera '{given.name}' is assumed {where}, its pictures {size}; the lens is "
-        f"identified from them, starting at a focal length of {found.intrinsics[0]:.0f} px{exif}"
+        f"identified from them, starting at a focal length of {found.intrinsics[0]:.0f} px"
     )
 
 
@@ -113,9 +101,7 @@ def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"
             f"{plural(sum(len(seen) for _, seen in boards), 'picture')} of camera '{camera.name}' with four "
             "or more points of the target are too few to identify its lens; take more, or give a camera.toml"
         )
-    f = float(camera.intrinsics[0])
-    is_open = camera.sigma[0] >= ANY_SIGMA * f
-    lenses = [(part * camera.size[0], k1) for part, k1 in LENSES] if is_open else [(f, 0.0), (f, -0.2)]
+    lenses = ((part * camera.size[0], k1) for part, k1 in LENSES)
     tried = sorted((_tried(camera, f, k1, boards) for f, k1 in lenses), key=lambda each: each[0])
     found = min((_refined(*each) for each in tried[:REFINED]), key=lambda each: each[0])[1]
     return replace(camera, intrinsics=frozen(found), is_assumed=False)

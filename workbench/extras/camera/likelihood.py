@@ -32,7 +32,7 @@ MIN_SIZE, MAX_SIZE = np.array([0.01, 1e-7, 1e-7, 1e-7]), np.array([50.0, 0.05, 0
 """Bounds of σ [px], s_p [m], s_r [rad] and every τ [m]."""
 FIRST, UNCALIBRATED = np.array([0.5, 3e-4, 3e-4, 3e-4]), np.array([0.5, 2e-3, 2e-3, 3e-4])
 """Sizes from which the likeliest are sought: those of an arm that is calibrated, and of one that is not."""
-GRID = np.geomspace(5e-6, 5e-3, 13)
+GRID = np.geomspace(5e-6, 5e-3, 9)
 """Values [m] over which the likelihood of a size is averaged."""
 FAR = 10.0
 """Standard deviation of unknowns without any knowledge [natural units], so that H can be inverted."""
@@ -177,7 +177,7 @@ class Likelihood:
         """The likeliest sizes; some may be pinned, by their place: τ → 0 holds a group, inf lets it go."""
         found = [self._sought(dict(pinned or {}), begin) for begin in (FIRST, UNCALIBRATED)]
         sizes = min(found, key=lambda each: each[1])[0]
-        value, _, step, covariance = self.cost(np.log(sizes))
+        value, step, covariance = self.cost(sizes)
         return Likeliest(sizes, value, self.x + step, covariance)
 
     def _sought(self, pinned: dict[int, float], begin: np.ndarray) -> tuple[np.ndarray, float]:
@@ -189,14 +189,13 @@ class Likelihood:
         numbers = [self.pictures.count.sum(), each, each, *map(np.count_nonzero, self.groups)]
         scale = np.sqrt(np.maximum(numbers, 1)[rest])  # about how well each logarithm is known
 
-        def cost(logs: np.ndarray) -> tuple[float, np.ndarray]:
+        def cost(logs: np.ndarray) -> float:
             sizes[rest] = np.exp(logs / scale)
-            value, gradient, *_ = self.cost(np.log(sizes))
-            return value, gradient[rest] / scale
+            return self.cost(sizes)[0]
 
         start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, index[rest]])
         walls = np.transpose(bounds)
-        found = minimize(cost, start, method="L-BFGS-B", jac=True, bounds=walls, options={"ftol": 1e-9})
+        found = minimize(cost, start, method="L-BFGS-B", bounds=walls, options={"ftol": 1e-7, "eps": 1e-4})
         sizes[rest] = np.exp(found.x / scale)
         return sizes, float(found.fun)
 
@@ -216,20 +215,9 @@ class Likelihood:
         costs = np.array([self._sought({place: size}, UNCALIBRATED)[1] for size in GRID])
         return float(np.sqrt(np.average(GRID**2, weights=GRID * np.exp(-0.5 * (costs - costs.min())))))
 
-    def largest(self, found: Likeliest, place: int) -> float:
-        """A size as large as the pictures allow it, alone (1 σ)."""
-        sizes = found.sizes.copy()
-        while sizes[place] < MAX_SIZE[place] and self.cost(np.log(sizes))[0] < found.cost + 1.0:
-            sizes[place] *= 1.2
-        return float(sizes[place])
-
-    def cost(self, logs: Float[np.ndarray, " k"]) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-        """Twice the negative log likelihood at logarithms of the sizes, its gradient, H⁻¹g and H⁻¹.
-
-        With S = diag(s)/σ and C = (S⁻² + BᵀB)⁻¹, ∂C/∂log s_k = 2 F_k F_kᵀ, F = C S⁻¹; the quadratic part is
-        smallest at the step δ = H⁻¹g, which therefore counts as fixed.
-        """
-        pictures, sizes = self.pictures, np.exp(logs)
+    def cost(self, sizes: Float[np.ndarray, " k"]) -> tuple[float, np.ndarray, np.ndarray]:
+        """Twice the negative log likelihood at sizes, H⁻¹g and H⁻¹; with S = diag(s)/σ, C = (S⁻² + BᵀB)⁻¹."""
+        pictures = self.pictures
         c, log_v = pictures.compressed(sizes)
         mixed, weigh = c @ pictures.cross, 1.0 / sizes[0] ** 2
         measured = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
@@ -247,30 +235,16 @@ class Likelihood:
         square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
         log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum() - np.linalg.slogdet(p)[1]
         cost = log_v + log_h + weigh * square + float(whole @ self.off**2) - float(g @ step)
-
-        size = np.repeat(sizes[1:3], 3) / sizes[0]
-        f = np.swapaxes(c / size, 1, 2)
-        left = pictures.pull - pictures.cross @ step
-        seen = f @ pictures.cross
-        by_h = ((seen @ inverse) * seen).sum(2)
-        by_square = (f @ left[..., None])[..., 0] ** 2
-        by_v = 1.0 - np.einsum("rii->ri", c) / size**2
-        shared = 2.0 * (by_v - weigh * (by_h + by_square)).sum(0)
-        rest = pictures.square.sum() - 2.0 * step @ pictures.gradient + step @ pictures.information @ step
-        rest -= np.einsum("ri,rij,rj->", left, c, left)
-        of_sigma = pictures.count.sum() - (inverse * measured).sum() - weigh * rest
-        gained = np.diag(np.linalg.inv(p)) - np.diag(inverse) - (self.off + step) ** 2
-        gradient = [2.0 * of_sigma - shared.sum(), shared[:3].sum(), shared[3:].sum()]
-        return cost, np.array([*gradient, *(2.0 * precision @ gained)]), step, inverse
+        return cost, step, inverse
 
 
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, np.ndarray]:
     """Sums and sizes of the residuals of a model that was not fitted to them.
 
-    Where corners show nothing of s_p or s_r, it is not 0 but as large as they leave it (1 σ).
+    Where corners show nothing of s_p or s_r, it is not 0 but as large as they leave it on average.
     """
     pictures, none = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0))), np.zeros(0)
     likelihood = Likelihood(pictures, none, none, np.zeros((0, 0)), none)
     found = likelihood.likeliest()
-    shown = [s if s > 0.0 else likelihood.largest(found, k + 1) for k, s in enumerate(found.noise[:2])]
+    shown = [s if s > 0.0 else likelihood.mean(k + 1) for k, s in enumerate(found.noise[:2])]
     return pictures, np.array([found.sizes[0], *shown])

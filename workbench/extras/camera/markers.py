@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base.errors import OptionError
-from workbench.extras.camera.opencv import opencv
+from workbench.extras.camera.camera import opencv
 from workbench.extras.camera.picture_files import Picture
 from workbench.extras.camera.target import Charuco
 

@@ -46,11 +46,8 @@ from workbench.identification.problem import Noise, Problem
 ALONE, ZEROS, GEOMETRY = "camera and target alone", "joint zeros", "geometry"
 NEEDED, MIN_EVIDENCE = {ZEROS: 1.0, GEOMETRY: 2.0}, 12.0
 """Evidence that each picture must add on average, and all of them together."""
-CLEARLY, HINTED = 2.0, 0.5
-"""A step that moves the tool by less, times what it is uncertain (in squares), needs more pictures; they are
-advised if it moves the tool by this part of that."""
-ROUNDS, TOLERANCE = 4, 0.03
-"""Fits between which the sizes are estimated anew, and their relative change that is none."""
+ROUNDS = 3
+"""Fits between which the sizes are estimated anew."""
 CONFOUNDED = 1e-5
 """A constant whose column is this small after removing that of camera and target can't be separated from
 them."""
@@ -149,7 +146,6 @@ def select_camera_step(
         tuple(steps),
         number,
         taken.found.noise,
-        advice="" if is_size_wrong else _advice(steps, number, data),
         doubts=doubts,
         actual=None if taken.free else taken.found.noise,
         considered=considered,
@@ -185,10 +181,7 @@ def _fitted(problem: Problem, shrunk: Sequence[str]) -> Fitted:
         x = Opt2(limit=60).search(now, begin=x).x
         likelihood = Likelihood.at(problem, x, shares)
         found = likelihood.likeliest()
-        before, noise, width = noise, found.noise, found.sizes[WIDTH]
-        changes = zip((*noise[:2], noise.own), (*before[:2], before.own), strict=True)
-        if all(np.isclose(new, old, rtol=TOLERANCE, atol=1e-6) for new, old in changes):
-            break
+        noise, width = found.noise, found.sizes[WIDTH]
     free = tuple(p.name for p in problem.parameters if p.is_geometry)
     return Fitted(now.with_noise(noise), x, free, likelihood)
 
@@ -328,7 +321,6 @@ def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str], expecte
         turned=turned,
         lack=float(np.sqrt(3.0) * at.found.noise.position),
         evidence=evidence,
-        weakest=at.free[int(np.argmax(np.diag(position @ covariance)))] if at.free else "",
         refused=refused,
         expected=expected,
     )
@@ -343,19 +335,3 @@ def _expected(fits: Sequence[Fitted], last: Fitted) -> list[float]:
     square += 3.0 * last.likelihood.mean(LACK) ** 2
     changes = [last.change_from(fit) for fit in fits]
     return [float(np.sqrt(max(square + d @ position @ d, 0.0))) for d in changes]
-
-
-def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:
-    """What to measure so that the next step could be taken."""
-    step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
-    if step is None or (taken and step.moved < HINTED * step.uncertainty):
-        return ""
-    more = len(data) * (CLEARLY * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)
-    digits = "".join(c for c in step.weakest.split(".")[0] if c.isdigit())
-    joint = min(int(digits or 1), data.joints) - 1
-    turned = np.rad2deg(np.ptp(data.q[:, joint]))
-    return (
-        f"to decide, take about {int(np.clip(np.ceil(more), 5, 300))} more pictures, with joint {joint + 1} "
-        f"turned beyond the {turned:.0f}° so far and the target near the camera, tilted and in all parts of "
-        "the picture"
-    )

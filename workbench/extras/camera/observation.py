@@ -122,16 +122,32 @@ class PixelObservation(AbstractObservation):
     def seen(self) -> Bool[np.ndarray, "..."]:
         return np.isfinite(self.measured).reshape(len(self.measured), -1)
 
+    @cached_property
+    def _entries(self) -> list[tuple[str, Unknown, float]]:
+        """Name of each unknown, what is known of it, and where the search begins; poses are placed later."""
+        units = ["m"] * 3 + ["rad"] * 3
+        poses = product(chain(*self.placements), zip(POSE, units, strict=True))
+        found = [(f"{placement.owner}.{part}", Unknown(unit), 0.0) for placement, (part, unit) in poses]
+        for camera in (c for c in self.rig.cameras if c.free is not Freedom.FIXED):
+            numbers = zip(INTRINSICS, camera.intrinsics.tolist(), camera.sigma.tolist(), strict=True)
+            for k, (part, value, std) in enumerate(numbers):
+                unit, natural = ("px", float(camera.intrinsics[k % 2])) if k < 4 else ("1", 1.0)
+                sigma = std if camera.free is Freedom.AUTO else None
+                found.append((f"{camera.owner}.{part}", Unknown(unit, natural, sigma), value))
+        for target in self.targets:
+            own = [("scale", Unknown("1", sigma=target.scale_sigma))] if target.scale_sigma else []
+            bend = Unknown("m", sigma=target.flatness_sigma)
+            own += [(part, bend) for part in BENDS if target.flatness_sigma]
+            found += [(f"{target.owner}.{part}", unknown, 0.0) for part, unknown in own]
+            for point, k in target.own_places.items():
+                known = Unknown("m", sigma=None if np.isinf(target.sigmas[k]) else target.sigmas[k])
+                places = zip(POSE[:3], target.points[k].tolist(), strict=True)
+                found += [(f"{point}.{axis}", known, value) for axis, value in places]
+        return found
+
     @property
     def unknowns(self) -> tuple[str, ...]:
-        names = [f"{placement.owner}.{part}" for placement in chain(*self.placements) for part in POSE]
-        for camera in self.rig.cameras:
-            names += [f"{camera.owner}.{k}" for k in INTRINSICS if camera.free is not Freedom.FIXED]
-        for target in self.targets:
-            parts = [*(["scale"] if target.scale_sigma else []), *(BENDS if target.flatness_sigma else [])]
-            names += [f"{target.owner}.{part}" for part in parts]
-            names += [f"{point}.{axis}" for point in target.own_places for axis in POSE[:3]]
-        return tuple(names)
+        return tuple(name for name, *_ in self._entries)
 
     @cached_property
     def _place(self) -> dict[str, int]:
@@ -140,35 +156,12 @@ class PixelObservation(AbstractObservation):
 
     @property
     def known(self) -> Mapping[str, Unknown]:
-        found = {f"{s.owner}.{part}": Unknown("rad") for s in chain(*self.placements) for part in POSE[3:]}
-        for target in self.targets:
-            found[f"{target.owner}.scale"] = Unknown("1", sigma=target.scale_sigma)
-            found |= {f"{target.owner}.{bend}": Unknown("m", sigma=target.flatness_sigma) for bend in BENDS}
-            for point, k in target.own_places.items():
-                sigma = None if np.isinf(target.sigmas[k]) else target.sigmas[k]
-                found |= {f"{point}.{axis}": Unknown("m", sigma=sigma) for axis in POSE[:3]}
-        for camera in self.rig.cameras:
-            guessed = camera.free is Freedom.AUTO
-            for k, part in enumerate(INTRINSICS):
-                unit, natural = ("px", float(camera.intrinsics[k % 2])) if k < 4 else ("1", 1.0)
-                sigma = float(camera.sigma[k]) if guessed else None
-                found[f"{camera.owner}.{part}"] = Unknown(unit, natural, sigma)
-        return found
+        return {name: known for name, known, _ in self._entries}
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        cameras, boards = self._placed(poses)
-        found = dict.fromkeys(self.unknowns, 0.0)
-        for placement, pose in zip(chain(*self.placements), (*cameras, *boards), strict=True):
-            found |= coordinates(placement.owner, pose)
-        for camera in self.rig.cameras:
-            if camera.free is not Freedom.FIXED:
-                names = (f"{camera.owner}.{part}" for part in INTRINSICS)
-                found |= dict(zip(names, camera.intrinsics.tolist(), strict=True))
-        for target in self.targets:
-            for point, k in target.own_places.items():
-                places = zip((f"{point}.{axis}" for axis in POSE[:3]), target.points[k].tolist(), strict=True)
-                found |= dict(places)
-        return np.array(list(found.values()))
+        placed = np.concatenate(self._placed(poses))
+        six = np.hstack([placed[:, :3, 3], se3.matrix_to_rotvec(placed[:, :3, :3])]).ravel()
+        return np.array([*six, *(value for *_, value in self._entries[len(six) :])])
 
     def _placed(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Poses of `placements`: of the pair with most pictures first, and on from there."""
@@ -190,15 +183,9 @@ class PixelObservation(AbstractObservation):
             rows, (target, part) = shown[:, c, b] & eyes[i].rows & held_by[j].rows, self.rig.parts[b]
             camera, seen = self.rig.cameras[c], self.measured[rows, c, part]
             seen = np.where(target.placing[:, None], seen, np.nan)
-            cameras[i], boards[j] = placed(
-                camera,
-                target.points,
-                seen=seen,
-                carried=camera.carried(poses[rows]),
-                sight=self.sight[rows, c, b],
-                eye=cameras[i],
-                board=boards[j],
-            )
+            alone = {"carried": camera.carried(poses[rows]), "sight": self.sight[rows, c, b]}
+            known = {"eye": cameras[i], "board": boards[j]}
+            cameras[i], boards[j] = placed(camera, target.points, seen=seen, **alone, **known)
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         place, shape = self._place, self.measured.shape
@@ -265,12 +252,6 @@ class PixelObservation(AbstractObservation):
         corners = pictures.count / 2.0
         pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
         return OwnErrors("pixel[px]", pixel, corners, *pictures.tool_errors(sizes))
-
-
-def coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:
-    """The six unknowns of a pose, by name."""
-    six = np.concatenate([pose[:3, 3], se3.matrix_to_rotvec(pose[:3, :3])])
-    return dict(zip((f"{owner}.{part}" for part in POSE), six.tolist(), strict=True))
 
 
 def _times(rows: Float[np.ndarray, "n 2 3"], matrix: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "n 2 3"]:

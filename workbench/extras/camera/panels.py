@@ -10,7 +10,7 @@ from workbench.extras.camera.camera import ON
 from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.folder import says_target
 from workbench.extras.camera.picture_html import thumbnails
-from workbench.extras.camera.printed import Board, PrintedSheet, across_down
+from workbench.extras.camera.printed import Board, across_down, board_pdf
 from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.extras.camera.session_commands import LARGEST_FOLDER, CameraAlone, LoadPictures, Previews
 from workbench.identification.report.results_json import identification_json
@@ -102,7 +102,7 @@ class CamerasPanel(AbstractPanel):
                 self._fields = fields = PictureFields(self, gui)
 
                 def printed(_: Session) -> tuple[str, bytes]:
-                    return "board.pdf", PrintedSheet.of(fields.board.charuco).pdf()
+                    return "board.pdf", board_pdf(fields.board.charuco)[0]
 
                 self.download("Board (PDF)", printed, "To print at 100 %.")
             gui.add_html(note(HOW_TO_TAKE, "steps-of-pictures"))
@@ -123,9 +123,10 @@ class CamerasPanel(AbstractPanel):
         if data is not None and data is not self._read:
             self._fields.show(data)
         self._read, seen, gate = data, "", ""
+        previews = session.part(Previews)
         result = session.results.identification if alone is None else alone.found
         if data is not None:
-            seen = thumbnails(data, session.part(Previews) if alone is None else alone.previews)
+            seen = thumbnails(data, previews.by_image if previews else {})
             gate = _identified(result, is_alone=alone is not None)
         self._seen.content, self._gate.content = seen, gate
         self._save.visible = data is not None and result is not None

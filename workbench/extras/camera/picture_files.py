@@ -2,9 +2,8 @@
 
 import contextlib
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import UInt8
@@ -15,10 +14,6 @@ from workbench.base.files import read_bytes
 from workbench.extras.camera.rig import Rig
 
 ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
-DETAILS, FILM_FOCAL = 0x8769, 0xA405
-"""EXIF's tags of what it says in detail, and of the focal length [mm] …"""
-FILM = 43.27
-"""… on film of this diagonal [mm] with the same field of view."""
 MAX_PIXELS = 250_000_000
 """Larger pictures are refused, as a small file may unpack to gigabytes; sensors have 150 million at most."""
 
@@ -60,11 +55,10 @@ def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
             return (np.asarray(picture) // 256).astype(np.uint8)
         return np.asarray(picture.convert("L"))
 
-    found = _by_pillow(path, grey)
-    if found is None or not found.size:
-        wanted = f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels"
-        raise FileError(wanted, path=str(path))
-    return found
+    with contextlib.suppress(Exception):  # Pillow stumbles over each format in its own way
+        if (found := grey(Image.open(io.BytesIO(read_bytes(path, wanted="a picture"))))).size:
+            return found
+    raise FileError(f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels", path=str(path))
 
 
 def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] | None]) -> Iterator[Picture]:
@@ -72,16 +66,3 @@ def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] 
     for camera, path in files:
         with contextlib.suppress(FileError):
             yield read_picture(path, sizes[camera])
-
-
-def _by_pillow(path: Path, read: Callable[[Image.Image], Any]) -> Any:
-    """What Pillow finds in a picture; None where it stumbles over it, each format in its own way."""
-    with contextlib.suppress(Exception):
-        return read(Image.open(io.BytesIO(read_bytes(path, wanted="a picture"))))
-    return None
-
-
-def exif_focal(path: Path, size: tuple[int, int]) -> float | None:
-    """Focal length [px] of a picture of this size by EXIF; None where it says none."""
-    focal = _by_pillow(path, lambda found: float(found.getexif().get_ifd(DETAILS).get(FILM_FOCAL, 0.0)))
-    return focal / FILM * float(np.hypot(*size)) if focal and focal > 0.0 else None

@@ -1,15 +1,20 @@
-"""Pictures on the page: small ones of all with their corners."""
+"""Pictures on the page: small ones of all with their corners, drawn when these are found."""
 
 import base64
-from functools import lru_cache
+import contextlib
+from collections.abc import Mapping
+from itertools import product
+from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
+from workbench.base.errors import FileError
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.opencv import opencv
+from workbench.extras.camera.camera import opencv
+from workbench.extras.camera.folder import only_folder
+from workbench.extras.camera.picture_files import ENDINGS, picture_files, read_picture
+from workbench.extras.camera.pixel_table import plain_names
 from workbench.extras.camera.rig import PictureReadings
-from workbench.extras.camera.session_commands import Previews
 from workbench.views.page.html import BAD, CAREFUL, GOOD, block, text
 
 FOUND = (94, 197, 34)
@@ -24,37 +29,41 @@ SUBPIXEL = 4
 """Binary digits of parts of a pixel in OpenCV's drawings."""
 
 
-def _drawn(picture: bytes | None, size: tuple[int, int], found: Float[np.ndarray, "points 2"]) -> str:
-    """A picture, or an empty one, with rings about its corners."""
-    cv2, scale = opencv(), WIDTH / size[0]
-    image = np.full((round(size[1] * scale), WIDTH, 3), (55, 41, 31), np.uint8)
-    if picture is not None:
-        read = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
-        image = cv2.resize(read, image.shape[1::-1], interpolation=cv2.INTER_AREA)
-    for u, v in np.round(found[np.isfinite(found).all(1)] * scale * 2.0**SUBPIXEL).astype(int).tolist():
-        cv2.circle(image, (u, v), 4 << SUBPIXEL, FOUND, 1, cv2.LINE_AA, SUBPIXEL)
-    content = base64.b64encode(cv2.imencode(".jpeg", image)[1].tobytes()).decode()
-    style = "width:100%;border-radius:4px;display:block"
-    return f'<img src="data:image/jpeg;base64,{content}" alt="rings: corners" style="{style}">'
+def small_pictures(folder: Path, data: Dataset) -> dict[tuple[str, str], bytes]:
+    """Small JPEG of every picture, or an empty one, by camera and image, with rings about its corners."""
+    cv2, own = opencv(), PictureReadings.of(data)
+    cameras = {camera.name: c for c, camera in enumerate(own.rig.cameras)}
+    place, rows = only_folder(folder), {str(image): k for k, image in enumerate(own.image)}
+    is_table = not any(p.suffix.lower() in ENDINGS for p in place.rglob("*"))
+    files = [] if is_table else picture_files(place, own.rig)
+    paths = {(camera, plain_names([path.name])[0]): path for camera, path in files}
+    found = {}
+    for camera, image in list(dict.fromkeys([*product(cameras, rows), *paths]))[:MAX_PICTURES]:
+        size = own.rig.cameras[cameras[camera]].size
+        scale, small = WIDTH / size[0], np.full((round(size[1] * WIDTH / size[0]), WIDTH), 41, np.uint8)
+        with contextlib.suppress(FileError, KeyError):
+            small = cv2.resize(
+                read_picture(paths[camera, image], size), small.shape[::-1], interpolation=cv2.INTER_AREA
+            )
+        drawn = cv2.cvtColor(small, cv2.COLOR_GRAY2BGR)
+        pixels = own.pixels[rows[image], cameras[camera]] if image in rows else np.zeros((0, 2))
+        for u, v in np.round(pixels[np.isfinite(pixels).all(1)] * scale * 2.0**SUBPIXEL).astype(int).tolist():
+            cv2.circle(drawn, (u, v), 4 << SUBPIXEL, FOUND, 1, cv2.LINE_AA, SUBPIXEL)
+        found[camera, image] = cv2.imencode(".jpg", drawn)[1].tobytes()
+    return found
 
 
-@lru_cache(maxsize=2)
-def thumbnails(data: Dataset, previews: Previews | None) -> str:
-    """Small pictures by their images, framed green, amber with few corners, or red; those without last."""
-    own = PictureReadings.of(data)
-    rows = {str(image): k for k, image in enumerate(own.image)}
+def thumbnails(data: Dataset, pictures: Mapping[tuple[str, str], bytes]) -> str:
+    """Small pictures, framed green, amber with few corners, or red."""
+    own, found = PictureReadings.of(data), []
+    seen = dict(zip(map(str, own.image), own.seen.sum(2), strict=True))
     number = {camera.name: c for c, camera in enumerate(own.rig.cameras)}
-    known = {} if previews is None else previews.by_image
-    keys = dict.fromkeys([*((camera, image) for image in rows for camera in number), *known])
-    found = []
-    for name, image in list(keys)[:MAX_PICTURES]:
-        c = number[name]
-        pixels = own.pixels[rows[image], c] if image in rows else np.zeros((0, 2))
-        count = int(np.isfinite(pixels).all(1).sum())
+    for (camera, image), content in pictures.items():
+        count = int(seen[image][number[camera]]) if image in seen else 0
         colour = GOOD if count >= TELLING_CORNERS else CAREFUL if count else BAD
-        small = _drawn(known.get((name, image)), own.rig.cameras[c].size, pixels)
-        frame = f"outline:2px solid {colour};border-radius:4px"
+        source = f"data:image/jpeg;base64,{base64.b64encode(content).decode()}"
+        style = f"width:100%;border-radius:4px;display:block;outline:2px solid {colour}"
         label = f'<div style="font-size:12px;text-align:center">{text(image)} · {count}</div>'
-        found.append(f'<div><div style="{frame}">{small}</div>{label}</div>')
+        found.append(f'<div><img src="{source}" alt="rings: corners" style="{style}">{label}</div>')
     grid = "display:grid;grid-template-columns:repeat(4,1fr);gap:6px;margin:4px 0 8px"
     return block("".join(found), testid="thumbnails", style=grid)

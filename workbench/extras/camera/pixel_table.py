@@ -167,7 +167,8 @@ def plain_names(names: Iterable) -> list[str]:
 def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Number of every corner's point (-1 for none) and camera, and what was left out."""
     names = list(dict.fromkeys(rows.camera.tolist()))
-    cameras = {name: rig.place(name) for name in names}
+    known = {camera.name: k for k, camera in enumerate(rig.cameras)}
+    cameras = {name: known.get(name, 0 if not name and len(known) == 1 else None) for name in names}
     if strange := [name for name in names if cameras[name] is None]:
         own = listed([camera.name for camera in rig.cameras])
         raise DataError(f"{rows.source}: the camera file has no camera '{strange[0]}'; it has {own}")

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.errors import FileError
+from workbench.base.errors import FileError, WorkbenchError
 from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
@@ -66,9 +66,9 @@ SIDES = ("robot", "target")
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, bool], bool, tuple[str, ...]]:
-    """Robot's and target's poses, whether names say which way round each side's are, whether their writer
-    inverts the robot's for a camera in the cell, and what was decided."""
+def read_pairs(path: Path) -> tuple[Any, ...]:
+    """Robot's and target's poses, their rows in the file, whether names say which way round each side's are,
+    whether their writer inverts the robot's for a camera in the cell, and what was decided."""
     data, text, arrays = read_bytes(path), "", dict[str, Any]()
     try:
         if data.startswith(b"PK") and b"xl/" not in data:
@@ -81,15 +81,21 @@ def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, bool], bool, tuple
     except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise FileError(f"it holds no pairs of poses ({error}); {WANTED}", path=str(path)) from None
     arrays = {LETTERS.get(name, name): array for name, array in arrays.items()}
-    grid = table_of(arrays, path) if arrays else read_grid(path)
-    sides = [_poses(grid, seen) for seen in (False, True)]
+    try:
+        grid = table_of(arrays, path) if arrays else read_grid(path)
+        sides = [_poses(grid, seen) for seen in (False, True)]
+    except WorkbenchError as error:
+        if re.search("--[a-z]|measurements|columns=", str(error)):  # advice on other files and commands
+            why = re.split("[:;]", str(error).removeprefix(f"{path}: "))[0]
+            raise FileError(f"{why}; {WANTED}", path=str(path)) from None
+        raise
     poses, notes = list[Poses](), list[str]()
     numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)
     if not whole.any():
         raise grid.error(f"no row has both poses; {WANTED}")
+    rows = np.flatnonzero(whole)
     if not whole.all():
-        rows = np.flatnonzero(whole)
         notes.append(f"{plural(len(whole) - len(rows), 'row')} without both poses left out")
         sides = [(own.take(rows), way) for own, way in sides]
     found = turning_alike(sides[0][0], sides[1][0])
@@ -98,7 +104,7 @@ def read_pairs(path: Path) -> tuple[Poses, Poses, tuple[bool, bool], bool, tuple
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
         notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
     told = sides[0][1] is not None, sides[1][1] is not None
-    return poses[0], poses[1], told, bool(EASY_HANDEYE.search(text)), tuple(notes)
+    return *poses, rows, told, bool(EASY_HANDEYE.search(text)), notes
 
 
 def _samples(text: str) -> dict[str, np.ndarray]:
@@ -117,7 +123,8 @@ def _samples(text: str) -> dict[str, np.ndarray]:
     whole = {name: [row for row in rows if row] for name, rows in found.items()}
     arrays = {name: np.array(rows) for name, rows in whole.items() if len(set(map(len, rows))) == 1}
     shapes = {1: (-1,), 9: (-1, 3, 3)}
-    return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in arrays.items()}
+    long = {name: a.reshape(-1, 16) if a.size % 16 == 0 and len(a) == 1 else a for name, a in arrays.items()}
+    return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in long.items()}
 
 
 def _is_seen(name: str) -> bool | None:
@@ -130,10 +137,12 @@ def _is_seen(name: str) -> bool | None:
 def _of_side(names: Sequence[str], seen: int) -> list[bool]:
     """Which names are of this side, none of joints. Of those that say nothing, single words are the robot's,
     as are all where another name is of the target."""
-    known = [_is_seen(name) for name in names]
+    known, plain = [_is_seen(name) for name in names], [parse_heading(name) for name in names]
+    numbered = any(name == "q5" for name, _ in plain)  # fewer, without units, may be a quaternion
+    joint = re.compile(r".*joint.*|q\d+", re.I)
+    joints = [joint.fullmatch(n) and (unit or numbered or "joint" in n.lower()) for n, unit in plain]
     other = [True not in known and len(_GAP.split(name)) > 1 for name in names]
-    sides = zip(names, known, other, strict=True)
-    return [(b if a is None else a) == seen and "joint" not in name.lower() for name, a, b in sides]
+    return [(b if a is None else a) == seen and not j for a, b, j in zip(known, other, joints, strict=True)]
 
 
 def _poses(grid: Grid, seen: int) -> tuple[Dataset, re.Pattern[str] | None]:
@@ -154,7 +163,7 @@ def _poses(grid: Grid, seen: int) -> tuple[Dataset, re.Pattern[str] | None]:
         position[left_out] = np.nan
     rotation, _ = read_orientation(fields, usable=~left_out)
     if rotation is None or position is None:
-        found = "; ".join([listed([c for c in head if c]), *grid.notes])
+        found = "; ".join([listed([c for c in head if c], longest=4), *grid.notes])
         raise grid.error(f"no pose of the {SIDES[seen]} under {found}; {WANTED}")
     own = [c for c, is_own in zip(head, mine, strict=True) if is_own]
     way = next((kind for kind in (INVERSE, DIRECT) if any(map(kind.search, own))), None)
@@ -169,7 +178,8 @@ def _poses(grid: Grid, seen: int) -> tuple[Dataset, re.Pattern[str] | None]:
 def _heading(cell: str, head: Sequence[str]) -> str:
     """What a heading says beside which pose it is of: `qx` of 'robot_rotation_x', `x[mm]` of 'tag_x_mm'."""
     name, unit = parse_heading(cell)
-    *before, last = _GAP.split(name)
+    name, head = _GAP.sub("_", name), [_GAP.sub("_", c) for c in head]
+    *before, last = name.split("_")
     if unit is None and before and (split := split_ending(f"{before[-1]}_{last}")):
         (last, unit), before = split, before[:-1]
     stem = name.rpartition("_")[0]

@@ -122,14 +122,12 @@ def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
     """
     free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
 
-    def errors(rows: Dataset, hopeless: float = np.inf) -> Float[np.ndarray, " rows"]:
+    def errors(rows: Dataset) -> Float[np.ndarray, " rows"]:
         """How far each picture is off [m], in a fit in which pictures that are far off count less."""
         problem = Problem.build(robot, rows, free=free).with_noise(ROUGH)
         x = problem.start
-        for begun in range(ROBUST_ROUNDS):
+        for _ in range(ROBUST_ROUNDS):
             off = Pictures.at(problem, x).off
-            if begun and np.median(off) > hopeless:  # the right meaning fits at once
-                return off
             weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
             x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
         return Pictures.at(problem, x).off
@@ -137,7 +135,7 @@ def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
     off = errors(data)
     usual = float(np.median(off))
     meanings = _other_meanings(data) if usual > SUSPICIOUS else ()
-    others = [(np.median(errors(rows, usual / 2.0)), text) for text, rows in meanings]
+    others = [(np.median(errors(rows)), text) for text, rows in meanings]
     if others and min(others)[0] < OTHERWISE * usual:
         raise DataError(f"{data.source}: {min(others)[1]}")
     if usual > HOPELESS:

@@ -27,8 +27,6 @@ DOT = 0.05
 """Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
 LINE, TEXT = 0.2, 2.3
 """Width of the ruler's lines and height of the text [mm]."""
-NO_TARGET = "no target.toml"
-"""How the note of a board begins of which no file tells."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class Board:
         half = len(pictures) * (self.across - 1) * (self.down - 1) / 2  # then the first common one is taken
         target = next((each for each in targets if shown(each) > half), None) or max(targets, key=shown)
         write_text(folder / "target.toml", target_toml(target))
-        return (f"{NO_TARGET}: taken to be {self.text} ({target.dictionary})",)
+        return (f"no target.toml: taken to be {self.text} ({target.dictionary})",)
 
     @property
     def text(self) -> str:
@@ -89,62 +87,38 @@ def across_down(text: str) -> tuple[int, int]:
     return across, down
 
 
-@dataclass(frozen=True, eq=False)
-class PrintedSheet:
-    """A board on paper.
+def board_pdf(board: Charuco) -> tuple[bytes, str]:
+    """A sheet with the board as PDF, the same for the same board, and what it is, in words."""
+    page, (name, width, height), title = printed_sheet(board)
+    buffer, dpi = io.BytesIO(), (25.4 * page.width / width, 25.4 * page.height / height)
+    page.save(buffer, format="PDF", dpi=dpi, title=title, creationDate=None, modDate=None)
+    return buffer.getvalue(), f"{title} on {name}"
 
-    Args:
-        page: The page in black and white; no corner of a square is rounded.
-        paper: Name, width and height of the paper [mm].
-        title: What the board is.
-    """
 
-    page: Image.Image
-    paper: tuple[str, float, float]
-    title: str
-
-    @classmethod
-    def of(cls, board: Charuco) -> "PrintedSheet":
-        """The sheet of a board, on the smallest paper that holds it."""
-        across, down = board.squares
-        side, marker = 1e3 * board.square, 1e3 * board.marker
-        size = across * side, down * side
-        title = (
-            f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
-            f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
-        )
-        drawn = opencv_board(board)
-        papers = ((name, *p) for name, paper in PAPERS.items() for p in (paper, paper[::-1]))
-        least = size[0] + 2 * BORDER, size[1] + BORDER + FOOT
-        if (paper := next((p for p in papers if p[1] >= least[0] and p[2] >= least[1]), None)) is None:
-            board_size = f"{size[0]:.0f} x {size[1]:.0f} mm is larger than A1 paper"
-            raise OptionError(f"{board_size}; choose smaller or fewer squares")
-        name, width, height = paper
-        each = int(np.ceil(side / DOT))
-        dots = Image.fromarray(drawn.generateImage((across * each, down * each)))
-        scale = dots.width / size[0]
-        page = Image.new("1", (round(width * scale), round(height * scale)), 1)
-        left, top = 0.5 * (width - size[0]), 0.5 * (height - FOOT + BORDER - size[1])
-        page.paste(dots, (round(left * scale), round(top * scale)))
-        _ruler(ImageDraw.Draw(page), height - FOOT + 8.0, width, f"{title} · {name}", scale)
-        return cls(page, (name, width, height), title)
-
-    def pdf(self) -> bytes:
-        """The page as PDF, the same for the same content."""
-        page, buffer = self.page, io.BytesIO()
-        dpi = (25.4 * page.width / self.paper[1], 25.4 * page.height / self.paper[2])
-        page.save(buffer, format="PDF", dpi=dpi, title=self.title, creationDate=None, modDate=None)
-        return buffer.getvalue()
-
-    def png(self, dots: float = 300.0) -> bytes:
-        """The page as a picture of so many dots per inch, which its header holds."""
-        buffer = io.BytesIO()
-        step = dots / 25.4 * self.paper[1] / self.page.width
-        size = int(self.page.width * step), int(self.page.height * step)
-        box = (0.0, 0.0, size[0] / step, size[1] / step)
-        page = self.page.convert("L").resize(size, Image.Resampling.BOX, box=box)
-        page.save(buffer, format="PNG", dpi=(dots, dots))
-        return buffer.getvalue()
+def printed_sheet(board: Charuco) -> tuple[Image.Image, tuple[str, float, float], str]:
+    """The board on the smallest paper for it, no corner of a square rounded; the paper [mm], a title."""
+    across, down = board.squares
+    side, marker = 1e3 * board.square, 1e3 * board.marker
+    size = across * side, down * side
+    title = (
+        f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
+        f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
+    )
+    drawn = opencv_board(board)
+    papers = ((name, *p) for name, paper in PAPERS.items() for p in (paper, paper[::-1]))
+    least = size[0] + 2 * BORDER, size[1] + BORDER + FOOT
+    if (paper := next((p for p in papers if p[1] >= least[0] and p[2] >= least[1]), None)) is None:
+        board_size = f"{size[0]:.0f} x {size[1]:.0f} mm is larger than A1 paper"
+        raise OptionError(f"{board_size}; choose smaller or fewer squares")
+    name, width, height = paper
+    each = int(np.ceil(side / DOT))
+    dots = Image.fromarray(drawn.generateImage((across * each, down * each)))
+    scale = dots.width / size[0]
+    page = Image.new("1", (round(width * scale), round(height * scale)), 1)
+    left, top = 0.5 * (width - size[0]), 0.5 * (height - FOOT + BORDER - size[1])
+    page.paste(dots, (round(left * scale), round(top * scale)))
+    _ruler(ImageDraw.Draw(page), height - FOOT + 8.0, width, f"{title} · {name}", scale)
+    return page, paper, title
 
 
 def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale: float) -> None:

@@ -19,8 +19,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset, Labels
-from workbench.extras.camera.camera import Camera, as_opencv, project
-from workbench.extras.camera.opencv import opencv
+from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
 from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, off_text, owner_in
 from workbench.extras.camera.target import PictureTarget, is_plane
 

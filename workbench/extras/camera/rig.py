@@ -75,21 +75,9 @@ class Rig:
                     found=camera.mounted,
                 )
 
-    def place(self, name: str) -> int | None:
-        """Number of the camera of that name; None for none. With one camera, no name means that one."""
-        names = [camera.name for camera in self.cameras]
-        if not name and len(names) == 1:
-            return 0
-        return names.index(name) if name in names else None
-
     @property
     def posed(self) -> tuple[Camera | PictureTarget, ...]:
         return (*self.cameras, *self.targets)
-
-    @property
-    def owners(self) -> tuple[tuple[str, int], ...]:
-        """How the names of its parts' unknowns begin, and the number of points of each board."""
-        return (*((c.owner, 0) for c in self.cameras), *((t.owner, len(t)) for t in self.targets))
 
     @property
     def mounted(self) -> Mount:
@@ -116,11 +104,10 @@ class Rig:
         self, ids: Int[np.ndarray, " n"], corners: Int[np.ndarray, " n"]
     ) -> Int[np.ndarray, " n"]:
         """Number of each named point among all; -1 for those that no board has."""
-        found = np.full(len(ids), -1)
-        for target, mine in self.parts:
-            place = target.places(ids, corners)
-            found = np.where(place < 0, found, place + mine.start)
-        return found
+        place = {tuple(name): k for k, name in enumerate(self.names.tolist())}
+        return np.array(
+            [place.get(pair, -1) for pair in zip(ids.tolist(), corners.tolist(), strict=True)], int
+        )
 
     @property
     def text(self) -> str:
@@ -177,7 +164,7 @@ class PictureReadings(AbstractReadings):
 
     def joined(self, other: AbstractReadings | None) -> "PictureReadings | None":
         """Few pictures alone don't tell how far a tool is off: those of the same rig are judged together."""
-        if not isinstance(other, PictureReadings) or self.rig.owners != other.rig.owners:
+        if not isinstance(other, PictureReadings) or self.pixels.shape[1:] != other.pixels.shape[1:]:
             return None
         parts = ([getattr(each, name) for each in (self, other)] for name in ("pixels", "image", "sight"))
         pixels, image, sight = map(np.concatenate, parts)

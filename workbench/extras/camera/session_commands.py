@@ -10,7 +10,8 @@ from workbench.base.progress import part_of, progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import ON
-from workbench.extras.camera.folder import only_folder, packed, read_folder, shown_pictures, unpacked
+from workbench.extras.camera.folder import only_folder, packed, read_folder, unpacked
+from workbench.extras.camera.picture_html import small_pictures
 from workbench.extras.camera.printed import Board
 from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.identification.identify import identify
@@ -44,7 +45,6 @@ class CameraAlone(AbstractPart):
     Args:
         data: The pictures.
         found: The poses.
-        previews: The pictures to be looked at.
     """
 
     goes_with = GoesWith.MEASUREMENTS
@@ -52,33 +52,27 @@ class CameraAlone(AbstractPart):
 
     data: Dataset
     found: Identification
-    previews: Previews
 
 
 class Read(NamedTuple):
-    """Pictures that were read; as measurements of the arm, if they are, and what else is kept of them."""
+    """Pictures that were read; as measurements of the arm, or what they tell without it, and small ones."""
 
     data: Dataset
     loaded: Loaded | None
-    kept: Previews | CameraAlone
+    kept: tuple[AbstractPart, ...]
 
 
-def _measured(session: Session, data: Dataset, pictures: Mapping[tuple[str, str], bytes]) -> Read:
+def _measured(session: Session, data: Dataset) -> Loaded:
     """Pictures as measurements, with how well they and the arm go together."""
     own = PictureReadings.of(data)
-    rig, seen = own.rig, own.seen.sum((1, 2))
-    cameras = (
-        f"{c.name}, {c.size[0]} × {c.size[1]} px, {ON[c.mounted]}, intrinsics {c.free}" for c in rig.cameras
-    )
+    seen = own.seen.sum((1, 2))
+    cameras = (f"{c.name}, {ON[c.mounted]}, intrinsics {c.free}" for c in own.rig.cameras)
     facts = (
-        ("Pictures", f"{int((seen > 0).sum())} of {len(data)} show the target"),
-        ("Corners", f"{int(seen.sum())}; {len(rig.rejected)} rejected"),
-        ("Joints", f"{data.joints}"),
+        ("Pictures", f"{int((seen > 0).sum())} of {len(data)} show the target, {int(seen.sum())} corners"),
         ("Camera", "; ".join(cameras)),
-        ("Target", f"{rig.text}, {ON[rig.mounted]}"),
+        ("Target", f"{own.rig.text}, {ON[own.rig.mounted]}"),
     )
-    loaded = Loaded(data, data.source, facts, data.notes, read=data)
-    return Read(data, matched_to_arm(session.robot, loaded), Previews(pictures))
+    return matched_to_arm(session.robot, Loaded(data, data.source, facts, data.notes, read=data))
 
 
 class LoadPictures(AbstractLoad[Read]):
@@ -111,17 +105,19 @@ class LoadPictures(AbstractLoad[Read]):
                 with part_of(0.0, SEARCH):
                     dataset = read_folder(folder, dof=session.robot.dof)
                 progress(SEARCH, "making small pictures")
-                pictures = shown_pictures(folder, rig_of(dataset))
+                previews = Previews(small_pictures(folder, dataset))
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "").replace(str(folder), name)) from error
         name = name.removesuffix(".zip")
         dataset = replace(dataset, source=name, notes=(*assumed, *dataset.notes))
         if rig_of(dataset).tool_poses:
-            return Read(dataset, None, CameraAlone(dataset, identify(None, dataset), Previews(pictures)))
-        return _measured(session, dataset, pictures)
+            return Read(dataset, None, (previews, CameraAlone(dataset, identify(None, dataset))))
+        return Read(dataset, _measured(session, dataset), (previews,))
 
     def finish(self, session: Session, result: Read) -> Session:
-        session = with_other_data(session, result.loaded).with_part(result.kept)
+        session = with_other_data(session, result.loaded)
+        for part in result.kept:
+            session = session.with_part(part)
         text = f"{plural(len(result.data), 'picture')} read from {result.data.source}"
         return session.with_message(Severity.INFO, text)
 

@@ -132,13 +132,6 @@ class PictureTarget:
         """How the names of its unknowns begin."""
         return f"target[{self.name}]" if self.name else "target"
 
-    def places(self, ids: Int[np.ndarray, " n"], corners: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """Number of each named point; -1 for those that the target does not have."""
-        place = {pair: k for k, pair in enumerate(_pairs(self))}
-        return np.array(
-            [place.get(pair, -1) for pair in zip(ids.tolist(), corners.tolist(), strict=True)], int
-        )
-
     @property
     def markers(self) -> set[int]:
         return set(self.ids.tolist() if self.charuco is None else self.charuco.markers)

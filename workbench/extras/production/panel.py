@@ -7,8 +7,8 @@ from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, text
-from workbench.views.page.panels.index import try_plate
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.plate import try_plate
 
 
 class YieldPanel(AbstractPanel):

@@ -263,10 +263,10 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
             continue
         residual = at.residual
         seen = np.broadcast_to(observation.seen, residual.shape)
-        turns = observation.is_rotation
-        for i, chosen in ((0, ~turns), (1 if observation.link is None else 2, turns)):
-            square[i, rows] += (np.where(seen, residual, 0.0)[:, chosen] ** 2).sum(1)
-            components[i, rows] += seen[:, chosen].sum(1)
+        kinds = np.array([~(turns := observation.is_rotation), turns], float)
+        mine = np.ix_(np.array([0, 1 if observation.link is None else 2]), rows)
+        square[mine] += kinds @ np.where(seen, residual, 0.0).T ** 2
+        components[mine] += kinds @ seen.T
     vectors = np.maximum(components / np.array([[3.0], [np.inf], [2.0]]), 1.0)  # markers, inclinometers
     errors = np.where(components > 0.0, np.sqrt(square / vectors), np.nan)
     if own is not None:

@@ -11,7 +11,7 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.identification.meaning.nominal_fit import placed
-from workbench.session.command import AbstractChange, computed
+from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.comparison import (
     MAX_TIMES,
     MIN_TIMES,
@@ -150,6 +150,9 @@ class ShowRow(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return session.updated("playback", focus=Focus.ROW).updated("results", row=self.row)
+
+    def merged_with(self, previous: AbstractCommand, session: Session) -> "ShowRow | None":
+        return self if isinstance(previous, ShowRow) else None
 
 
 class SetOverlay(AbstractChange):

@@ -338,11 +338,11 @@ def packed(folder: Path) -> tuple[str, bytes]:
 
 def with_other_data(session: Session, loaded: Loaded | None) -> Session:
     """As `with_data`; a calibration that goes with the old measurements is named, and undo restores it."""
-    before = session.measurements.loaded
-    if before is None or (session.results.identification is None and session.results.diagnosis is None):
-        return with_data(session, loaded)
-    text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
+    before, results = session.measurements.loaded, session.results
     after = with_data(begin_step(session, session), loaded)
+    if before is None or (results.identification is None and results.diagnosis is None):
+        return after
+    text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
     return after.with_message(Severity.WARNING, text, refused="Identify")  # the next one ends it
 
 

@@ -23,7 +23,7 @@ from workbench.session.commands.identify import IdentifiedRows, Identify
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
-from workbench.session.target_steps import check_free, place_plate
+from workbench.session.target_steps import begin_step, check_free, place_plate
 
 MIN_ROWS = 20
 """Fewer rows can't tell one effect from another."""
@@ -79,7 +79,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     def finish(self, session: Session, result: tuple[Loaded, Diagnosis]) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "diagnose")
-        session = with_comparison(session.updated("results", diagnosis=found))
+        session = with_comparison(begin_step(session, session).updated("results", diagnosis=found))
         return session.with_message(Severity.LOG, found.message)
 
 
@@ -101,8 +101,7 @@ class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
         accepted = tuple(a.effect for a in found.effects)
         before = session.results
         geometry = before.geometry if before.accepted else before.run
-        results = replace(before, accepted=accepted, geometry=geometry)
-        return Identify().finish(replace(session, results=results), fits)
+        return Identify().finish(session, fits, accepted=accepted, geometry=geometry)
 
 
 class TakeNextPoses(AbstractChange):

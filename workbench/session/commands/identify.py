@@ -1,6 +1,7 @@
 """The command that identifies the robot from the loaded measurements."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.real_arm import times_for
 from workbench.session.state import Focus, Session
+from workbench.session.target_steps import begin_step
 
 IdentifiedRows = tuple[Loaded, Identification]
 
@@ -77,18 +79,20 @@ class Identify(AbstractTask[IdentifiedRows]):
         )
         return loaded, found
 
-    def finish(self, session: Session, result: IdentifiedRows) -> Session:
+    def finish(self, session: Session, result: IdentifiedRows, **more: Any) -> Session:
+        """The session with what was identified, and with `more` results that go with it."""
         loaded, found = result
         check_unchanged(session, loaded, "identify")
         fit, last = found.best.fit.algorithm.name, session.results.identification
         is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
-        geometry = session.results.geometry if is_same else None
-        session = session.updated("playback", focus=Focus.ROW).updated("measurements", unread=None)
-        found_now = {"identification": found, "fit": fit, "geometry": geometry, "row": 0}
-        session = with_comparison(session.updated("results", **found_now))
+        results = replace(session.results, **more)
+        geometry = results.geometry if is_same else None
+        results = replace(results, identification=found, fit=fit, geometry=geometry, row=0)
+        session = begin_step(session, session).updated("playback", focus=Focus.ROW)
+        session = with_comparison(replace(session, results=results).updated("measurements", unread=None))
         overlay = replace(session.choices.overlay, stage=None)
         if last is None and (rows := session.results.comparison) is not None:  # as later models then are
-            overlay = replace(overlay, exaggeration=times_for(rows.errors[:, 0], session.robot.reach))
+            overlay = replace(overlay, exaggeration=times_for(rows.stage_errors[:, 0], session.robot.reach))
         session = session.updated("choices", overlay=overlay)
         return session.with_message(Severity.LOG, _summary(found, fit))
 

@@ -20,8 +20,6 @@ from workbench.session.state import Session
 from workbench.session.target_postures import from_limit
 from workbench.session.target_steps import check_free, is_better, place_plate, rescore
 
-MIN_REPORTED_MOVE = 5e-4
-"""Minimum move of the plate that is reported [m]."""
 MIN_ADDED, MAX_ADVISED = 2, 20
 """Minimum number of targets added, and maximum number that is advised."""
 ROOM_FACTOR = 1.3
@@ -104,8 +102,8 @@ class ImprovePlate(AbstractTask[FoundPlate]):
         left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
         text = f"{text}; joints stay {left.text} or more from their limits"
         is_shown = session.measurements.loaded is None  # by the strip
-        if moved := _moved(old, found):
-            text, is_shown = f"the plate was moved {moved}; {text}", False
+        if (away := 1e3 * float(np.linalg.norm(found.xyz - old.xyz))) > 0.5:
+            text, is_shown = f"the plate was moved by {away:.0f} mm; {text}", False
         if result.note:
             text, is_shown = f"{text}; little room: {result.note}", False
         return _searched(better, len(found)).with_message(Severity.LOG if is_shown else Severity.INFO, text)
@@ -114,14 +112,6 @@ class ImprovePlate(AbstractTask[FoundPlate]):
 def _searched(session: Session, number: int) -> Session:
     """The session after a search for so many targets that ended with its plate."""
     return session.updated("history", searched=session.plate, sought=number)
-
-
-def _moved(before: Plate, after: Plate) -> str:
-    """How far a plate was moved, and which way; empty where it was not."""
-    out = float(np.hypot(*after.xyz[:2]) - np.hypot(*before.xyz[:2]))
-    steps = (("farther", "nearer", out), ("up", "down", float(after.xyz[2] - before.xyz[2])))
-    seen = (step for step in steps if abs(step[2]) >= MIN_REPORTED_MOVE)
-    return " and ".join(f"{1e3 * abs(size):.0f} mm {up if size > 0.0 else down}" for up, down, size in seen)
 
 
 def more_targets(session: Session) -> int | None:

@@ -18,7 +18,7 @@ from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.views.appearance.colours import FOOT, JOINT, LINK, PROBE
+from workbench.views.appearance.colours import JOINT, LINK, PROBE
 from workbench.views.appearance.shapes import Solid, along, ball, cylinder, merged, tube
 
 THICK, THIN = 0.035, 0.021
@@ -140,7 +140,7 @@ def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarra
 def _foot(robot: Robot, path: Float[np.ndarray, "points 3"], radius: float) -> Body:
     """A foot on the floor, a stand up to the arm's first frame, and a post where its first axis lies away."""
     height = skeleton.height_above_floor(robot)
-    parts = [Part(cylinder(2.0 * radius, -height, 0.45 * radius - height, bevel=0.12 * radius), FOOT)]
+    parts = [Part(cylinder(2.0 * radius, -height, 0.45 * radius - height, bevel=0.12 * radius), JOINT)]
     if height > 0.0:
         parts.append(Part(cylinder(1.1 * radius, -height, 0.0), LINK))
     post = [tube(a, b, radius) for a, b in itertools.pairwise(path)]

@@ -16,7 +16,6 @@ def _rgb(code: str) -> tuple[int, int, int]:
 
 LINK = (233, 237, 242)
 JOINT = (92, 112, 146)
-FOOT = (92, 112, 146)
 PROBE = (120, 130, 146)
 PLATE = (203, 210, 220)
 
@@ -25,7 +24,7 @@ SELECTED = (37, 99, 235)
 BLOCKED = (133, 77, 14)
 OUT_OF_REACH = (220, 68, 55)
 
-REGION = (100, 116, 139)
+REGION = BRANCH = (100, 116, 139)
 GHOST, GHOST_DARK = (198, 206, 217), (98, 106, 120)
 GRID = (214, 220, 228)
 GRID_SECTION = (186, 195, 208)
@@ -43,7 +42,6 @@ STAGE_COLOURS = dict(zip(ModelStage, (NOMINAL, GEOMETRY, CALIBRATED), strict=Tru
 
 BLAMED = (225, 29, 72)
 EVENT = _rgb(models.EVENT)
-BRANCH = (100, 116, 139)
 FITTED = (13, 148, 136)
 EXCLUDED = (148, 163, 184)
 SET_APART = (220, 20, 60)

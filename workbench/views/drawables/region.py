@@ -19,14 +19,19 @@ def region(session: Session) -> Iterator[Item]:
     view, cuboid = session.region.view, session.plate.region
     is_seen = session.shows_plate or are_shown(session)
     yield Item("region/outline", Cuboid, (cuboid.min, cuboid.max, REGION), shown=is_seen)
-    is_cut = are_shown(session) and view.cut is not None and session.drag is None  # a drag needs the time
-    ghost = GHOST_DARK if session.page.is_dark else GHOST
-    yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, ghost, cuboid.shape), shown=is_cut)
     if view.field != NO_FIELD:
         read = (view, cuboid, *inputs(session), session.history.first.plate, session.drag)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)
         yield Item("region/cubes", cubes, read, shown=are_shown(session), can_wait=is_dragged)
+
+
+def grid(session: Session) -> Iterator[Item]:
+    """The cubes' edges on the sides of a region that is cut, on the page alone; a drag needs their time."""
+    view, cuboid = session.region.view, session.plate.region
+    is_cut = are_shown(session) and view.cut is not None and session.drag is None
+    ghost = GHOST_DARK if session.page.is_dark else GHOST
+    yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, ghost, cuboid.shape), shown=is_cut)
 
 
 def _cubes(session: Session, *_: object) -> Cubes | None:

@@ -8,12 +8,12 @@ from workbench.views.drawables.arms import arms, blame, branches
 from workbench.views.drawables.events import happened
 from workbench.views.drawables.measured import measured, selected_row_marks
 from workbench.views.drawables.plate import plate, plate_before
-from workbench.views.drawables.region import envelope, region
+from workbench.views.drawables.region import envelope, grid, region
 from workbench.views.drawables.sink import Item
 
 SUBJECTS = (arms, plate, region, measured, happened)
 """What page and recordings show; each yields its items for a session."""
-ON_PAGE = (plate_before, envelope, branches, selected_row_marks)
+ON_PAGE = (plate_before, grid, envelope, branches, selected_row_marks)
 """What the page alone shows besides."""
 MOVING = (blame,)
 """The same, and what moves with the arm while a trajectory is played."""

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -94,9 +95,12 @@ class Demo:
             if self._stop.is_set():
                 break
             self._play(scene)
-        else:  # the last picture
+        else:  # the last picture, in which the arms go on
             self.is_finished = True
-            self._stop.wait()
+            rows = cycle(range(0, 120, 12))
+            while not self._stop.is_set():
+                self._submit(ShowRow(next(rows)))
+                self._wait(1.5)
         self._leave()
 
     def _play(self, scene: DemoScene) -> None:

@@ -34,7 +34,7 @@ PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 PHONE_SCENE = 41
 """The scene's share of a phone's height above it [%]."""
-DRAWINGS = "suspects, index, history, changes, verdict, row-chart, joints, result, curves"
+DRAWINGS = "suspects, index, losses, history, changes, verdict, row-chart, joints, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
@@ -45,8 +45,6 @@ CAPTION = 'data-caption="1"'
 """Marks what is said over the scene."""
 MESSAGE = 'data-message="1"'
 """Marks the last message."""
-PRESSED = "data-pressed"
-"""Marks the page while the pointer rests where it has pressed: what the hint there says is known by then."""
 RULES = f"""
 :root[data-mantine-color-scheme="light"] {{
   --mantine-color-dimmed: #5f6770 !important; --mantine-color-gray-filled: #5c636a !important;
@@ -89,7 +87,6 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {INSIDE} > [style*="contain: layout"] {{ position: absolute; inset: auto 0 0; padding: 0 !important }}
 div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px 0 6px;
   background: var(--mantine-color-body) }}
-:root[{PRESSED}] .mantine-Tooltip-tooltip {{ visibility: hidden }}
 {INSIDE} > [style*="margin-inline"] {{ flex: 1 1 0 }}
 {PANEL} div[style*="min-height: 2.4em"] {{ overflow: clip !important }}
 {TABS} {{ position: sticky; top: var(--strip, 0px); z-index: 19;
@@ -226,17 +223,6 @@ addEventListener("keydown", e => {{
   const sheet = [...document.querySelectorAll(".mantine-Modal-content")].at(-1);
   const leave = [...sheet?.querySelectorAll("button") ?? []];
   leave.find(b => {LEAVE}.includes(b.innerText.trim()))?.click();
-}}, true);
-const outside = (e, box) => e.x < box.left || e.x > box.right || e.y < box.top || e.y > box.bottom;
-let pressed = null;
-addEventListener("pointerdown", e => {{
-  pressed = e.target.closest?.("button, label, input, a")?.getBoundingClientRect();
-  document.documentElement.toggleAttribute({PRESSED!r}, !!pressed);
-}}, true);
-addEventListener("pointermove", e => {{
-  if (!pressed || !outside(e, pressed)) return;
-  pressed = null;
-  document.documentElement.removeAttribute({PRESSED!r});
 }}, true);
 let held = null;
 addEventListener("focusin", e => {{

@@ -10,19 +10,22 @@ import rerun.blueprint as rrb
 from workbench.identification.result import judged
 from workbench.session.state import Focus, Session
 from workbench.views.drawables.viewpoint import first_view, title
-from workbench.views.recording.canvas import ROW, STEP
+from workbench.views.recording.canvas import PATHS, ROW, STEP
 
 GROUND = (246, 248, 251)
-NEARER = 0.65
+NEARER = 0.57
 """Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
 POSITION, ROTATION = "position [mm]", "rotation [°]"
-BOTH = f"{POSITION}: grey nominal, orange calibrated"
+EACH = f"{POSITION}: grey nominal, blue geometry, orange with effects"
 PLOTS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
     "predicted": ("Predicted errors", {POSITION: ("position_mm",), ROTATION: ("rotation_deg",)}),
-    "index": ("Indices", {name: (name,) for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
-    "error": ("Errors", {BOTH: ("nominal_mm", "calibrated_mm"), ROTATION: ("nominal_deg", "calibrated_deg")}),
-    "row_error": (f"By row: set the timeline to {ROW}", {BOTH: ("nominal_mm/**", "calibrated_mm/**")}),
+    "index": ("Observability", {name: (name,) for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
+    "error": (
+        "Errors",
+        {EACH: tuple(f"{p}_mm" for p in PATHS.values()), ROTATION: tuple(f"{p}_deg" for p in PATHS.values())},
+    ),
+    "row_error": (f"By row: set the timeline to {ROW}", {EACH: tuple(f"{p}_mm/**" for p in PATHS.values())}),
 }
 """Where numbers are, how their tab is called, and what each of its plots has, by its heading."""
 
@@ -61,10 +64,10 @@ def blueprint(session: Session) -> rrb.Blueprint:
 
 def _tables() -> tuple[rrb.View, ...]:
     return (
-        rrb.BarChartView(origin="target/index_O", name="Index O", plot_legend=NO_LEGEND),
+        rrb.BarChartView(origin="target/index_O", name="Observability O", plot_legend=NO_LEGEND),
         _document("parameters", "Parameters"),
         _document("diagnosis/words", "Diagnosis"),
-        rrb.BarChartView(origin="before_after", name="Before and after"),
+        rrb.BarChartView(origin="before_after", name="Errors, largest first"),
     )
 
 

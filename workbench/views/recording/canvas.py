@@ -11,9 +11,11 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from workbench.session.comparison import ModelStage
 from workbench.views.recording.rerun_output import AbstractOutlet
 
 STEP, TIME, ROW = "step", "session_time", "measured_row"
+PATHS = {stage: stage.name.lower() for stage in ModelStage}
 
 
 class Canvas:

@@ -9,14 +9,14 @@ import rerun as rr
 from workbench.arm.kinematics.skeleton import body_frames
 from workbench.identification.report.document import models, remarks
 from workbench.identification.report.parameters import parameter_blocks
-from workbench.identification.result import Identification, order_of_measuring
+from workbench.identification.result import Identification
 from workbench.parts import warn_of_broken
 from workbench.report.result_display import as_markdown
 from workbench.session.comparison import STAGES, Comparison
 from workbench.session.real_arm import bent_frames
-from workbench.session.stages import shown_stage
+from workbench.session.stages import shown_stage, stages
 from workbench.session.state import Session
-from workbench.views.appearance.colours import CALIBRATED, NOMINAL, SELECTED
+from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.arms import model_and_real, shell
 from workbench.views.drawables.measured import measured
 from workbench.views.drawables.nominal_arm import nominal_arm
@@ -25,7 +25,7 @@ from workbench.views.drawables.region import region
 from workbench.views.drawables.scene_contents import in_recordings
 from workbench.views.drawables.sink import Item, is_same
 from workbench.views.recording.blueprint import blueprint, subject
-from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.canvas import PATHS, Canvas
 from workbench.views.recording.recorded_step import DrawingPace, Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
 from workbench.views.recording.sentences import about
@@ -111,14 +111,11 @@ def sheets(session: Session) -> Iterator[Item]:
     """The last identification and diagnosis, and index O of each target alone (ARIA eq. 17)."""
     yield from tables(session)
     yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
-    if (found := session.results.identification) is not None:
-        best = found.best
-        for name, rows, colour in (
-            ("nominal", found.nominal_rows, NOMINAL),
-            ("calibrated", (best.train_rows, best.held_out_rows), CALIBRATED),
-        ):
-            position = np.concatenate([each.position for each in rows])[np.argsort(order_of_measuring(found))]
-            yield Item(f"before_after/{name}_mm", _bars, (np.nan_to_num(1e3 * position), colour))
+    for k, stage in enumerate(stages(session)):
+        if len(known := 1e3 * stage.rows[np.isfinite(stage.rows)]):
+            largest_first = np.quantile(known, np.linspace(1.0, 0.0, 25))  # more bars are none to the eye
+            drawn = largest_first, STAGE_COLOURS[stage.title], 0.3 * k, 0.3  # over others they turn white
+            yield Item(f"before_after/{PATHS[stage.title]}_mm", _bars, drawn)
     if (diagnosis := session.results.diagnosis) is not None:
         yield Item("diagnosis/words", lambda d: markdown(as_markdown(d.blocks())), (diagnosis,))
 
@@ -136,6 +133,7 @@ def _fitted(found: Identification | None, fit: str) -> rr.TextDocument:
     return markdown(as_markdown(parts))
 
 
-def _bars(values: np.ndarray, colour: Any) -> rr.BarChart:
-    """A bar for each value, counted from 1; each is drawn from its place to the next one's."""
-    return rr.BarChart(values, abscissa=np.arange(1, len(values) + 1) - 0.5, color=colour)
+def _bars(values: np.ndarray, colour: Any, aside: float = 0.0, width: float = 1.0) -> rr.BarChart:
+    """A bar for each value, counted from 1, and so far aside."""
+    places = np.arange(1, len(values) + 1) - 0.5 + aside
+    return rr.BarChart(values, abscissa=places, color=colour, widths=np.full(len(values), width))

@@ -129,13 +129,16 @@ def _log_arm(canvas: Canvas, path: str, old: Arm | None, new: Arm) -> None:
             canvas.log(f"{path}/body{i}", rr.Transform3D(translation=frame[:3, 3], quaternion=turn))
 
 
-def _parts(path: str, arm: Arm) -> dict[str, rr.Mesh3D]:
+def _parts(path: str, arm: Arm) -> dict[str, rr.AsComponents]:
+    """What moves with every body; at the joints of an arm that is no ghost, their numbers."""
     ghost = None if arm.ghost is None else (*arm.ghost, round(255 * arm.opacity))
-    return {
+    parts: dict[str, rr.AsComponents] = {
         f"{path}/body{i}/part{j}": mesh(part.solid, ghost or part.colour)
         for i, body in enumerate(arm.bodies)
         for j, part in enumerate(body.parts)
     }
+    joints = range(1, len(arm.bodies)) if arm.ghost is None else ()
+    return parts | {f"{path}/body{i}/number": _words(f"J{i}", np.zeros(3)) for i in joints}
 
 
 def _log_label(canvas: Canvas, path: str, old: Label | None, new: Label) -> None:
@@ -143,7 +146,11 @@ def _log_label(canvas: Canvas, path: str, old: Label | None, new: Label) -> None
     if old is not None and old.text == new.text:
         canvas.log(path, rr.Points3D.from_fields(positions=[new.place]))
     else:
-        canvas.log(path, rr.Points3D([new.place], radii=1e-4, colors=LABEL, labels=[new.text]))
+        canvas.log(path, _words(new.text, new.place))
+
+
+def _words(text: str, place: np.ndarray) -> rr.Points3D:
+    return rr.Points3D([place], radii=1e-4, colors=LABEL, labels=[text])
 
 
 def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None:
@@ -179,8 +186,8 @@ def line(line: Line) -> rr.LineStrips3D:
 
 
 def _cuboid(cuboid: Cuboid) -> rr.LineStrips3D:
-    edges, radius = cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes), THIN / max(cuboid.cubes) ** 0.5
-    return rr.LineStrips3D(edges, colors=cuboid.colour, radii=radius)
+    edges = cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes)
+    return rr.LineStrips3D(edges, colors=cuboid.colour, radii=THIN)
 
 
 def markdown(text: str) -> rr.TextDocument:

@@ -48,10 +48,12 @@ def about(session: Session) -> str:
         "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
         "",
         *cube_text(session),
+        "**O** is the observability index: how evenly the targets tell all constants, 0 (some not) to 1.",
         "**Blocks:** sand where reached, blue where selected, brown where the arm is blocked, red where",
-        "out of reach. **Arms:** the solid one is nominal, the orange one the real arm as far as known.",
+        "out of reach. **Arms:** solid, J1 … at its joints: nominal; orange: the real one as far as known.",
         f"**Points** were measured: coloured by their error once there is a fit{_scale_text(session)}.",
-        "**Arrows** lead from predicted to measured positions: grey nominal, orange the model at that step.",
+        "**Arrows** lead from predicted to measured positions, in the colour of the model's stage: grey",
+        "nominal, blue with its geometry identified, orange with effects; likewise lines and bars of errors.",
         f"All errors, of arms and arrows alike, are drawn × {session.choices.overlay.exaggeration:g}.",
     ]
     return "\n".join(lines)

@@ -9,23 +9,24 @@ from collections.abc import Iterator
 
 import rerun as rr
 
-from workbench.diagnosis.result import judged
 from workbench.plate.observability import INDICES
 from workbench.plate.plate_score import SetScore
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
+from workbench.session.comparison import STAGES
 from workbench.session.journal.entry import Ending
+from workbench.session.stages import stages
 from workbench.session.state import Session
-from workbench.views.appearance.colours import CALIBRATED, NOMINAL, SELECTED
+from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.sink import differences
-from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.canvas import PATHS, Canvas
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.sentences import sentence
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
+COLOURS = {PATHS[stage]: colour for stage, colour in STAGE_COLOURS.items()}
 DRAGS = (GrabTarget, MoveTarget, DropTarget)
-ARMS = {"nominal": NOMINAL, "calibrated": CALIBRATED}
 
 
 class AbstractTimeline(ABC):
@@ -79,8 +80,8 @@ class Series(AbstractTimeline):
     """Numbers of the session at every step.
 
     `index/O` … `index/O5`, `index/condition`, `index/rank`: what the targets tell. `predicted/position_mm`,
-    `predicted/rotation_deg`: mean errors in the region after a calibration. `error/nominal_mm` and
-    `error/calibrated_mm` (`_deg`): mean errors on held-out rows, or on the fitted ones where none were.
+    `predicted/rotation_deg`: mean errors in the region after a calibration. `error/nominal_mm`,
+    `geometry_mm` and `effects_mm` (`_deg`): mean errors on held-out rows, on the fitted ones without any.
     """
 
     def __init__(self) -> None:
@@ -88,7 +89,7 @@ class Series(AbstractTimeline):
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         session, entry = moment.session, moment.entry
-        is_all = entry is not None and not moment.is_passing and not isinstance(entry.command, DRAGS)
+        is_all = entry is not None and not isinstance(entry.command, DRAGS)
         for path, value in (*_score(session.score), *_errors(session)):
             if path not in self._drawn:
                 self._style(canvas, path)
@@ -98,14 +99,14 @@ class Series(AbstractTimeline):
 
     def _style(self, canvas: Canvas, path: str) -> None:
         name = path.split("/")[1]
-        colour = ARMS.get(name.split("_")[0], SELECTED)
+        colour = COLOURS.get(name.split("_")[0], SELECTED)
         step = rr.components.InterpolationMode.StepAfter
         line = rr.SeriesLines(names=name.replace("_", " "), colors=colour, interpolation_mode=step)
         canvas.log(path, line, rr.SeriesPoints(colors=colour, marker_sizes=4.0), static=True)
 
 
 class RowErrorTimeline(AbstractTimeline):
-    """`row_error/nominal_mm/N_FIT` and `row_error/calibrated_mm/N_FIT` on the timeline `measured_row`.
+    """`row_error/STAGE_mm/N_FIT` on the timeline `measured_row`, for every stage of the model.
 
     Rows that were drawn can't be taken back, so every fit has a path of its own: N counts identifications.
     """
@@ -125,11 +126,12 @@ class RowErrorTimeline(AbstractTimeline):
         if rows is None or rows.calibrated is None or group in self._drawn:
             return
         self._drawn.add(group)
-        for values, (name, colour) in zip(1e3 * rows.errors.T, ARMS.items(), strict=True):
-            path = f"row_error/{name}_mm/{group}"
-            lines = rr.SeriesLines(names=f"{results.fit}: {name} mm", colors=colour)
+        for stage in rows.stages:
+            path = f"row_error/{PATHS[stage]}_mm/{group}"
+            lines = rr.SeriesLines(names=f"{results.fit}: {stage} mm", colors=STAGE_COLOURS[stage])
             canvas.log(path, lines, static=True)
-            canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
+            errors = 1e3 * rows.stage_errors[:, STAGES.index(stage)]
+            canvas.rows(path, rr.Scalars.columns(scalars=errors), len(rows))
 
 
 def _score(score: SetScore) -> Iterator[tuple[str, float]]:
@@ -142,13 +144,10 @@ def _score(score: SetScore) -> Iterator[tuple[str, float]]:
 
 
 def _errors(session: Session) -> Iterator[tuple[str, float]]:
-    found, run = session.results.identification, session.results.run
-    if found is None or run is None:
-        return
-    for name, errors in (("nominal", judged(found.nominal)), ("calibrated", judged(run))):
-        yield f"error/{name}_mm", errors.position_mm.mean
-        if errors.orientation_deg is not None:
-            yield f"error/{name}_deg", errors.orientation_deg.mean
+    for stage in stages(session):
+        yield f"error/{PATHS[stage.title]}_mm", stage.error
+        if stage.turned is not None:
+            yield f"error/{PATHS[stage.title]}_deg", stage.turned
 
 
 TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Series, RowErrorTimeline)

@@ -9,13 +9,13 @@ from workbench.base.wording import capital
 from workbench.diagnosis.report import document
 from workbench.report.blocks import Block, Sentence, Tone
 from workbench.report.chart import Bar, Bars
+from workbench.report.colours import UNNAMED
 from workbench.report.result_display import as_html
 from workbench.session.commands.diagnose import TakeNextPoses
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import next_poses_csv
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.page.html import block, folded, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.result_card import weighed
@@ -82,7 +82,7 @@ def _suspected(found: Mapping[str, float] | None) -> str:
     if not ranked:
         return ""
     share = 100.0 / max(ranked[0][1], 1e-9)
-    bars = [Bar(capital(name), round(share * gain), css(SELECTED)) for name, gain in ranked]
+    bars = [Bar(capital(name), round(share * gain), UNNAMED) for name, gain in ranked]
     return block(heading("Suspects so far, strongest 100 %") + Bars(bars, unit="%").svg(), testid="suspects")
 
 

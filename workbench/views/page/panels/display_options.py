@@ -12,7 +12,7 @@ from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import MUTED, block, heading, pairs
+from workbench.views.page.html import block, heading, pairs
 from workbench.views.page.panels.panel import AbstractPanel
 
 TITLE = "How to use this page"
@@ -42,9 +42,8 @@ class LookPanel(AbstractPanel):
     """Appearance of the page, and help."""
 
     tab, order = Tab.ROBOT, 90
+    keeps_typed = True
     depends = ("page.is_dark",)
-
-    _is_dark: bool | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Page"):
@@ -54,11 +53,9 @@ class LookPanel(AbstractPanel):
         self._keys(gui)
 
     def show(self, session: Session) -> None:
-        if session.page.is_dark is not self._is_dark:
-            self._is_dark = session.page.is_dark
-            self._gui.configure_theme(
-                show_logo=False, show_share_button=False, brand_color=BRAND, dark_mode=session.page.is_dark
-            )
+        self._gui.configure_theme(
+            show_logo=False, show_share_button=False, brand_color=BRAND, dark_mode=session.page.is_dark
+        )
 
     def _keys(self, gui: viser.GuiApi) -> None:
         add, send = gui.add_command, self.sending
@@ -90,10 +87,8 @@ def show_help(event: viser.GuiEvent) -> None:
     if event.client is None:
         return
     lines = "".join(heading(title) + pairs(rows) for title, rows in (("Mouse", MOUSE), ("Keys", KEYS)))
-    sentence = "Hover over a control for an explanation."
-    below = f'<div style="color:{MUTED};margin-top:8px">{sentence}</div>'
     gui = event.client.gui
     with (made := gui.add_modal(TITLE)):
-        gui.add_html(block(lines + below, testid="help"))
+        gui.add_html(block(lines, testid="help"))
         close = gui.add_button("Close", color="gray", hint="Close this sheet.")
         close.on_click(lambda _: made.close())

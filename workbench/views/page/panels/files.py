@@ -24,8 +24,8 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.plate import PARTS
 
+PARTS = "STL, STEP, a drawing, the list of targets, and the joint positions to measure them with."
 FORMATS = (
     "TOML is for this program, with all effects; URDF for others, geometry alone; the report is a web page."
 )

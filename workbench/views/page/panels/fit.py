@@ -25,8 +25,8 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
 from workbench.views.page.panels.form import Control, Make, Shown
-from workbench.views.page.panels.index import build_wanted
 from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.plate import build_wanted
 from workbench.views.page.panels.result_card import result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."

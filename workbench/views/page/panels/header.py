@@ -16,8 +16,8 @@ from workbench.session.worker import Worker
 from workbench.views.drawables.viewpoint import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
-from workbench.views.page.panels.index import try_plate
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.plate import try_plate
 from workbench.views.page.style import CAPTION, MESSAGE
 
 WITH_MY_ROBOT = "With my robot"

@@ -13,21 +13,20 @@ from workbench.plate.plate_score import SetScore
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
 from workbench.report.chart import UprightBar, columns
-from workbench.session.commands.identify import SetWanted
-from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.page_state import Tab
 from workbench.session.state import Drag, Session
 from workbench.session.target_postures import from_limit
 from workbench.session.target_steps import score_as_drawn
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import BAD, MUTED, block, change, heading, number, text
-from workbench.views.page.panels.form import DEGREE, AbstractControls
-from workbench.views.page.panels.panel import AbstractPanel, ask
+from workbench.views.page.panels.panel import AbstractPanel
 
 INDEX = INDICES["O"]
 """The one index of the page: of all targets together."""
+OBSERVABILITY = (
+    f"How evenly the targets tell all constants of the arm, 0 (some not at all) to 1: {INDEX.meaning}."
+)
 TRACE = 60
 """Places of a drag that its curves have at most."""
 ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
@@ -39,11 +38,11 @@ WORST, UNDETERMINED = 3, 1e-6
 
 
 class IndexPanel(AbstractPanel):
-    """Predicted error, index, the contribution of each target: of a fixed height; the strip judges them."""
+    """Predicted error and index, of a fixed height; the strip judges them."""
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
-    depends = ("score", "history.first", "states", "selected", "noise", "plate.region", "drag")
+    depends = ("score", "history.first", "noise", "plate.region", "drag")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._drag: Drag | None = None
@@ -62,13 +61,20 @@ class IndexPanel(AbstractPanel):
         box = session.measurements.box  # nobody may have noticed that the region follows the rows
         place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
         return block(
-            heading(f"Predicted after calibration in {place}, and observability O")
-            + headline(session, self._trace)
-            + heading("How much the error rises without each target [%]")
-            + loss_bars(session)
-            + determined(session),
+            heading(f"Predicted error in {place}; observability index O") + headline(session, self._trace),
             testid="index",
         )
+
+
+class LossPanel(AbstractPanel):
+    """The contribution of each target; in a drag now and then, as a page takes long to set so many words."""
+
+    tab, order = Tab.PLATE, 21
+    depends = ("score", "states", "selected", "drag")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        about = heading("Rise of the error without each target [% of it]")
+        self.html(lambda s: block(about + loss_bars(s) + determined(s), testid="losses"))
 
 
 class DetailsPanel(AbstractPanel):
@@ -114,7 +120,7 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     return (
         '<div style="display:flex;gap:16px;font-variant-numeric:tabular-nums">'
         + _figure("predicted", f"{number(1e3 * now.position)} mm", own + error_change, about, errors)
-        + _figure("O", f"O {number(index, 4)}", "1 is best" + index_change, INDEX.meaning, indices)
+        + _figure("O", f"O {number(index, 4)}", "1 is best" + index_change, OBSERVABILITY, indices)
         + f'</div><div data-testid="reading" style="{ONE_LINE}">{_about(session)}</div>'
     )
 
@@ -182,7 +188,11 @@ def _without(rise: float) -> str:
     """What would be lost without a target."""
     if np.isnan(rise):
         return ""
-    return "parameters undetermined without it" if np.isinf(rise) else f"{100 * rise:+.0f} % error without it"
+    return (
+        "parameters undetermined without it"
+        if np.isinf(rise)
+        else f"without it the error rises by {100 * rise:.0f} %"
+    )
 
 
 def _worst(now: SetScore) -> str:
@@ -230,63 +240,3 @@ def determined(session: Session) -> str:
     style = f"{ONE_LINE};color:{BAD};font-weight:600" if lost or missing else ONE_LINE
     hint = text("; ".join([sentence, *lost]))
     return f'<div data-testid="rank" title="{hint}" style="{style}">{sentence}</div>'
-
-
-REQUIRED = "Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."
-
-
-def build_wanted(panel: AbstractControls) -> None:
-    """Fields for the required error, in every panel that uses it."""
-
-    def wanted(position: float, rotation: float) -> SetWanted:
-        before = panel.session.choices.wanted
-        return SetWanted(position or None, rotation or None, before is not None and before.per_axis)
-
-    (label, hint), limits = REQUIRED, (0.0, 1000.0, 0.01)
-    length = panel.number(label, limits, hint, lambda s: _wanted(s)[0], unit=1e-3, digits=3)
-    hint = "Maximum orientation error allowed; 0: no requirement."
-    angle = panel.number("Required [°]", limits, hint, lambda s: _wanted(s)[1], unit=DEGREE, digits=3)
-    panel.form(wanted, length, angle)
-
-
-def _wanted(session: Session) -> tuple[float, float]:
-    """The required errors [m, rad]; 0 for none."""
-    wanted = session.choices.wanted
-    return (0.0, 0.0) if wanted is None else (wanted.position, wanted.rotation or 0.0)
-
-
-TIMES = 3.0
-"""Required error that is offered where none is set, as a multiple of the predicted one, then rounded up."""
-
-LIMITS = 0.001, 1000.0
-"""Required errors that can be typed there [mm]."""
-
-
-def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) -> None:
-    """Try the plate; ask first what the arms have to keep, if that is not known."""
-    session = worker.session
-    if session.choices.wanted is not None:
-        worker.submit(trial)
-        return
-    predicted = 1e3 * session.score.position
-    minimum, maximum = LIMITS
-    offered = min(max(_round_up(TIMES * predicted), minimum), maximum) if np.isfinite(predicted) else 1.0
-    fields: list[viser.GuiNumberHandle] = []
-
-    def build(gui: viser.GuiApi) -> None:
-        label, hint = REQUIRED
-        fields.append(gui.add_number(label, offered, min=minimum, max=maximum, step=0.001, hint=hint))
-
-    def begin() -> None:
-        worker.submit(SetWanted(1e-3 * float(fields[0].value)))
-        worker.submit(trial)
-
-    known = f" {number(predicted)} mm rms are predicted." if np.isfinite(predicted) else ""
-    question = f"How accurate must every arm be, everywhere in the region?{known}"
-    ask(event, "Required error", question, "Try with this", begin, build=build)
-
-
-def _round_up(value: float) -> float:
-    """The next of 1, 2, 5, 10 … ."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value))

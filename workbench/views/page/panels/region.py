@@ -19,8 +19,8 @@ from workbench.session.page_state import Tab
 from workbench.session.state import NO_FIELD, Session
 from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.form import LENGTH, Control
-from workbench.views.page.panels.index import build_wanted
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.plate import build_wanted
 
 CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer of z": 2}
 
