@@ -33,6 +33,8 @@ GROSS_RATIO = 10.0
 """A row is a gross outlier if its error exceeds the median of the aligned nominal arm by this factor …"""
 GROSS_REACH_SHARE = 0.02
 """… and this share of the reach."""
+HIDING_RATIO = 4.0
+"""The factor where the median itself is beyond this share: such rows have drawn base and tool to them."""
 OUTSTANDING_RATIO = 5.0
 """Held-out rows with errors above this multiple of their median are reported, whichever arm explains them."""
 MAX_ROUNDS = 3
@@ -57,7 +59,14 @@ def prepare_without_gross_outliers(
     gross: list[int] = []
     ready = prepare(robot, data, choices, **options)
     for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
-        found = _gross(ready, robot.reach)
+        usual, limit = Spread.of(ready.nominal_rows[0].position).median, GROSS_REACH_SHARE * robot.reach
+        both = zip(ready.nominal_rows, (ready.problem.data, ready.held_out_data), strict=True)
+        fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
+        limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
+        own = held if ready.is_one_file else held[:0]
+        found = np.concatenate(
+            [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
+        )
         if not len(found):
             break
         gross += found.tolist()
@@ -83,12 +92,10 @@ def prepare_without_outliers(
         wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
         out = find_outliers(wide, robust_fit(wide, first.x), everything)
         found = ready.train_rows[out & _is_tested(problem, problem.data)]
-        gross = np.setdiff1d(_gross(ready, robot.reach), found)  # that the others had hidden
-        if not len(found) + len(gross):
+        if not len(found):
             break
-        outlying = np.concatenate([outlying, found, gross])
+        outlying = np.append(outlying, found)
         choices = _without(choices, ready.data.row[found], REASON)
-        choices = _without(choices, ready.data.row[gross], GROSS_REASON)
         ready = prepare(robot, data, choices, held_rows=held, **options)
     if any(isinstance(e, AbstractStep) for e in robot.effects):
         used = ready.data.take(np.union1d(ready.train_rows, ready.held_out_rows))
@@ -97,16 +104,6 @@ def prepare_without_outliers(
             choices = _without(choices, used.row[between], UNDECIDED)
             ready = prepare(robot, data, choices, held_rows=held, **options)
     return ready, outlying
-
-
-def _gross(ready: Prepared, reach: float) -> Rows:
-    """Rows of the file whose errors are too large for manufacturing errors of an arm of this reach [m]."""
-    usual = Spread.of(ready.nominal_rows[0].position).median
-    both = zip(ready.nominal_rows, (ready.problem.data, ready.held_out_data), strict=True)
-    fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
-    limit = max(GROSS_RATIO * usual, GROSS_REACH_SHARE * reach)
-    own = held if ready.is_one_file else held[:0]
-    return np.concatenate([ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]])
 
 
 def _is_tested(problem: Problem, rows: Dataset) -> Bool[np.ndarray, " rows"]:
