@@ -106,24 +106,25 @@ def met(kind, seed):
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed", "said"),
+    ("kind", "seed", "said", "most"),
     [
-        ("settling", 0, "it isn't simply backlash"),
-        ("settling", 0, "A correction from your rows would reduce"),
-        slow("bent-link", 1, "in the arm's constants"),
-        ("warming", 0, "in the arm's lengths"),
-        ("without-zero-step", 13, "follows"),
-        ("without-backlash-load", 14, "follows"),
-        slow("without-clearance", 0, "follows"),
+        ("settling", 0, r"it isn't simply backlash.* A correction from your rows would reduce", 0.5),
+        slow("bent-link", 1, "in the arm's constants", 1.05),
+        ("warming", 0, "in the arm's lengths", 1.05),
+        ("without-zero-step", 13, "", 1.05),
+        ("without-backlash-load", 14, "", 1.05),
+        slow("without-clearance", 0, "", 1.05),
     ],
 )
-def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed, said):
-    found = met(kind, seed)
+def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed, said, most):
+    """The law that comes nearest is kept where it helps: saved arms may have at most a share of the error."""
+    found, exact = met(kind, seed), strangers.rows_of(kind, seed)[2]
     assert all(c.confidence is Confidence.OPEN for c in found.causes)
     assert strangers.STRANGERS[kind].driver in [str(f.driver) for f in found.followed]
     assert not found.is_good
-    assert not any(e.effect.needs and not e.effect.is_event for e in found.effects)
-    assert all(each in found.message for each in ("The error follows", said))
+    saved, alone = (strangers._error(fit.calibrated, exact) for fit in (found.final_fit, found.before_fit))
+    assert saved < most * alone
+    assert re.search(f"The error follows.*{said}", found.message)
 
 
 @pytest.mark.parametrize(

@@ -24,24 +24,16 @@ def at(problem, q):
 
 def information(problems, effects):
     """Log determinant of what rows say of effects beside the geometry, by explicit columns."""
-    table = np.vstack(
-        [np.column_stack([p.evaluate(p.start).jacobian[: p.size], slopes(p, effects)]) for p in problems]
-    )
-    table = table / np.linalg.norm(table, axis=0)
-    size = sum(len(e.names) for e in effects)
-    geometry, requested = table[:, :-size], table[:, -size:]
+    requested = np.vstack([slopes(p, effects) for p in problems])
+    geometry = np.vstack([p.evaluate(p.start).jacobian[: p.size] for p in problems])
     beside = requested - geometry @ np.linalg.lstsq(geometry, requested, rcond=None)[0]
-    scale = np.concatenate([slopes(problems[0], effects)], axis=0)
-    size_now = np.linalg.norm(np.vstack([slopes(p, effects) for p in problems]), axis=0)
-    beside = beside * size_now / np.linalg.norm(scale, axis=0)
     return np.linalg.slogdet(beside.T @ beside)[1]
 
 
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("seed", range(3))
 def test_chosen_poses_say_more_than_random_ones(arm, seed):
-    case = make("none", seed, arm, poses=40)
-    fit = fitted(case).fit
+    fit = fitted(make("none", seed, arm, poses=40)).fit
     problem, rng = fit.problem, np.random.default_rng(seed)
     chosen, _ = next_poses(problem, fit.x, REQUESTED, rng=rng, count=COUNT)
     assert chosen.shape == (COUNT, problem.data.joints)

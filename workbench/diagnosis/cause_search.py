@@ -114,16 +114,12 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     if drivers is not None and (pull := ask("gravity", lambda: gravity_elsewhere(drivers), None)) is not None:
         turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried))
         gain = description_length(search.last) - description_length(turned.last)
-        search = turned if gain > np.log(CERTAIN) and _has_law_of_loads(turned) else search
+        laws = tuple(t for t in turned.last.model if driver_of(t.candidate.effect) is Driver.LOAD)
+        wins = laws and turned.drivers and turned.drivers.challenges([laws])[0].cap >= PROBABLE
+        search = turned if gain > np.log(CERTAIN) and wins else search
     if explains_little(search.nominal.errors.train, search.after.errors.train, robot.reach):
         search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
-
-
-def _has_law_of_loads(search: CauseSearch) -> bool:
-    """Whether its effects of load win against any dependence without a law."""
-    loads = tuple(t for t in search.last.model if driver_of(t.candidate.effect) is Driver.LOAD)
-    return bool(loads and search.drivers and search.drivers.challenges([loads])[0].cap >= PROBABLE)
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
@@ -152,7 +148,7 @@ def _validated_search(
     fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
     keep, geometry = found[-1].stage.keep, first.fit
     if not found[-1].model:
-        geometry = fit = geometry_as_identified(fit)
+        geometry = fit = geometry_as_identified(fit, ready.problem.noise if keep.all() else None)
     before, after = (
         _judged(ready.errors(f.arm, {**f.problem.known, **f.problem.instrument(f.x)}), keep)
         for f in (geometry, fit)

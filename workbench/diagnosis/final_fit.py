@@ -9,16 +9,14 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
-from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.refit import MAX_LAST_STEPS, refit
 from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_deviation import with_expected_deviation
-from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.problem import Problem
+from workbench.identification.problem import Noise, Problem
 
 MAX_SQUARE_RATIO = 1.1
 """If holding constants makes the mean square this many times larger, they are freed: the rows see what they
@@ -37,11 +35,37 @@ def fit_with_constants_held(last: Searched) -> Fit:
     return before if before.outcome.ok and not found.outcome.ok else found
 
 
-def geometry_as_identified(fit: Fit) -> Fit:
-    """Geometry alone with constants expected near nominal, as `identify` fits it; itself if that fails."""
-    problem, algorithm = with_expected_deviation(fit.problem), Opt2(limit=MAX_LAST_STEPS)
-    found = Fit(algorithm=algorithm, problem=problem, search=algorithm.search(problem))
-    return found if found.outcome.ok else fit
+def geometry_as_identified(fit: Fit, noise: Noise | None) -> Fit:
+    """Geometry alone with constants expected near nominal, as `identify` fits it; itself if that fails.
+
+    Joint readings that scatter weigh rows only if these, each left out in turn, are predicted better so than
+    with the noise that `identify` assumes, if it is known: that of all rows, where none is an outlier.
+    """
+    weighings = [noise or fit.problem.noise._replace(joints=())]
+    weighings += [fit.problem.noise] if any(fit.problem.noise.joints) else []
+    found = [each for n in weighings if (each := identified(fit.problem.with_noise(n))).outcome.ok]
+    return min(found, key=_surprise) if len(found) > 1 else next(iter(found), fit)
+
+
+def identified(problem: Problem) -> Fit:
+    """The fit with constants expected near nominal."""
+    algorithm, problem = Opt2(limit=MAX_LAST_STEPS), with_expected_deviation(problem)
+    return Fit(algorithm=algorithm, problem=problem, search=algorithm.search(problem))
+
+
+def _surprise(fit: Fit) -> float:
+    """Negative log likelihood of the rows, each left out in turn, with the noise that this shows."""
+    problem, at = fit.problem, fit.problem.evaluate(fit.x)
+    half, out = at.jacobian[: problem.size] @ fit.factor.root, np.empty(problem.size)
+    for block in problem.blocks:
+        rows, shape = slice(block.start, block.stop), block.inverse_sigma.shape
+        mine = half[rows].reshape(*shape, -1)
+        free = np.eye(shape[1]) - mine @ mine.transpose(0, 2, 1)
+        out[rows] = np.linalg.solve(free, at.residual[rows].reshape(*shape, 1)).ravel()
+    squares = problem.physical(out) ** 2
+    return float(
+        sum(0.5 * mine.sum() * np.log(squares[mine].mean()) for mine in problem.channels if mine.any())
+    )
 
 
 def fitted_on_all(
@@ -72,41 +96,12 @@ def fitted_on_all(
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is kept"
         return fit_with_constants_held(last), text
     if not last.model:
-        found = geometry_as_identified(found)
+        found = geometry_as_identified(found, ready.problem.noise if last.stage.keep.all() else None)
     out = ", except suspects" if left_out.any() else ""
     return found, (
         f"the arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "
         "are those before this refit"
     )
-
-
-def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
-    """The arm without effects that leaves least of the rows for which the saved arm is valid; None if the fit
-    has no effects.
-
-    Either fitted to these rows as `identify` does, or to the predictions of the arm with effects. Masses and
-    gravity are as given: they were unknowns for the sake of the effects of load alone.
-
-    Args:
-        fit: An arm with effects.
-        alone: Geometry alone, which says how far the rows are from it.
-    """
-    problem, arm = fit.problem, fit.calibrated
-    if not arm.effects:
-        return None
-    angles = (p for p in problem.parameters if p.name.startswith("gravity"))
-    given = problem.robot if all(p.is_inertia for p in angles) else arm
-    saved, known = SavedArm(arm, problem.data), {**problem.known, **problem.instrument(fit.x)}
-    rows, bare = saved.valid_for(problem.data), problem.robot.with_effects()
-    noise = alone.problem.noise
-    plain = problem.again(robot=bare, data=rows, effects=(), inertia=False, noise=noise)
-    plain = with_expected_deviation(plain)
-    fitted = plain.robot_at(Opt2(limit=MAX_LAST_STEPS).search(plain).x)
-    left = {}
-    for geometry in (fitted.weighed_as(given), saved.formats["URDF"].weighed_as(given)):
-        mine = SavedArm(arm.recorded(geometry=geometry), rows)
-        left[geometry] = mine.errors(rows, known, mine.formats["URDF"]).main.mean
-    return min(left, key=left.__getitem__)
 
 
 def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:

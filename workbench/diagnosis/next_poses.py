@@ -93,7 +93,8 @@ def next_poses(
         return pool.q, ()
     requested = carriers(effects)
     unmeasured = problem.again(data=pool, noise=problem.typical_noise, inertia=False)
-    measured = _some_rows(problem)
+    some = problem.data.take(np.arange(0, len(problem.data), -(-len(problem.data) // MAX_MEASURED_ROWS)))
+    measured = problem.again(data=some, noise=problem.noise)
     now, new = (_columns(problem, x, p, requested) for p in (measured, unmeasured))
     now *= np.sqrt(len(problem.data) / len(measured.data))
     new = new[np.argsort(unmeasured.component_rows, kind="stable")]
@@ -124,15 +125,6 @@ def next_poses(
     unknowns = _unknowns(problem, requested)
     reasons = tuple(_reason(*step, known=known, scale=scale, unknowns=unknowns) for step in steps)
     return pool.q[chosen], reasons
-
-
-def _some_rows(problem: Problem) -> Problem:
-    """A problem with at most `MAX_MEASURED_ROWS` of its rows."""
-    every = -(-len(problem.data) // MAX_MEASURED_ROWS)
-    if every == 1:
-        return problem
-    data = problem.data.take(np.arange(0, len(problem.data), every))
-    return problem.again(data=data, noise=problem.noise)
 
 
 @dataclass(frozen=True)
@@ -266,7 +258,9 @@ def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Datas
     """Rows as the most common instrument would observe them, with typical drivers."""
     maximum = max((rows for _, rows in observed_kinds(data)), key=len)
     like = data.take(np.resize(maximum, len(q)))
-    poses = tool_poses(arm, Motion(q))
+    poses, torque = tool_poses(arm, Motion(q)), None
+    if not arm.has_masses and data.torque is not None and np.isfinite(data.torque).all():
+        torque = expected_torques(arm, Motion.of(data), Motion(q, payload=like.payload))
     return replace(
         like,
         q=q,
@@ -275,20 +269,13 @@ def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Datas
         rotation=_where_measured(like.rotation, poses[:, :3, :3]),
         session=None if like.session is None else np.full(len(q), session),
         group=None,
-        torque=_torques(data, like, q, arm),
+        torque=torque,
         sigma=None,
     )
 
 
 def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarray | None:
     return None if measured is None else np.where(np.isfinite(measured), values, np.nan)
-
-
-def _torques(data: Dataset, like: Dataset, q: np.ndarray, arm: Robot) -> np.ndarray | None:
-    """Expected joint torques; None if no effect needs them."""
-    if arm.has_masses or data.torque is None or not np.isfinite(data.torque).all():
-        return None
-    return expected_torques(arm, Motion.of(data), Motion(q, payload=like.payload))
 
 
 def expected_torques(robot: Robot, measured: Motion, other: Motion) -> JointRows:

@@ -43,7 +43,8 @@ def notes(
     ready, last = search.ready, search.last
     fit, effects, chain = last.stage.fit, [a.effect for a in saved.effects], search.robot.chain
     yield from ready.notes
-    if any(search.first.fit.problem.noise.joints) and not any(ready.problem.noise.joints):
+    alone = search.first.fit if last.model else search.judged_fit
+    if any(alone.problem.noise.joints) and not any(ready.problem.noise.joints):
         yield "geometry: weighed by the scatter of joints that it leaves; 'identify' weighs all rows alike"
     yield from last.offered.notes
     yield from [] if search.too_few else coverage(fit.problem.data, chain)

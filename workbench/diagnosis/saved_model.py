@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.accepted_terms import distinct, place_of
@@ -15,13 +16,14 @@ from workbench.diagnosis.claims.named_joints import sentence_of
 from workbench.diagnosis.claims.reduced_models import own_offers
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.event_notes import Now, arm_now
-from workbench.diagnosis.final_fit import fitted_on_all
+from workbench.diagnosis.final_fit import fitted_on_all, identified
 from workbench.diagnosis.result import Accepted, Ranked
 from workbench.diagnosis.search.evidence import Model, Offer, Term, drop, left_by, offers
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
 from workbench.identification.errors.row_errors import UNKNOWN, Errors
+from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.result import judged
@@ -107,6 +109,34 @@ def saved_model(search: CauseSearch) -> SavedModel:
     effects = _accepted(last, final, trial, std, alone=alone, after=after)
     now = arm_now(final)
     return SavedModel(final, suspect_rows, note, missing, std, effects, trial, now)
+
+
+def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
+    """The arm without effects that leaves least of the rows for which the saved arm is valid; None if the fit
+    has no effects.
+
+    Either fitted to these rows as `identify` does, or to the predictions of the arm with effects. Masses and
+    gravity are as given: they were unknowns for the sake of the effects of load alone.
+
+    Args:
+        fit: An arm with effects.
+        alone: Geometry alone, which says how far the rows are from it.
+    """
+    problem, arm = fit.problem, fit.calibrated
+    if not arm.effects:
+        return None
+    angles = (p for p in problem.parameters if p.name.startswith("gravity"))
+    given = problem.robot if all(p.is_inertia for p in angles) else arm
+    saved, known = SavedArm(arm, problem.data), {**problem.known, **problem.instrument(fit.x)}
+    rows, bare = saved.valid_for(problem.data), problem.robot.with_effects()
+    noise = alone.problem.noise
+    plain = problem.again(robot=bare, data=rows, effects=(), inertia=False, noise=noise)
+    fitted = identified(plain).calibrated
+    left = {}
+    for geometry in (fitted.weighed_as(given), saved.formats["URDF"].weighed_as(given)):
+        mine = SavedArm(arm.recorded(geometry=geometry), rows)
+        left[geometry] = mine.errors(rows, known, mine.formats["URDF"]).main.mean
+    return min(left, key=left.__getitem__)
 
 
 def _accepted(

@@ -22,7 +22,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.contributions import remaining
 from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
-from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
+from workbench.diagnosis.confidence import PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     WAY,
     Driver,
@@ -61,8 +61,8 @@ MIN_SIDE, MAX_STEPS = 3, 40
 """Minimum number of rows on either side of a step, and maximum number of steps that are tried at once."""
 MAX_LEFT = 0.95
 """Share of an error that a correction may leave to be worth a word."""
-POSED = (Driver.ANGLE, Driver.LOAD)
-"""Drivers that every posture has; others, such as the last motion, aren't known of single ones."""
+MIN_LAW_SHARE = 0.5
+"""Share of the evidence of what follows time or place from which an effect is no average of that."""
 MAX_ROWS = 600
 """Maximum number of rows, evenly spread over those that were fitted."""
 
@@ -98,9 +98,10 @@ class Challenge:
     def cap(self) -> float:
         """Odds that the law may have at most: 1, 20 or any.
 
-        Where the rows leave open which element moves, the simplest law may be probable, never certain.
+        Where the rows leave open which element moves, the simplest law may be probable, unless another one
+        is sure, and is never certain.
         """
-        open_for = -np.log(CERTAIN) if self.is_simplest else np.log(PROBABLE)
+        open_for = -np.log(SURE) if self.is_simplest else np.log(PROBABLE)
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
         return np.inf if min(self.lead, self.apart) >= np.log(SURE) else PROBABLE
@@ -228,14 +229,24 @@ class DriverEvidence:
         return cls(searched, problem, found, grams)
 
     def challenges(self, groups: Sequence[Model]) -> list[Challenge]:
-        """Every claim's terms against processes: alone, and with all other claims over its driver."""
+        """Every claim's terms against processes: alone, with all other claims over its driver, and without
+        those that lose and need more than a posture: kept, they would take from the processes what is left.
+        """
         alone = [self._challenge((group,)) for group in groups]
-        drivers = [driver_of(group[0].candidate.effect) for group in groups]
+        effects = [group[0].candidate.effect for group in groups]
+        drivers = [driver_of(effect) for effect in effects]
         for driver in dict.fromkeys(d for d in drivers if drivers.count(d) > 1):
             mine = [k for k, d in enumerate(drivers) if d == driver]
             whole = self._challenge([groups[k] for k in mine])
             for k in mine:
                 alone[k] = min(alone[k], whole, key=lambda c: c.cap)
+        lost = [k for k, e in enumerate(effects) if alone[k].cap <= 1.0 and e.needs and not e.is_event]
+        rest = [k for k in range(len(groups)) if k not in lost]
+        if lost and rest:
+            kept = drop(self._model, [t for k in lost for t in groups[k]])
+            fewer = replace(self, searched=replace(self.searched, model=kept))
+            for k, again in zip(rest, fewer.challenges([groups[k] for k in rest]), strict=True):
+                alone[k] = min(alone[k], again, key=lambda c: c.cap)
         return alone
 
     def _challenge(self, groups: Sequence[Model]) -> Challenge:
@@ -353,20 +364,28 @@ class DriverEvidence:
         return lag.gain - more
 
     def lasting(self, undecided: Model) -> Model:
-        """The model without undecided laws that need more than a posture, and without those and nameless
-        terms that add nothing beside what follows time, temperature or place: of an error that will not come
-        again, or is the instrument's, they are an average."""
-        model, left = self._model, left_of(self.grams, self._model)
+        """The model without those undecided laws and nameless terms that are of no use for other rows.
+
+        Averages of what won't come again, or is the instrument's: they add nothing beside what follows time,
+        temperature or place, and are less than half of it. Or they need more than a posture, and help little.
+        """
+        model, left, most = self._model, left_of(self.grams, self._model), 0.0
         unsure = [t for t in model if is_nameless(t) or t in undecided]
         over = [f for d in (Driver.TIME, Driver.TEMPERATURE, Driver.PLACE) for f in self._over(d)]
         for _ in range(MAX_FOLLOWERS if unsure else 0):
             best = max(_offered(left, over).values(), key=lambda o: o.gain, default=None)
             if best is None or best.gain < MIN_GAIN:
                 break
-            left = with_one_more(left, (*left.model, best.term))
-        own = zip(model, own_offers(self.grams, left.model), strict=False)
-        lasts = [t for t, o in own if o.gain > 0.0 and driver_of(t.candidate.effect) in POSED]
-        return tuple(t for t in model if t in lasts or t not in unsure)
+            left, most = with_one_more(left, (*left.model, best.term)), max(most, best.gain)
+        alone, beside = (own_offers(self.grams, m) for m in (model, left.model))
+        gains = zip(model, alone, beside, strict=False)
+        averages = [t for t, o, rest in gains if rest.gain <= 0.0 and o.gain < MIN_LAW_SHARE * most]
+        kept = drop(model, [t for t in averages if t in unsure])
+        others = drop(kept, [t for t in kept if t in unsure and t.candidate.effect.needs])
+        if len(others) == len(kept):
+            return kept
+        after, before = remaining(self.searched, [kept, others]).tolist()
+        return kept if Correction(tuple(before), tuple(after)).is_material else others
 
     @cached_property
     def _clock(self) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import capital, first_of, plural
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
+from workbench.diagnosis.result import Diagnosis, Verdict, judged
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.charts import before_after
@@ -120,8 +120,9 @@ def effects(result: Diagnosis) -> Iterator[Block]:
         sizes = ("–" if spread is None else short(spread.mean) for spread in spreads)
         table.append((found.effect.label, text, *sizes))
     title = f"Added effects; mean error of {rows} rows without each one and with all"
-    mapped = (found.text for found in result.effects if not _is_claimed(result, found.effect))
-    yield from lines("in the map", mapped)
+    claimed = {(c.kind, j) for c in result.causes for j in c.joints or (None,)}  # of significant joints only
+    both = ((e.text, {(e.effect.name, j) for j in e.effect.joints or (None,)}) for e in result.effects)
+    yield from lines("in the map", (text for text, mine in both if not mine & claimed))
     yield ResultTable(title, ("effect", "coefficients", *headings), table, words=2)
 
 
@@ -129,12 +130,6 @@ def error_units(result: Diagnosis) -> list[tuple[str, str]]:
     """Position error in mm, and orientation error in degrees if measured."""
     turned = judged(result.after).orientation_deg is not None
     return [("position_mm", "mm"), *([("orientation_deg", "°")] if turned else [])]
-
-
-def _is_claimed(result: Diagnosis, effect: AbstractEffect) -> bool:
-    """Whether an effect of the model belongs to a cause rather than to the map."""
-    causes = [c for c in result.causes if c.kind == effect.name]  # a cause names only its significant joints
-    return any(set(c.joints) & set(effect.joints) or not effect.joints for c in causes)
 
 
 def alternatives(result: Diagnosis) -> Iterator[Block]:
@@ -145,15 +140,11 @@ def alternatives(result: Diagnosis) -> Iterator[Block]:
         return f"{label} ({size})" if size else label
 
     for found in result.effects:
-        if rivals := "; ".join(sized(r.effect.label, r.errors) for r in nearly_as_good(found)):
+        without, likely = found.before.position_mm.mean, found.gain - UNLIKELY
+        near = (r for r in found.alternatives if r.gain >= likely and not (r.held_out_mm or 0.0) > without)
+        if rivals := "; ".join(sized(r.effect.label, r.errors) for r in near):
             of = sized(found.effect.phrase, found.after)
             yield Sentence(f"Alternatives to {of}: {rivals}", tone=Tone.QUIET)
-
-
-def nearly_as_good(found: Accepted) -> list[Ranked]:
-    """Alternatives to an effect: odds below a million to one, and better than no effect."""
-    near = [r for r in found.alternatives if found.gain - r.gain <= UNLIKELY]
-    return [r for r in near if r.held_out_mm is None or not r.held_out_mm > found.before.position_mm.mean]
 
 
 def candidates(result: Diagnosis) -> Iterator[Block]:

@@ -73,15 +73,9 @@ def _joint_noise(result: Diagnosis) -> dict[str, object]:
     if found is None:
         return {"joint_noise_deg": None}
     turning = [turns(chain, j) for j in range(chain.dof)]
-    out: dict[str, object] = {
-        "joint_noise_deg": [
-            np.rad2deg(s) if turn else None for s, turn in zip(found.sigma, turning, strict=True)
-        ]
-    }
-    if not all(turning):
-        sliding = zip(found.sigma, turning, strict=True)
-        out["joint_noise_mm"] = [None if turn else 1e3 * size for size, turn in sliding]
-    return out
+    units = {"joint_noise_deg": np.rad2deg(1.0)} | ({} if all(turning) else {"joint_noise_mm": 1e3})
+    both = tuple(zip(found.sigma, turning, strict=True))
+    return {k: [u * s if t is (k == "joint_noise_deg") else None for s, t in both] for k, u in units.items()}
 
 
 def _effect(effect: AbstractEffect) -> Json:

@@ -36,8 +36,6 @@ PATTERNS = 12
 """Maximum number of flank patterns that are fitted."""
 NO_GAIN = 0.999
 """The search ends if the misfit exceeds this multiple of the smallest one so far."""
-LOST = Outcome.CANCELLED, Outcome.DIVERGED
-"""Ends of a fit whose flanks tell nothing."""
 SWEEPS, DAMPING = 40, 0.5
 """Maximum number of rounds of expectation propagation, and its damping."""
 CONVERGED = 1e-3
@@ -110,7 +108,10 @@ def search_flanks(
         belief = _belief(_loads(held, x, side), odds)
         fitted.append((misfit, held, found))
         last, side = side, _likelier(side, odds + belief.lean)
-        if (is_weighed and np.array_equal(side, last)) or found.outcome in LOST:
+        if (is_weighed and np.array_equal(side, last)) or found.outcome in (
+            Outcome.CANCELLED,
+            Outcome.DIVERGED,
+        ):
             break
         if len(fitted) > 2 and misfit > NO_GAIN * min(m for m, *_ in fitted[:-1]):
             break

@@ -172,7 +172,8 @@ def rounds(
         if not (over or is_last):
             progress(0.8 - 0.5 / (1.5 + number), f"round {number + 1}: fitting what was found")
             new = _without_outliers(_fit(stage, last.grams, last.model), last.grams)
-            if not _diverged(stage, new):
+            noises = (np.array(each.geometric_problem.typical_noise[:2]) for each in (new, stage))
+            if not np.nanmax(np.divide(*noises)) > DIVERGED_RATIO:
                 stage = new
                 continue
             if not number and any(t.candidate.effect.is_event for t in last.model):
@@ -183,12 +184,6 @@ def rounds(
         done[-1] = replace(best, model=fitted)
         break
     return (*done[:-1], _supported(done[-1]))
-
-
-def _diverged(before: Stage, after: Stage) -> bool:
-    """Whether a fit with other effects leaves far more than the one from which these were expected."""
-    noises = (np.array(stage.geometric_problem.typical_noise[:2]) for stage in (after, before))
-    return bool(np.nanmax(np.divide(*noises)) > DIVERGED_RATIO)
 
 
 def _supported(searched: Searched) -> Searched:
@@ -306,7 +301,10 @@ def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
 def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
     """Exclude outliers until the selection no longer changes, then weight by the fit's residuals."""
     for _ in range(1 if large(stage.problem) else MAX_OUTLIER_ROUNDS):
-        whole = _on_all_rows(stage)
+        whole = stage.problem
+        if not stage.keep.all():
+            whole = whole.again(data=stage.data, noise=stage.geometric_problem.noise)
+            whole = holding_likeliest(whole, stage.fit.x)
         keep = ~find_outliers(whole, stage.fit.x, stage.keep, stage.fit.factor) | stage.spared
         if any("direction" in e.needs for e in stage.problem.robot.effects):
             keep &= np.any(stage.data.direction != 0.0, axis=1)  # of a first row it is unknown
@@ -320,14 +318,6 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
     ratio = (np.array(before[:2]) / np.array(stage.geometric_problem.typical_noise[:2])) ** 2
     seen = float(ratio[np.isfinite(ratio)][0])  # of positions, or of orientations without these
     return _fit(stage, grams, rescaled(stage.fitted.model, seen))
-
-
-def _on_all_rows(stage: Stage) -> Problem:
-    """The fitted problem on all rows, outliers among them."""
-    problem = stage.problem
-    if stage.keep.all():
-        return problem
-    return holding_likeliest(problem.again(data=stage.data, noise=stage.geometric_problem.noise), stage.fit.x)
 
 
 def _key(candidate: Candidate) -> str:

@@ -157,8 +157,12 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
         left = left_without(grams, model, group)
         present = group_evidence(left, group)
         offered = _offers(left, candidates, group)
-        others = [o for o in offered if len(group) == 1 or _takes_place(o.term, group)]
-        best = max(others, key=lambda o: o.gain, default=None)
+        if group[0].candidate.effect.maps_joint and len(group) > 1:  # a joint's map may replace its laws
+            offered = [o for o in offered if o.term.candidate.effect.maps_joint]
+        elif len(group) > 1:
+            kind = kind_of(group[0])
+            offered = [o for o in offered if o.term.candidate.alike and kind_of(o.term) == kind]
+        best = max(offered, key=lambda o: o.gain, default=None)
         same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
         if best is not None and not same and best.gain > present + MIN_EXCHANGE_GAIN:
             return trimmed(grams, (*rest, best.term))
@@ -203,13 +207,6 @@ def _groups(model: Model) -> list[Model]:
 def kind_of(term: Term) -> tuple[str, str]:
     """Label of an effect without its joints."""
     return term.candidate.effect.name, term.candidate.effect.variant
-
-
-def _takes_place(term: Term, group: Model) -> bool:
-    """Whether one effect may replace several: a map of a joint its laws, or one of all joints together."""
-    if group[0].candidate.effect.maps_joint:
-        return term.candidate.effect.maps_joint
-    return term.candidate.alike and kind_of(term) == kind_of(group[0])
 
 
 def group_evidence(left: Remainder, group: Model) -> float:

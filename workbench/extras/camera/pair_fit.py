@@ -29,7 +29,7 @@ EQUAL, MIN_SIZE = 2.0, 0.05
 """Numbers that speak for positions as uncertain as angles times the hand's way; minimum of that way [m]."""
 EXACT = 1e-7
 """Smallest standard deviation of positions [m] and rotations [rad]."""
-MIN_PART, MIN_BOTH, MOVE_LEAVES, MIN_SPARE = 4, 10, 0.5, 18
+MIN_PART, MIN_BOTH, MOVE_LEAVES, MIN_SPARE = 4, 10, 0.25, 18
 """Pairs before or after a move of camera or target, and all of them; part of the errors of positions or
 rotations that it leaves at most; numbers beyond the unknowns from which on anything is let go."""
 MAX_SCALE = 0.01
