@@ -74,8 +74,8 @@ def assemble(
         raise DataError(fields.told_twice)
     q = joint_columns(fields, joints)
     excluded = excluded_rows(fields)
-    if beside is None and (other := with_distances(with_markers(fields, q, excluded))) is not fields:
-        return assemble(other, joints=joints, base=base)
+    if beside is None and (wide := with_markers(fields, q, excluded)) is not fields:
+        return assemble(wide, joints=joints, base=base)
     if len(wrong := np.argwhere(np.isnan(q) & ~excluded[:, None])):
         row, joint = wrong[0].tolist()
         text = "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true"
@@ -170,20 +170,6 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     return replace(taken, values=values, notes=notes)
 
 
-def with_distances(fields: Fields) -> Fields:
-    """One row a distance where a file lists several in a row, `distance1` … of as many anchors."""
-    names = [f"distance{k}" for k in fields.numbers(r"distance(\d+)")]
-    if not names or "x" in fields.values:
-        return fields
-    lengths = np.stack([fields.values[name] for name in names], axis=1)
-    rows, anchor = np.nonzero(~np.isnan(lengths))
-    taken = fields.take(rows)
-    values = {key: own for key, own in taken.values.items() if key not in names}
-    values |= {"distance": lengths[rows, anchor], "anchor": np.array(names)[anchor]}
-    note = f"{names[0]} … are read as one row each, from anchors of these names"
-    return replace(taken, values=values, notes=(*taken.notes, note))
-
-
 def _first(notes: list[str], others: str) -> list[str]:
     """The first few notes on rows, and how many more there are."""
     more = len(notes) - _NAMED
@@ -234,10 +220,6 @@ def unread_text(fields: Fields, key: str) -> str:
         return ""
     computed = [n for n in fields.unread if key == "x[mm]" and CONTROLLER.search(n)]
     first, *_ = computed or fields.unread
-    if (stem := parse_heading(first).name)[-1:] == "1" and f"{stem[:-1]}2" in {
-        parse_heading(n).name for n in fields.unread
-    }:
-        key = key.replace("x", "distance1")
     said = remedy(f" with columns='{key}={first}' (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
     if computed:
         return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"

@@ -55,7 +55,6 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"r_?([123])_?([123])", "r{0}{1}"),
         (r"(?:smr|reflector|prism|target)(?:_name)?", "point"),
         (r"(?:m|marker|smr|reflector|prism|led|ball)_?(\d+)_?([xyz])", "m{0}{1}"),
-        (r"(?:distance|dist|abstand|entfernung|wire|seil)_?(\d+)", "distance{0}"),
         (r"(?:sigma|std)_?(x|y|z|rx|ry|rz|roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
         (r"(force|moment)_([xyz])", "{0}_{1}"),
@@ -201,7 +200,7 @@ def is_marked(name: str) -> bool:
 
 _QUANTITIES = (
     (r"q\d+", JOINT),
-    (r"(sigma_)?[xyz]|m\d+[xyz]|distance\d+", (Quantity.LENGTH,)),
+    (r"(sigma_)?[xyz]|m\d+[xyz]", (Quantity.LENGTH,)),
     (r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", (Quantity.ANGLE,)),
     (r"moment_.*", (Quantity.TORQUE,)),
     (r"force_.*", (Quantity.FORCE,)),

@@ -16,9 +16,7 @@ from workbench.base.wording import listed, plural
 from workbench.data.readers.fields import Fields
 from workbench.parts import parts
 
-_OBSERVED = re.compile(
-    r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|distance\d*|tilt_\w+"
-)
+_OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|distance|tilt_\w+")
 """What a table of joints doesn't give: places and orientations there are the controller's own."""
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
