@@ -278,11 +278,16 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
 
 
 def _with_external(cells: Sequence[str], joints: Joints) -> dict[str, str]:
-    """External axes E1 … and the arm's joints A1 … behind them, where a robot has as many joints as both."""
+    """External axes E1 … and the arm's joints A1 … behind them, where a robot has as many joints as both; in
+    the columns' order where an external axis stands among the arm's, as of the KUKA LBR."""
     external = ((cell, _EXTERNAL.fullmatch(normalised(parse_heading(cell).name))) for cell in cells)
     first = sorted((found[1], cell) for cell, found in external if found)
     arm = {key: cell for cell in cells if (key := meaning_of(cell) or "")[:1] == "q" and key[1:].isdigit()}
     every = [*(cell for _, cell in first), *(arm[key] for key in sorted(arm, key=lambda key: int(key[1:])))]
+    order = [*cells]
+    own = [order.index(cell) for cell in arm.values()]
+    if first and own and min(own) < order.index(every[0]) < max(own):
+        every.sort(key=order.index)
     wanted = joints if isinstance(joints, int | None) else len(joints)
     return {cell: f"q{k}" for k, cell in enumerate(every, 1)} if first and len(every) == wanted else {}
 

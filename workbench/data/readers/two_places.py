@@ -40,13 +40,14 @@ def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str
     if len(places) < 3 or said or any(map(is_of_measurement, taken)):
         return ""
     own, unit = _numbers(table, [places[axis] for axis in "xyz"]), parse_heading(taken[0]).unit
+    may_be_nominal = not any(map(is_marked, taken)) and not any(map(is_commanded, unread.values()))
     for other in _triples(table, unread):
         theirs, names = _numbers(table, other), [table.headings[k] for k in other]
         rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
         bare = [parse_heading(name).name for name in names]
         new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip("xyz", bare, strict=True))
         how, are = f"columns='{','.join(f'{b}=-' for b in bare)}'", "and deviations"
-        if _DEVIATION.fullmatch(normalised(bare[0])) and not is_marked(taken[0]):
+        if may_be_nominal and (theirs[rows] < 0.0).any() and _DEVIATION.fullmatch(normalised(bare[0])):
             how = f"in a file without the deviations, or {how} if {', '.join(taken)} were"
         elif rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows]):
             how, are = f"columns='{new}' or {how}", "of one motion"

@@ -100,7 +100,7 @@ def find_outliers(
     fitted: Bool[np.ndarray, " rows"],
     factor: Factor | None = None,
 ) -> Bool[np.ndarray, " rows"]:
-    """Rows that stand out from the others.
+    """Rows that stand out from the others; not where most of one payload do, which is its effect.
 
     Args:
         problem: All rows that may be used.
@@ -109,7 +109,10 @@ def find_outliers(
         factor: Factorisation of the Jacobian of those; None to leave leverage out.
     """
     sizes = row_sizes(problem, x, fitted, root=None if factor is None else factor.root)
-    return np.any(sizes > limits(sizes), axis=1)
+    out = np.any(sizes > limits(sizes), axis=1)
+    for load in np.unique([] if (loads := problem.data.payload) is None else loads):
+        out[loads == load] &= out[loads == load].mean() <= 0.5
+    return np.asarray(out)
 
 
 def row_sizes(
