@@ -8,6 +8,8 @@ Each returns the largest deviation that it saw, and raises AssertionError with t
 """
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +18,10 @@ from rigid_body import rigid_body
 
 from workbench import Motion, Robot, tool_poses
 from workbench.arm.chain import NO_SHIFT
+from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.wrenches import TrialArm, motion_wrenches, own_axis
 from workbench.base import se3
-from workbench.base.types import JointRows
+from workbench.base.types import Freedom, JointRows
 
 STEP = 6e-6
 """Step of a central difference, about the cube root of the machine precision, in units of the argument."""
@@ -38,6 +41,22 @@ def check_forward(robot: Robot, q: JointRows, *, tolerance: float = 1e-12) -> fl
         error = f"pose differs from pinocchio's by {worst[row]:.3g}, more than {tolerance:g}"
         raise AssertionError(f"robot '{robot.name}', row {row}: {error}")
     return float(worst[row])
+
+
+def robot_of(arm, folder: Path, **options) -> Robot:
+    """The package's robot for the generator's arm, through a file; options are those of `VirtualArm.toml`."""
+    (folder / "arm.toml").write_text(arm.toml(**options))
+    return read_toml(folder / "arm.toml")
+
+
+def freed(robot: Robot, freedom: Freedom) -> Robot:
+    """The arm whose base and tool are as free as that."""
+    return robot.with_frames(base=replace(robot.base, free=freedom), tool=replace(robot.tool, free=freedom))
+
+
+def any_joints(robot: Robot, rows: int, seed: int = 0) -> JointRows:
+    """Joint positions anywhere within the limits [rad or m]."""
+    return np.random.default_rng(seed).uniform(*robot.search_limits.T, (rows, robot.dof))
 
 
 def with_errors(robot: Robot, errors: np.ndarray) -> Robot:

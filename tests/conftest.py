@@ -135,6 +135,14 @@ def aria():
 
 
 @pytest.fixture(scope="session")
+def katana():
+    """The built-in arm of the Katana thesis."""
+    from workbench.arm.built_in_arms import load_robot
+
+    return load_robot("katana450")
+
+
+@pytest.fixture(scope="session")
 def plate():
     """Table 2 of the ARIA paper."""
     from workbench.plate.plate_toml import load_plate

@@ -2,18 +2,12 @@
 
 import numpy as np
 import pytest
-from checks import joint_wrenches
+from checks import joint_wrenches, robot_of
 from generator import ARMS, VirtualArm, move, turn
 
 from workbench import Motion, load_robot, tool_poses
 
 BUILT_IN = {"aria": "aria", "aria-table3": "aria-table3", "aria-table4": "aria-table4", "katana": "katana450"}
-
-
-def as_robot(arm, folder):
-    path = folder / "arm.toml"
-    path.write_text(arm.toml())
-    return load_robot(path)
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -29,7 +23,7 @@ def test_poses_equal_the_chain(name, tmp_path):
         masses=arm.masses,
         coms=arm.coms,
     )
-    robot = as_robot(arm, tmp_path)
+    robot = robot_of(arm, tmp_path)
     q = arm.random(rng, 20)
     np.testing.assert_allclose(tool_poses(robot, Motion(q)), arm.pose(q), atol=2e-14)
 
@@ -41,7 +35,7 @@ def test_sliding_joints_equal_the_chain(convention, slides, tmp_path):
     table = rng.uniform(-1, 1, (3, 5))
     arm = VirtualArm(convention, table, slides=slides)
     q = rng.uniform(-1, 1, (10, 3))
-    np.testing.assert_allclose(tool_poses(as_robot(arm, tmp_path), Motion(q)), arm.pose(q), atol=1e-14)
+    np.testing.assert_allclose(tool_poses(robot_of(arm, tmp_path), Motion(q)), arm.pose(q), atol=1e-14)
 
 
 @pytest.mark.parametrize(("name", "built_in"), BUILT_IN.items())
@@ -59,5 +53,5 @@ def test_moments_equal_the_package(name, tmp_path):
     arm = ARMS[name]().perturbed(rng)
     q = arm.random(rng, 20)
     payload = 1.3
-    wrenches = joint_wrenches(as_robot(arm, tmp_path), q, payload=np.full(20, payload))
+    wrenches = joint_wrenches(robot_of(arm, tmp_path), q, payload=np.full(20, payload))
     np.testing.assert_allclose(wrenches[:, :, 3:], arm.moments(q, payload), atol=1e-10)

@@ -3,12 +3,12 @@
 import generator
 import numpy as np
 import pytest
+from checks import robot_of
 
 from workbench import Motion, tool_poses
 from workbench.arm.effects import EFFECTS
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.damped_newton import Task
-from workbench.arm.robot_toml import read_toml
 
 SOFT = (
     EFFECTS["joint-compliance"]((1, 2), (2e-4, 3e-4)),
@@ -19,14 +19,11 @@ SOFT = (
 
 @pytest.fixture(scope="module")
 def arms(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("arms")
-    made = {"aria": generator.aria(), "katana": generator.katana()}
-    rng = np.random.default_rng(1)
-    found = {}
-    for name, arm in made.items():
-        (folder / f"{name}.toml").write_text(arm.perturbed(rng, length=2e-3, angle=0.01).toml(name))
-        found[name] = read_toml(folder / f"{name}.toml")
-    return found
+    folder, rng = tmp_path_factory.mktemp("arms"), np.random.default_rng(1)
+    made = {
+        name: generator.ARMS[name]().perturbed(rng, length=2e-3, angle=0.01) for name in ("aria", "katana")
+    }
+    return {name: robot_of(arm, folder) for name, arm in made.items()}
 
 
 def reached(robot, q, motion):

@@ -15,7 +15,6 @@ from workbench import Frame, Motion, Robot, load_robot, read_urdf, write_urdf
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics import forward
-from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.statics.moments import joint_moments
@@ -78,10 +77,7 @@ def arms(tmp_path_factory) -> dict[str, Robot]:
             limits=None,
         ),
     }
-    found = {}
-    for name, arm in made.items():
-        (folder / f"{name}.toml").write_text(arm.toml(name))
-        found[name] = read_toml(folder / f"{name}.toml")
+    found = {name: checks.robot_of(arm, folder) for name, arm in made.items()}
     found["urdf"] = read_urdf(write_urdf(found["aria"], folder / "aria.urdf"))
     return found
 

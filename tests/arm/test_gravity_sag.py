@@ -5,10 +5,10 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
+from checks import robot_of
 
 from workbench.arm.effects.gravity_sag import GravitySag, terms_of
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml
 
 TOOL = generator.move("z", 0.13) @ generator.turn("x", 0.4) @ generator.move("y", 0.05)
 BASE = generator.turn("y", 0.3) @ generator.move("x", 0.2)
@@ -30,9 +30,7 @@ DOWN = np.array([0.36, 0.48, -0.8])
 def pair(request, tmp_path_factory):
     """The generator's arm, and the package's without masses; gravity is aslant."""
     arm = ARMS[request.param]()
-    path = tmp_path_factory.mktemp(request.param) / "arm.toml"
-    path.write_text(arm.toml("arm"))
-    robot = read_toml(path)
+    robot = robot_of(arm, tmp_path_factory.mktemp(request.param))
     bare = replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints))
     return replace(arm, gravity=9.81 * DOWN), bare.under(9.81 * DOWN)
 

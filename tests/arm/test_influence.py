@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 from studies.katana_printed import CONSTANTS, PRINTED_INFLUENCE
 
-from workbench import Motion, link_frames, load_robot, tool_poses
+from workbench import Motion, link_frames, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.plate.poses.iso_cube import iso_cube_poses
-
-
-@pytest.fixture(scope="module")
-def katana():
-    return load_robot("katana450")
 
 
 @pytest.fixture(scope="module")

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from checks import any_joints
 
 from workbench import Motion, tool_poses
 from workbench.arm.linearisation import Linearisation, linearise
 
 
 @pytest.fixture
-def q(aria, rng=None):
-    low, high = aria.search_limits.T
-    return np.random.default_rng(3).uniform(low, high, (10, 6))
+def q(aria):
+    return any_joints(aria, 10, seed=3)
 
 
 def of_matrix(jacobian, *, rows=1, sigma=1.0, units=None, length=1.0) -> Linearisation:

@@ -2,18 +2,12 @@
 
 import numpy as np
 import pinocchio as pin
-import pytest
 from rigid_body import rigid_body
 
-from workbench import Motion, load_robot
+from workbench import Motion
 from workbench.arm.statics.moments import joint_moments
 
 ROWS = 12
-
-
-@pytest.fixture(scope="module")
-def katana():
-    return load_robot("katana450")
 
 
 def swing(robot, rows=ROWS, seed=0):

@@ -12,24 +12,19 @@ from workbench.base.errors import DataError, ShapeError
 ONE = [0, 1, -1, 0, 1, 0]
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return wb.load_robot("aria")
-
-
 @pytest.mark.parametrize("given", [ONE, tuple(ONE), np.array(ONE), np.array(ONE, np.float32)], ids=type)
-def test_one_pose_gives_one_answer(arm, given):
+def test_one_pose_gives_one_answer(aria, given):
     rows = np.array([ONE], float)
-    assert np.array_equal(wb.tool_poses(arm, given), wb.tool_poses(arm, rows)[0])
-    assert np.array_equal(arm.predict(given), wb.tool_poses(arm, given))
-    assert np.array_equal(wb.link_frames(arm, given), wb.link_frames(arm, rows)[0])
+    assert np.array_equal(wb.tool_poses(aria, given), wb.tool_poses(aria, rows)[0])
+    assert np.array_equal(aria.predict(given), wb.tool_poses(aria, given))
+    assert np.array_equal(wb.link_frames(aria, given), wb.link_frames(aria, rows)[0])
     for one, many in zip(
-        wb.identification_jacobian(arm, given), wb.identification_jacobian(arm, rows), strict=True
+        wb.identification_jacobian(aria, given), wb.identification_jacobian(aria, rows), strict=True
     ):
         assert np.array_equal(one, many[0])
-    ((_, poses, twists),) = wb.identification_jacobian_blocks(arm, given, arm.default_free)
-    assert np.array_equal(poses[0], wb.tool_poses(arm, given))
-    assert twists.shape == (1, 6, len(arm.default_free))
+    ((_, poses, twists),) = wb.identification_jacobian_blocks(aria, given, aria.default_free)
+    assert np.array_equal(poses[0], wb.tool_poses(aria, given))
+    assert twists.shape == (1, 6, len(aria.default_free))
 
 
 @pytest.mark.parametrize(
@@ -38,16 +33,16 @@ def test_one_pose_gives_one_answer(arm, given):
 @pytest.mark.parametrize(
     "function", [wb.tool_poses, wb.link_frames, wb.identification_jacobian, wb.Robot.predict]
 )
-def test_another_number_of_joints_is_refused_with_both_numbers(arm, function, given):
+def test_another_number_of_joints_is_refused_with_both_numbers(aria, function, given):
     with pytest.raises(ShapeError) as caught:
-        function(arm, given)
+        function(aria, given)
     assert (caught.value.expected, caught.value.found) == (6, 5)
     assert "'ARIA' has 6 joints, got 5" in str(caught.value)
 
 
-def test_what_drives_an_effect_is_said_by_a_motion(arm):
-    grown = arm.with_effects(EFFECTS["thermal-growth"]((), (1e-4,)))
+def test_what_drives_an_effect_is_said_by_a_motion(aria):
+    grown = aria.with_effects(EFFECTS["thermal-growth"]((), (1e-4,)))
     with refuses(DataError, column="temperature[degC]"):
         grown.predict(ONE)
     warm = Motion(np.array([ONE], float), temperature=np.array([40.0]))
-    assert not np.allclose(grown.predict(warm)[0], arm.predict(ONE))
+    assert not np.allclose(grown.predict(warm)[0], aria.predict(ONE))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from checks import check_forward, holding, joint_wrenches
+from checks import any_joints, check_forward, holding, joint_wrenches
 from generator import rotation
 from refusals import refuses
 
@@ -65,11 +65,6 @@ def read(folder, text, **options):
     return read_urdf(path, **options)
 
 
-def rows(robot, number=5, seed=0):
-    low, high = robot.search_limits.T
-    return np.random.default_rng(seed).uniform(low, high, (number, robot.dof))
-
-
 def by_pinocchio(path, robot, q):
     """Poses of the file's tool or tip from its measuring frame or root, by pinocchio's own reader."""
     model = pin.buildModelFromUrdf(str(path))
@@ -100,7 +95,7 @@ def test_real_arms_are_read_as_pinocchio_reads_them(file):
     path = DESCRIPTIONS / file
     robot = load_robot(path, tip=tip)
     assert robot.dof == dof
-    q = rows(robot, 20)
+    q = any_joints(robot, 20)
     np.testing.assert_allclose(tool_poses(robot, Motion(q)), by_pinocchio(path, robot, q), atol=1e-12)
     check_forward(robot, q)
     assert robot.convention == "urdf"
@@ -111,7 +106,7 @@ def test_real_arms_are_read_as_pinocchio_reads_them(file):
 @pytest.mark.parametrize("file", REAL)
 def test_real_arms_round_trip_through_toml_and_urdf(file, tmp_path):
     robot = load_robot(DESCRIPTIONS / file, tip=REAL[file][0])
-    q = rows(robot)
+    q = any_joints(robot, 5)
     table = read_toml(write_toml(robot, tmp_path / "arm.toml"))
     frames = read_urdf(write_urdf(table, tmp_path / "arm.urdf"))
     np.testing.assert_allclose(tool_poses(table, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
@@ -147,7 +142,7 @@ def test_built_in_arms_round_trip_through_urdf(name, tmp_path):
     robot = robot.with_frames(tool=Frame(frozen(np.array([0.1, 0, 0.2])), frozen(rotation([0.3, 2, 1]))))
     path = write_urdf(robot, tmp_path / "arm.urdf")
     again = load_robot(path)
-    q = rows(robot)
+    q = any_joints(robot, 5)
     np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
     np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(robot, Motion(q)), atol=1e-9)
     np.testing.assert_array_equal(again.limits, robot.limits)
@@ -174,7 +169,7 @@ def corrected(robot, seed=0, size=0.02):
 def test_calibrated_copies_are_read_back_exactly(file, tmp_path):
     robot = load_robot(DESCRIPTIONS / file, tip=REAL[file][0])
     actual = corrected(robot)
-    q = rows(robot)
+    q = any_joints(robot, 5)
     assert np.abs(tool_poses(actual, Motion(q)) - tool_poses(robot, Motion(q))).max() > 1e-3
     path = write_urdf(actual, tmp_path / "calibrated.urdf")
     again = load_robot(path)
@@ -273,7 +268,7 @@ def test_kinds_limits_and_notes(tmp_path):
     assert [j.max_moment for j in robot.moving] == [None, 5.0, None]
     assert any("j1" in note and "continuous" in note for note in robot.notes)
     assert len(robot.default_free) == 18
-    q = rows(robot)
+    q = any_joints(robot, 5)
     np.testing.assert_allclose(
         tool_poses(robot, Motion(q)), by_pinocchio(tmp_path / "robot.urdf", robot, q), atol=1e-12
     )
@@ -299,7 +294,7 @@ def test_whatever_tip_is_chosen_all_tools_of_a_flange_weigh(tmp_path, tip):
         links = links.replace(f'<link name="{name}"/>', f'<link name="{name}">{inertial}</link>')
     robot = read(tmp_path, links.replace("</robot>", f"{tools}</robot>"), tip=tip)
     assert robot.has_masses
-    model, q = pin.buildModelFromUrdf(str(tmp_path / "robot.urdf")), rows(robot)
+    model, q = pin.buildModelFromUrdf(str(tmp_path / "robot.urdf")), any_joints(robot, 5)
     found = own(robot.chain, [0, 1], motion_wrenches(robot, Motion(q)))
     data = model.createData()
     expected = [pin.computeGeneralizedGravity(model, data, row).copy() for row in q]

@@ -25,7 +25,7 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import numpy as np
 from arms import EXACT, ROWS, SIGMA, UnseenError, robot_of, states
-from draws import draw
+from draws import direction, draw
 from generator import four, rotation
 from laws import Effect, State, poses, straight_moments
 from morphologies import MORPHOLOGIES
@@ -121,7 +121,7 @@ def hysteresis(v):
 def loose_seat(v):
     """The reflector sits in one of two seats, at random."""
     out = seen(v)
-    out[:, :3, 3] += (v.rng.random(len(out)) < 0.5)[:, None] * (out[:, :3, :3] @ (4e-4 * _direction(v.rng)))
+    out[:, :3, 3] += (v.rng.random(len(out)) < 0.5)[:, None] * (out[:, :3, :3] @ (4e-4 * direction(v.rng)))
     return out
 
 
@@ -155,7 +155,7 @@ def zero_moved(v):
 
 def frame_warmed(v):
     """The measuring frame moves until it is warm, in a seventh of the time."""
-    return four(rotation(1e-3 * np.exp(-7.0 * v.late)[:, None] * _direction(v.rng))) @ seen(v)
+    return four(rotation(1e-3 * np.exp(-7.0 * v.late)[:, None] * direction(v.rng))) @ seen(v)
 
 
 def warming(v):
@@ -182,12 +182,12 @@ def bending_table(v):
 def loose_base(v):
     """The base tips with the sign of the first joint's position."""
     tip = v.rng.uniform(2e-4, 4e-4) * np.sign(v.state.q[:, :1] - np.median(v.state.q[:, 0]))
-    return four(rotation(tip * _direction(v.rng))) @ seen(v)
+    return four(rotation(tip * direction(v.rng))) @ seen(v)
 
 
 def sight(v):
     """A tracker three metres away reads too far by a share of the square of the distance."""
-    out, eye = seen(v), 2.0 * _direction(v.rng)
+    out, eye = seen(v), 2.0 * direction(v.rng)
     ray = out[:, :3, 3] - eye
     far = np.linalg.norm(ray, axis=1, keepdims=True)
     out[:, :3, 3] += 4e-4 * (far - far.mean()) ** 2 / np.ptp(far) ** 2 * 4.0 * ray / far
@@ -222,14 +222,9 @@ def _later(v, other):
 
 
 def _step(v):
-    step = four(rotation(5e-4 * _direction(v.rng)))
-    step[:3, 3] = 8e-4 * _direction(v.rng)
+    step = four(rotation(5e-4 * direction(v.rng)))
+    step[:3, 3] = 8e-4 * direction(v.rng)
     return step
-
-
-def _direction(rng):
-    v = rng.standard_normal(3)
-    return v / np.linalg.norm(v)
 
 
 SOFT = ("joint-compliance", "uneven-compliance")

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from checks import any_joints
 
 from workbench import (
     Instrument,
     Motion,
     link_frames,
-    load_robot,
     measure_poses,
     read_measurements,
     tool_poses,
@@ -20,18 +20,9 @@ from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.identify import identify
 
 
-@pytest.fixture(scope="module")
-def katana():
-    return load_robot("katana450")
-
-
-def random_q(robot, rows, seed=0):
-    return np.random.default_rng(seed).uniform(*robot.search_limits.T, (rows, robot.dof))
-
-
 def test_a_fixed_reflector_is_lost_beyond_45_degrees(katana):
     """Every row that is kept looks at the tracker within 45°, every other one does not."""
-    q, tracker = random_q(katana, 300), INSTRUMENTS["laser-tracker-fixed"]
+    q, tracker = any_joints(katana, 300), INSTRUMENTS["laser-tracker-fixed"]
     rows = simulate(katana, Motion(q), instrument=tracker, rng=np.random.default_rng(1))
     poses, place = tool_poses(katana, Motion(q)), station(katana)
     side = SIDES[mounting(tracker.sight, poses, place)]
@@ -51,7 +42,7 @@ def test_three_markers_give_a_pose_as_well_as_promised(katana, samples):
     instrument = Instrument(
         name="o", observes=Observes.RIGID_BODY, sigma_position=1e-5, markers=THREE_MARKERS, samples=samples
     )
-    q = np.tile(random_q(katana, 1), (3000, 1))
+    q = np.tile(any_joints(katana, 1), (3000, 1))
     rows = simulate(katana, Motion(q), instrument=instrument, rng=np.random.default_rng(2))
     error = se3.pose_error(se3.pose(rows.rotation, rows.position), tool_poses(katana, Motion(q)))
     position, rotation = instrument.deviations
@@ -63,7 +54,7 @@ def test_three_markers_give_a_pose_as_well_as_promised(katana, samples):
 
 def test_a_short_ball_bar_takes_the_nearest_anchor_within_its_stroke(katana):
     anchors = {"A": np.array([0.4, 0.1, 0.3]), "B": np.array([-0.3, 0.1, 0.3])}
-    q = random_q(katana, 200)
+    q = any_joints(katana, 200)
     bar, rng = INSTRUMENTS["short-ball-bar"], np.random.default_rng(0)
     rows = simulate(katana, Motion(q), instrument=bar, rng=rng, anchors=anchors)
     tips = tool_poses(katana, Motion(q))[:, :3, 3]
@@ -77,7 +68,7 @@ def test_a_short_ball_bar_takes_the_nearest_anchor_within_its_stroke(katana):
 
 def test_probes_touch_what_they_say(katana):
     actual = virtual_arm(katana, rng=np.random.default_rng(0), length=5e-4, angle=5e-3)
-    q = random_q(actual, 60)
+    q = any_joints(actual, 60)
     rows = simulate(actual, Motion(q), instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(1))
     tips = tool_poses(actual, Motion(rows.q))[:, :3, 3]
     planes = three_planes(actual)
@@ -94,7 +85,7 @@ def test_probes_touch_what_they_say(katana):
 
 def test_inclinometers_read_where_up_is(katana):
     """A link turned back by its readings, first about x and then about y, has its z axis upright again."""
-    q = random_q(katana, 40)
+    q = any_joints(katana, 40)
     rows = simulate(katana, Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0))
     assert set(rows.tilt) == {1, 2, 3, 4, 5}
     frames, off = link_frames(katana, Motion(q)), []

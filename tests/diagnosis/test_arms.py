@@ -8,6 +8,7 @@ import pinocchio as pin
 import pytest
 from arms import ARMS, MORPHOLOGIES, ROWS, TUNING, make
 from cases import CASES, stated
+from checks import robot_of
 from decide import catalogue, coefficients
 from draws import CREEP, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw
 from laws import WHOLE, Effect, change, poses, straight_moments, turns
@@ -15,7 +16,6 @@ from laws import WHOLE, Effect, change, poses, straight_moments, turns
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml
 
 UNDRAWN = {
     *("local-joint-error", "uneven-compliance", "gravity-sag"),
@@ -73,8 +73,7 @@ def test_laws_equal_the_package_to_first_order(name, tmp_path):
     """Every effect of the catalogue in every joint: the check of conventions and signs."""
     case = make("payload", TUNING[4], name, free_frames=True)
     arm, state, rng = case.actual, case.state.take(slice(0, 30)), np.random.default_rng(0)
-    (tmp_path / "arm.toml").write_text(arm.toml())
-    robot = read_toml(tmp_path / "arm.toml")
+    robot = robot_of(arm, tmp_path)
     drivers = {n: getattr(state, n) for n in ("direction", "time", "temperature", "payload")}
     motion = Motion(state.q, **drivers)
     plain, tried = poses(arm, [], state), set()

@@ -12,20 +12,18 @@ from counts import wilson
 from judge import judge
 
 from workbench.arm.effects import EFFECTS
-from workbench.arm.robot_toml import read_toml
 
 
 @pytest.fixture
-def oracle(tmp_path):
+def oracle():
     """What somebody would say who made the arm."""
 
     def of(case):
-        (tmp_path / "actual.toml").write_text(case.actual.toml())
         effects = [stated(e) for e in case.hidden]
         return SimpleNamespace(
             effects=tuple(SimpleNamespace(effect=e) for e in effects),
             outliers=np.array(case.misseated, int),
-            calibrated=read_toml(tmp_path / "actual.toml").with_effects(*effects),
+            calibrated=robot_of(case.actual, "actual", False).with_effects(*effects),
             before_fit=SimpleNamespace(calibrated=case.robot),
             verdict="explained",
         )

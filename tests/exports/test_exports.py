@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from checks import with_errors
+from checks import any_joints, with_errors
 
 from tests.exports import readers
 from workbench import Frame, Motion, Robot, load_robot, tool_poses
@@ -28,11 +28,6 @@ def calibrated(name: str, seed: int = 0) -> tuple[Robot, Robot]:
     return nominal, arm.with_frames(base=Frame(), tool=tool)
 
 
-def joints(robot: Robot, rows: int = 20) -> np.ndarray:
-    low, high = robot.search_limits.T
-    return np.random.default_rng(1).uniform(low, high, (rows, robot.dof))
-
-
 def flanges(robot: Robot, q: np.ndarray) -> np.ndarray:
     return tool_poses(robot.with_frames(base=Frame(), tool=Frame()), Motion(q))
 
@@ -44,7 +39,7 @@ def test_spreadsheets_hold_the_arm(name, tmp_path):
     assert max(done.position, done.rotation) < EXACT
     assert "agrees" in done.verdict
     text = done.path.read_text()
-    pose, q = readers.spreadsheet(text), joints(arm)
+    pose, q = readers.spreadsheet(text), any_joints(arm, 20, seed=1)
     for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row), wanted, atol=EXACT)
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
+from checks import robot_of
 from slow import slow
 
-from workbench.arm.robot_toml import read_toml
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.expected_deviation import with_expected_deviation
 from workbench.identification.identify import identify
@@ -16,12 +16,6 @@ from workbench.identification.problem import Noise, Problem
 REFLECTOR = 0.031
 """Distance of the reflector from the flange, on the last axis [m]."""
 ALGORITHMS = ("ols", "opt1", "opt2")
-
-
-def robot_of(arm, tmp_path, free="false"):
-    path = tmp_path / "arm.toml"
-    path.write_text(arm.toml(free=free))
-    return read_toml(path)
 
 
 def reflector_rows(rng, rows=200, noise=3e-5, lack=2e-4):
@@ -58,7 +52,7 @@ def virtual(robot, like):
 @pytest.mark.parametrize("seed", [0, slow(1), slow(2)])
 def test_one_reflector_leaves_the_wrist_as_it_is(seed, tmp_path):
     nominal, made, rows = reflector_rows(np.random.default_rng(seed))
-    robot = robot_of(nominal, tmp_path, free="'auto'".replace("'", '"'))
+    robot = robot_of(nominal, tmp_path, free='"auto"')
     run = identify(robot, rows, seed=seed, algorithms=ALGORITHMS)
     before = flange_angle(made, nominal, rows.q)
     for name in ALGORITHMS:

@@ -1,10 +1,8 @@
 """Base and tool: found in closed form, decided from the data, refused where they contradict the file."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from checks import with_errors
+from checks import freed, with_errors
 
 from workbench import Dataset, Frame, Motion, identify, load_robot, read_measurements, tool_poses
 from workbench.arm.frame import FRAME_PARTS
@@ -18,11 +16,6 @@ from workbench.identification.problem import FrameFreedom
 
 def random_pose(rng, size=1.0):
     return se3.pose(se3.rotvec_to_matrix(rng.normal(0.0, 1.0, 3)), rng.normal(0.0, size, 3))
-
-
-def auto(robot):
-    frames = {name: replace(getattr(robot, name), free=Freedom.AUTO) for name in ("base", "tool")}
-    return robot.with_frames(**frames)
 
 
 def rows_of(robot, rng, rows, noise=(0.0, 0.0), points=False):
@@ -60,7 +53,7 @@ def test_alignment_finds_any_base_and_tool(seed, points):
 
 def test_known_frames_stay_where_the_data_agree_with_them():
     rng = np.random.default_rng(2)
-    robot = auto(load_robot("aria"))
+    robot = freed(load_robot("aria"), Freedom.AUTO)
     values = {"joint2.a": 0.412, "joint4.theta": 0.02, "joint3.alpha": np.pi / 2 + 0.01}
     choice = choose_frames(robot, rows_of(robot.with_values(values), rng, 60, noise=(1e-4, 3e-4)))
     assert choice.freedom.base == ()
@@ -71,7 +64,7 @@ def test_known_frames_stay_where_the_data_agree_with_them():
 
 def test_moved_base_is_freed_and_said():
     rng = np.random.default_rng(3)
-    robot = auto(load_robot("aria"))
+    robot = freed(load_robot("aria"), Freedom.AUTO)
     turned = Frame.from_pose(
         se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, np.pi])), np.array([0.5, 0.2, 0.1]))
     )
@@ -91,7 +84,7 @@ def in_sessions(robot, rng, count, rows, **more):
 
 
 def test_sessions_with_their_own_base_are_recognised():
-    robot = auto(load_robot("panda"))
+    robot = freed(load_robot("panda"), Freedom.AUTO)
     choice = choose_frames(robot, in_sessions(robot, np.random.default_rng(5), 3, 25))
     assert (choice.freedom.base_per_session, choice.freedom.tool_per_session) == (True, False)
     assert set(choice.robot.sessions) == {"s0", "s1", "s2"}
@@ -100,7 +93,7 @@ def test_sessions_with_their_own_base_are_recognised():
 @pytest.mark.parametrize("rows", [4, 3])
 def test_sessions_of_few_points_keep_those_that_place_them(rows):
     """With fewer than three the base is open: errors of a metre were held out, good rows were outliers."""
-    nominal, rng = auto(load_robot("ur10e")), np.random.default_rng(3)
+    nominal, rng = freed(load_robot("ur10e"), Freedom.AUTO), np.random.default_rng(3)
     data = in_sessions(with_errors(nominal, 2e-3), rng, 15, rows, points=True)
     found = identify(nominal, data)
     before, after = (errors.position_mm.mean for errors in found.error)

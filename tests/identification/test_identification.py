@@ -5,12 +5,15 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
+from checks import freed
 
 from workbench import Dataset, Motion, Noise, Prior, evaluate, load_robot, tool_poses, write_toml
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
-from workbench.base.types import Freedom
+from workbench.base.types import Freedom, Outcome
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.identify import identify
+from workbench.identification.problem import Problem
 
 NOISE = Noise(1e-4, 3e-4)
 LAYOUT = np.array([[0.05, 0, 0], [0, 0.05, 0], [-0.05, 0, 0.02], [0, -0.05, 0.04]])
@@ -20,10 +23,6 @@ ANCHORS = np.array([[0.9, 0.2, 0.1], [-0.4, 0.8, 0.3], [0.1, -0.9, 0.6]])
 @pytest.fixture(scope="module")
 def arm():
     return generator.aria().perturbed(np.random.default_rng(1), length=2e-3, angle=0.01)
-
-
-def frames(robot, freedom):
-    return robot.with_frames(base=replace(robot.base, free=freedom), tool=replace(robot.tool, free=freedom))
 
 
 def poses(arm, rng, rows, base=None):
@@ -62,41 +61,59 @@ KNOWN = {f"anchor[{n}].{a}": ANCHORS[i, k] for i, n in enumerate("ABC") for k, a
 
 def test_distances_from_known_anchors(arm):
     rng = np.random.default_rng(3)
-    run = identify(load_robot("aria"), distances(arm, rng, 120), known=KNOWN)
+    rows, q = distances(arm, rng, 120), arm.random(rng, 100)
+    run = identify(load_robot("aria"), rows, algorithms=("ols", "opt2"), known=KNOWN)
     for result in run.runs.values():
         assert result.held_out.position_mm.max < 1e-3
-    q = arm.random(rng, 50)
-    off = tool_poses(run.best.calibrated, Motion(q))[:, :3, 3] - arm.pose(q)[:, :3, 3]
-    assert np.abs(off).max() < 1e-6
+        off = tool_poses(result.calibrated, Motion(q))[:, :3, 3] - arm.pose(q)[:, :3, 3]
+        assert np.abs(off).max() < 1e-9
 
 
 def test_loose_markers(arm):
     rng = np.random.default_rng(4)
     q = arm.random(rng, 60)
-    markers = se3.apply(arm.pose(q)[:, None], LAYOUT[None]) + 1e-4 * rng.standard_normal((60, 4, 3))
+    exact = se3.apply(arm.pose(q)[:, None], LAYOUT[None])
+    markers = exact + 1e-4 * rng.standard_normal((60, 4, 3))
     hidden = markers.copy()
     hidden[::2, 1:] = np.nan
     for seen in (markers, hidden):
         run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(60), markers=seen))
         assert run.best.held_out.position_mm.rms == pytest.approx(np.sqrt(3.0) * 0.1, rel=0.4)
         assert run.noise.position == pytest.approx(1e-4, rel=0.15)
+    run = identify(load_robot("aria"), Dataset(q=q, markers=exact), algorithms=("ols", "opt2"))
+    for result in run.runs.values():
+        assert result.held_out.position_mm.rms < 1e-3 * run.nominal.held_out.position_mm.rms
 
 
-@pytest.mark.slow
-def test_contacts_do_not_shrink_the_arm(arm):
-    rng = np.random.default_rng(5)
-    robot = load_robot("aria")
+def touching(arm, rng):
+    """Joint positions, half of their ranges around the middle, that touch one of three places exactly."""
     q, names = [], []
     places = np.array([[0.4, 0.3, 0.2], [0.5, -0.1, 0.4], [0.2, 0.5, 0.5]])
     while len(q) < 90:
         place = places[len(q) % 3]
         x = arm.touching(place, arm.random(rng, 1))
         within = (np.abs(x - arm.limits.mean(1)) < 0.5 * np.ptp(arm.limits, axis=1)).all()
-        if within and np.linalg.norm(arm.pose(x)[0, :3, 3] - place) < 1e-10:
-            q.append(x[0])
+        if within and np.linalg.norm(arm.pose(x)[0, :3, 3] - place) < 1e-12:
             names.append("abc"[len(q) % 3])
-    q = np.array(q) + 1e-4 * rng.standard_normal((90, 6))
-    run = identify(robot, Dataset(q=q, row=np.arange(90), contact=np.array(names)))
+            q.append(x[0])
+    return np.array(q), np.array(names)
+
+
+def test_contacts_that_are_exact_are_explained(arm):
+    q, names = touching(arm, np.random.default_rng(21))
+    problem = Problem.build(load_robot("aria"), Dataset(q=q, contact=names))
+    search = Opt2().search(problem)
+    assert search.outcome is Outcome.CONVERGED
+    before, after = (problem.residual(x) for x in (problem.start, search.x))
+    assert after @ after < 1e-6 * (before @ before)
+
+
+@pytest.mark.slow
+def test_contacts_do_not_shrink_the_arm(arm):
+    rng = np.random.default_rng(5)
+    q, names = touching(arm, rng)
+    q += 1e-4 * rng.standard_normal((90, 6))
+    run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(90), contact=names))
     assert any("scale" in note for note in run.notes)
     for result in run.runs.values():
         lengths = {p.name: v for p, v in zip(result.fit.parameters, result.fit.x, strict=True)}
@@ -126,10 +143,10 @@ def test_points_with_a_known_tool_agree_over_all_algorithms(arm):
 def test_a_calibrated_file_with_sessions_is_identified_again(arm, tmp_path):
     rng = np.random.default_rng(8)
     data = join(*(poses(arm, rng, 30, some_base(rng)) for _ in range(3)), sessions=["a", "b", "c"])
-    first = identify(frames(load_robot("aria"), Freedom.AUTO), data)
+    first = identify(freed(load_robot("aria"), Freedom.AUTO), data)
     again = read_toml(write_toml(first.best.calibrated, tmp_path / "calibrated.toml"))
     for freedom in (Freedom.AUTO, Freedom.FIXED, Freedom.FREE):
-        second = identify(frames(again, freedom), data)
+        second = identify(freed(again, freedom), data)
         for result in second.runs.values():
             assert result.held_out.position_mm.mean == pytest.approx(
                 first.best.held_out.position_mm.mean, rel=0.1
@@ -139,7 +156,7 @@ def test_a_calibrated_file_with_sessions_is_identified_again(arm, tmp_path):
 def test_held_out_sessions_find_their_own_base(arm):
     rng = np.random.default_rng(9)
     data = join(*(poses(arm, rng, 30, some_base(rng)) for _ in range(4)), sessions=["a", "b", "c", "d"])
-    run = identify(frames(load_robot("aria"), Freedom.AUTO), data, held_out=("c", "d"))
+    run = identify(freed(load_robot("aria"), Freedom.AUTO), data, held_out=("c", "d"))
     assert run.best.held_out.position_mm.mean < 0.3
     assert any("c, d" in note for note in run.notes)
     assert run.nominal.held_out.position_mm.mean > 10 * run.best.held_out.position_mm.mean
@@ -148,9 +165,9 @@ def test_held_out_sessions_find_their_own_base(arm):
 def test_what_was_not_seen_is_no_knowledge(arm):
     """A prior from a fit with free frames must not pin what only base and joint 1 share."""
     rng = np.random.default_rng(10)
-    old = identify(frames(load_robot("aria"), Freedom.FREE), poses(arm, rng, 60), held_out=0.0, noise=NOISE)
+    old = identify(freed(load_robot("aria"), Freedom.FREE), poses(arm, rng, 60), held_out=0.0, noise=NOISE)
     prior = Prior.of(old.best.fit)
-    fixed = frames(load_robot("aria"), Freedom.FIXED)
+    fixed = freed(load_robot("aria"), Freedom.FIXED)
     few = poses(arm, rng, 12)
     runs = [identify(fixed, few, held_out=0.0, noise=NOISE, prior=p) for p in (prior, None)]
     q = arm.random(rng, 100)

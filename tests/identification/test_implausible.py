@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from checks import robot_of
 from generator import three_parallel
 
 import workbench as wb
@@ -20,8 +21,7 @@ from workbench.identification.report.results_json import identification_json
 def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
     """A URDF spreads the angle over the origins of parallel joints, none of which is known alone."""
     rng, nominal = np.random.default_rng(1), three_parallel()
-    (tmp_path / "arm.toml").write_text(nominal.toml(free='"auto"'))
-    path = wb.load_robot(str(tmp_path / "arm.toml")).save(tmp_path / f"arm.{kind}")
+    path = robot_of(nominal, tmp_path, free='"auto"').save(tmp_path / f"arm.{kind}")
     q = rng.uniform(-1.2, 1.2, (60, nominal.dof))
     poses = nominal.perturbed(rng, length=5e-4, angle=1e-3).pose(q)
     data = Dataset(
@@ -41,13 +41,13 @@ def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
 
 
 def test_rows_that_the_nominal_arm_computed_calibrate_nothing(tmp_path):
-    (tmp_path / "arm.toml").write_text(three_parallel().toml(free='"auto"'))
+    arm = robot_of(three_parallel(), tmp_path, free='"auto"')
     q = np.random.default_rng(2).uniform(-1.2, 1.2, (40, three_parallel().dof))
     rows = Dataset(q=q, row=np.arange(40), position=np.round(three_parallel().pose(q)[:, :3, 3], 5))
     with pytest.raises(wb.WorkbenchError, match="they were computed with it"):
-        wb.identify(tmp_path / "arm.toml", rows).robot.save(tmp_path / "b.toml")
+        wb.identify(arm, rows).robot.save(tmp_path / "b.toml")
     with pytest.raises(wb.WorkbenchError, match="tell only a base for each"):
-        wb.identify(tmp_path / "arm.toml", replace(rows, session=np.arange(40).astype(str)))
+        wb.identify(arm, replace(rows, session=np.arange(40).astype(str)))
 
 
 @pytest.mark.parametrize(
@@ -65,8 +65,7 @@ def test_orientations_that_stay_are_little_explained(position, rotation, little)
 def test_few_rows_have_no_standard_errors(rows, is_assessed, tmp_path):
     """Six fitted poses are as many numbers as a URDF has constants: errors were up to 28 times as large."""
     rng, nominal = np.random.default_rng(101), three_parallel()
-    (tmp_path / "arm.toml").write_text(nominal.toml(free='"auto"'))
-    path = wb.load_robot(str(tmp_path / "arm.toml")).save(tmp_path / "arm.urdf")
+    path = robot_of(nominal, tmp_path, free='"auto"').save(tmp_path / "arm.urdf")
     q = rng.uniform(-2.0, 2.0, (rows, nominal.dof))
     poses = nominal.perturbed(rng, length=1e-3, angle=2e-3).pose(q)
     position = poses[:, :3, 3] + rng.normal(0.0, 2e-5, (rows, 3))

@@ -4,17 +4,12 @@ import numpy as np
 import pytest
 from studies.katana_printed import CONSTANTS
 
-from workbench import Dataset, Motion, Noise, load_robot, tool_poses
+from workbench import Dataset, Motion, Noise, tool_poses
 from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.influence_based import RCOND, InfluenceBased, pose_weights
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
-
-
-@pytest.fixture(scope="module")
-def katana():
-    return load_robot("katana450")
 
 
 def problem_of(katana, rows, *, seed=0, turned=False, noise=0.0):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import round_trip as trip
+from checks import robot_of
 from generator import three_parallel
 
 import workbench as wb
@@ -60,9 +61,8 @@ def test_the_urdf_of_an_arm_with_several_reflectors_is_the_calibrated_arm(tmp_pa
     arm = nominal.perturbed(rng, length=1.5e-3, angle=4e-3)
     q = rng.uniform(-2.0, 2.0, (80, arm.dof))
     markers = (arm.pose(q)[:, None] @ THREE)[..., :3, 0] + rng.normal(0.0, 2e-5, (80, 3, 3))
-    (tmp_path / "nominal.toml").write_text(nominal.toml(free='"auto"'))
     data = Dataset(q=q, row=np.arange(80), source="rows.csv", markers=markers)
-    found = wb.identify(wb.load_robot(str(tmp_path / "nominal.toml")), data)
+    found = wb.identify(robot_of(nominal, tmp_path, free='"auto"'), data)
     left = {}
     for kind in ("toml", "urdf"):
         flange, _ = trip.read_arm(found.robot.save(tmp_path / f"arm.{kind}"))(trip.rows_of(q))

@@ -5,11 +5,11 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
+from checks import freed, robot_of
 from slow import slow
 
 from workbench import Dataset, Motion, Noise, Prior, load_robot, tool_poses
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome
 from workbench.data.simulation.instruments import instrument_named
@@ -26,12 +26,6 @@ from workbench.plate.plate_toml import load_plate
 
 PLATE_NOISE = Noise(1e-4, np.deg2rad(0.02))
 ALGORITHMS = {"ols": (Ols(), 1e-9), "opt1": (Opt1(), 1e-6), "opt2": (Opt2(), 1e-9)}
-
-
-def robot_of(arm, tmp_path):
-    """The package's robot for the generator's arm, through a file."""
-    (tmp_path / "arm.toml").write_text(arm.toml())
-    return read_toml(tmp_path / "arm.toml")
 
 
 def rows_of(arm, q, rng=None, sigma_p=0.0, sigma_r=0.0, deflection=None):
@@ -77,20 +71,14 @@ def test_the_plate_recovers_a_hidden_aria(hidden, algorithm, tmp_path):
     assert held_out_error(found, arm, np.random.default_rng(5)) < bound
 
 
-@pytest.mark.parametrize("name", ["three parallel axes", "katana", slow("seven")])
+@pytest.mark.parametrize("name", ["three-parallel", "katana", slow("seven")])
 def test_other_arms_are_recovered_with_unknown_base_and_tool(name, tmp_path):
-    nominal = {
-        "three parallel axes": generator.three_parallel,
-        "katana": generator.katana,
-        "seven": generator.seven,
-    }[name]()
+    nominal = generator.ARMS[name]()
     rng = np.random.default_rng(3)
     base = se3.pose(se3.rotvec_to_matrix(np.array([0.4, -0.8, 2.0])), np.array([1.5, -0.7, 0.3]))
     tool = se3.pose(se3.rotvec_to_matrix(np.array([-0.5, 0.2, 0.9])), np.array([0.03, -0.02, 0.12]))
     hidden = replace(nominal.perturbed(rng, length=2e-3, angle=np.deg2rad(1.0)), base=base, tool=tool)
-    robot = robot_of(nominal, tmp_path)
-    auto = (replace(f, free=Freedom.AUTO) for f in (robot.base, robot.tool))
-    robot = robot.with_frames(**dict(zip(("base", "tool"), auto, strict=True)))
+    robot = freed(robot_of(nominal, tmp_path), Freedom.AUTO)
     run = identify(robot, rows_of(hidden, hidden.random(rng, 80)), algorithms=("ols", "opt2"), held_out=0.0)
     for result in run.runs.values():
         assert result.fit.outcome is Outcome.CONVERGED
@@ -126,51 +114,6 @@ def test_points_recover_what_points_can_show(tmp_path):
     run = identify(robot_of(nominal, tmp_path), data, algorithms=("ols", "opt2"), held_out=0.0)
     for result in run.runs.values():
         assert held_out_error(result.calibrated, hidden, rng) < 1e-9
-
-
-@pytest.mark.parametrize("observed", ["distance", "contact", "markers"])
-def test_cheap_instruments_improve_the_arm(observed):
-    """Distances, contacts and loose markers: the arm's own geometry gets several times better."""
-    rng = np.random.default_rng(21)
-    nominal, arm = load_robot("aria"), generator.aria().perturbed(rng, length=1e-3, angle=np.deg2rad(0.5))
-    q = arm.random(rng, 150)
-    poses = arm.pose(q)
-    common = {"q": q, "row": np.arange(len(q))}
-    if observed == "distance":
-        anchors = np.array([[0.9, 0.2, 0.1], [-0.4, 0.8, 0.3], [0.1, -0.9, 0.6]])
-        which = np.arange(len(q)) % 3
-        length = np.linalg.norm(poses[:, :3, 3] - anchors[which], axis=1)
-        known = {f"anchor[{n}].{a}": anchors[i, k] for i, n in enumerate("ABC") for k, a in enumerate("xyz")}
-        data = Dataset(distance=length, anchor=np.array(list("ABC"))[which], **common)
-        problem = Problem.build(nominal, data, known=known)
-    elif observed == "markers":
-        layout = np.array([[0.05, 0, 0], [0, 0.05, 0], [-0.05, 0, 0.02], [0, -0.05, 0.04]])
-        data = Dataset(markers=se3.apply(poses[:, None], layout[None]), **common)
-        problem = Problem.build(nominal, data)
-    else:
-        q, names = _touching(arm, rng)
-        problem = Problem.build(nominal, Dataset(q=q, row=np.arange(len(q)), contact=names))
-    search = Opt2().search(problem)
-    assert search.outcome is Outcome.CONVERGED
-    before = problem.residual(problem.start)
-    after = problem.residual(search.x)
-    assert after @ after < 1e-6 * (before @ before)
-    if observed != "contact":  # what touching shows leaves base and scale open
-        most = 1e-9 if observed == "distance" else 0.2
-        assert held_out_error(problem.robot_at(search.x), arm, rng) < most
-
-
-def _touching(arm, rng):
-    """Joint positions at which the arm's tool point touches one of three places, by the generator alone."""
-    places = np.array([[0.4, 0.3, 0.2], [0.5, -0.1, 0.4], [0.2, 0.5, 0.5]])
-    rows, names = [], []
-    while len(rows) < 90:
-        q, place = arm.random(rng, 1), places[len(rows) % 3]
-        q = arm.touching(place, q)
-        if np.linalg.norm(arm.pose(q)[0, :3, 3] - place) < 1e-12:
-            rows.append(q[0])
-            names.append("abc"[len(rows) % 3 - 1])
-    return np.array(rows), np.array(names)
 
 
 def test_a_replaced_joint_is_mastered_with_a_few_poses(tmp_path):

@@ -6,6 +6,7 @@ import checks
 import generator
 import numpy as np
 import pytest
+from checks import freed, robot_of
 from refusals import mentions, refuses
 
 from workbench import Dataset, Motion, evaluate, write_toml
@@ -27,10 +28,8 @@ POSE = generator.turn("z", 2.0) @ generator.turn("x", 0.6) @ generator.move("x",
 TOOL = generator.turn("y", -0.5) @ generator.move("z", 0.12) @ generator.move("x", 0.04)
 
 
-def robot_of(arm, folder, *effects, free=Freedom.FIXED):
-    (folder / "arm.toml").write_text(arm.toml())
-    robot = read_toml(folder / "arm.toml").with_effects(*effects)
-    return robot.with_frames(base=replace(robot.base, free=free), tool=replace(robot.tool, free=free))
+def with_effects(arm, folder, *effects, free=Freedom.FIXED):
+    return freed(robot_of(arm, folder).with_effects(*effects), free)
 
 
 def rows_of(arm, q, rng, sigma=SIGMA, payload=None, **bend):
@@ -62,7 +61,7 @@ def test_an_effect_is_recovered_with_the_geometry(case, free, tmp_path):
         hidden = replace(hidden, base=POSE, tool=TOOL)
     data = rows_of(hidden, hidden.random(rng, 120), rng, **bend)
     effect = EFFECTS[name]((int(coefficient[5]) - 1,))
-    robot = robot_of(generator.aria(), tmp_path, effect, free=Freedom.FREE if free else Freedom.FIXED)
+    robot = with_effects(generator.aria(), tmp_path, effect, free=Freedom.FREE if free else Freedom.FIXED)
     # OPT1 takes a minute for 37 unknowns whose frames repeat the arm's own constants
     algorithms = ("ols", "opt2") if free else ("ols", "opt1", "opt2")
     run = identify(robot, data, algorithms=algorithms, held_out=0.2, effects=[coefficient])
@@ -87,7 +86,7 @@ def test_an_arm_too_soft_for_its_load_is_no_answer(tmp_path):
     rng = np.random.default_rng(3)
     hidden = generator.aria()
     data = rows_of(hidden, hidden.random(rng, 40), rng, compliance=about_the_axis(1, 4e-5))
-    robot = robot_of(hidden, tmp_path, EFFECTS["joint-compliance"]((1,)))
+    robot = with_effects(hidden, tmp_path, EFFECTS["joint-compliance"]((1,)))
     problem = Problem.build(robot, data, free=(), effects=["joint2.compliance"])
     too_soft = np.array([0.2])
     assert np.isnan(problem.residual(too_soft)).any()
@@ -106,7 +105,7 @@ def test_the_payload_acts_through_the_moments(tmp_path):
     payload = rng.choice([0.0, 2.0], 60)
     bend = {"compliance": about_the_axis(1, 4e-5)}
     data = rows_of(hidden, hidden.random(rng, 60), rng, payload=payload, **bend)
-    robot = robot_of(generator.aria(), tmp_path, EFFECTS["joint-compliance"]((1,)))
+    robot = with_effects(generator.aria(), tmp_path, EFFECTS["joint-compliance"]((1,)))
     run = identify(robot, data, algorithms=("ols",), held_out=0.0, effects=["joint2.compliance"])
     fit = run.runs["ols"].fit
     place = [p.name for p in fit.parameters].index("joint2.compliance")
@@ -119,7 +118,7 @@ def problem_with_effects(tmp_path, **options):
     arm = replace(generator.aria(), base=POSE, tool=TOOL)
     joints, bearing = EFFECTS["joint-compliance"], EFFECTS["bearing-compliance"]
     effects = joints((1, 2), (4e-5, 8e-5)), bearing((0,), (3e-5,))
-    robot = robot_of(arm, tmp_path, *effects)
+    robot = with_effects(arm, tmp_path, *effects)
     data = rows_of(arm, arm.random(rng, 12), rng)
     frames = FrameFreedom(FRAME_PARTS, FRAME_PARTS)
     return Problem.build(robot, data, frames=frames, effects=tuple(robot.coefficients), **options)
@@ -147,7 +146,7 @@ def test_evaluation_uses_the_effects_of_a_file(tmp_path):
     arm, rng = generator.aria(), np.random.default_rng(5)
     bend = {"compliance": about_the_axis(1, 4e-5)}
     data = rows_of(arm, arm.random(rng, 30), rng, (0.0, 0.0), **bend)
-    robot = robot_of(arm, tmp_path, EFFECTS["joint-compliance"]((1,), (4e-5,)))
+    robot = with_effects(arm, tmp_path, EFFECTS["joint-compliance"]((1,), (4e-5,)))
     robot = read_toml(write_toml(robot, tmp_path / "calibrated.toml"))
     with_effect, without = evaluate(robot, data), evaluate(robot.with_effects(), data)
     assert with_effect.errors.position_mm.max < 0.01 * without.errors.position_mm.max
@@ -168,7 +167,7 @@ def test_the_natural_unit_of_a_coefficient_bends_the_arm_by_one(tmp_path):
 def test_a_coefficient_that_no_row_drives_is_named(tmp_path):
     """All rows at the reference temperature: nothing tells how much the arm grows."""
     arm, rng = generator.aria(), np.random.default_rng(5)
-    robot = robot_of(arm, tmp_path, EFFECTS["thermal-growth"]((), reference=20.0))
+    robot = with_effects(arm, tmp_path, EFFECTS["thermal-growth"]((), reference=20.0))
     data = replace(rows_of(arm, arm.random(rng, 30), rng), temperature=np.full(30, 20.0))
     run = identify(robot, data, algorithms=("ols",), held_out=0.0, effects=["arm.thermal_growth"])
     assert "arm.thermal_growth" in [n for c in run.runs["ols"].fit.unidentifiable for n in c.names]
@@ -176,7 +175,7 @@ def test_a_coefficient_that_no_row_drives_is_named(tmp_path):
 
 def test_what_effects_leave_uncertain_counts_too(tmp_path):
     arm, rng = generator.aria(), np.random.default_rng(5)
-    robot = robot_of(arm, tmp_path, EFFECTS["joint-harmonic"]((1,), order=2))
+    robot = with_effects(arm, tmp_path, EFFECTS["joint-harmonic"]((1,), order=2))
     # joint 2 hardly moves: its harmonic is open elsewhere, the rest is not
     q = arm.random(rng, 60)
     q[:, 1] = rng.uniform(0.4, 0.5, 60)
@@ -194,7 +193,7 @@ def test_rows_beyond_a_range_are_named_by_their_place_in_the_file(tmp_path):
     """One of them refused the whole file."""
     arm, rng = generator.aria(), np.random.default_rng(5)
     effect = EFFECTS["local-joint-error"]((1,), knots=(-1.0, 0.0, 1.0))
-    robot = robot_of(arm, tmp_path, effect)
+    robot = with_effects(arm, tmp_path, effect)
     q = arm.random(rng, 20)
     q[:, 1] = 0.5
     q[12, 1] = 1.5

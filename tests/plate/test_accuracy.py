@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from checks import any_joints
 
 from workbench import Motion, identification_jacobian
 from workbench.arm.linearisation import linearise
@@ -11,8 +12,7 @@ from workbench.plate.predicted_error import position_weight, predicted_error
 
 @pytest.fixture(scope="module")
 def q(aria):
-    low, high = aria.search_limits.T
-    return np.random.default_rng(4).uniform(low, high, (30, 6))
+    return any_joints(aria, 30, seed=4)
 
 
 def test_against_sampled_parameters(aria, q):

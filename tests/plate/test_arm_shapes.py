@@ -15,7 +15,6 @@ from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.meshes import mesh_arm
 from workbench.plate.optimiser.shapes import plate_hull
-from workbench.plate.plate_toml import load_plate
 
 NAMES = ("base", "shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
 SPACING = 0.008
@@ -60,11 +59,6 @@ def samples(folder, ur5, q):
         points = np.concatenate([mesh.vertices, trimesh.sample.sample_surface_even(mesh, 6_000, seed=1)[0]])
         clouds.append(se3.apply(frames[:, None, body + 1], points))
     return clouds
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
 
 
 def beyond(points, plate):

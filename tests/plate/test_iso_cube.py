@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench import Region, load_robot
+from workbench import Region
 from workbench.plate.poses.iso_cube import MIN_MOVE, _cubes, iso_cube_poses, plane_points
 from workbench.plate.poses.sampling import in_base
 
@@ -14,11 +14,6 @@ def on_planes(shares):
     """Which points of the unit cube lie on one of the standard's diagonal planes."""
     x, y, z = shares.T
     return np.min(np.abs([y - z, x + z - 1.0, y + z - 1.0, x - z]), axis=0) < 1e-9
-
-
-@pytest.fixture(scope="module")
-def katana():
-    return load_robot("katana450")
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from checks import any_joints
 from refusals import refuses
 
 from tests.arm.test_linearisation import of_matrix
@@ -16,8 +17,7 @@ SETS = tuple(name for name, index in INDICES.items() if isinstance(index, SetInd
 
 def arm_set(number=10, seed=0) -> Linearisation:
     robot = load_robot("aria")
-    low, high = robot.search_limits.T
-    return linearise(robot, np.random.default_rng(seed).uniform(low, high, (number, 6)))
+    return linearise(robot, any_joints(robot, number, seed))
 
 
 def test_hand_worked_values():

@@ -3,11 +3,6 @@
 from dataclasses import fields, replace
 from types import SimpleNamespace
 
-import pytest
-
-from workbench.arm.built_in_arms import load_robot
-from workbench.plate.plate_toml import load_plate
-from workbench.session import start
 from workbench.session.state import Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.scene_contents import on_page
@@ -38,19 +33,14 @@ class Notebook(AbstractSink):
         self.shown.discard(path)
 
 
-@pytest.fixture(scope="module")
-def session():
-    return start(load_robot("aria"), load_plate("table2"))
-
-
-def test_a_plate_that_was_given_is_drawn_beside_measured_rows(session):
+def test_a_plate_that_was_given_is_drawn_beside_measured_rows(first):
     """As `wb.show(robot, data, plate)` shows them; a plate that nobody gave stays out of the way."""
     rows = Measurements(loaded=SimpleNamespace(virtual=False))
     for is_given in (True, False):
-        given = replace(session, is_plate_given=is_given, measurements=rows)
+        given = replace(first, is_plate_given=is_given, measurements=rows)
         shown = {item.path: item.shown for item in plate(given.updated("playback", focus=Focus.ROW))}
         assert shown["plate/solid"] is shown["plate/targets/1"] is is_given
-    assert all(item.shown for item in plate(session))
+    assert all(item.shown for item in plate(first))
 
 
 def moved(session, number, by):
@@ -60,14 +50,14 @@ def moved(session, number, by):
     return replace(session, plate=replace(session.plate, targets=tuple(targets)))
 
 
-def test_only_what_has_changed_is_made(session):
+def test_only_what_has_changed_is_made(first):
     sink = Notebook()
-    sink.draw(on_page(session))
+    sink.draw(on_page(first))
     assert {"arm/nominal", "plate/solid", "plate/targets/10/number", "region/outline"} <= set(sink.made)
     sink.made.clear()
-    sink.draw(on_page(replace(session, page=replace(session.page, revision=session.page.revision + 1))))
+    sink.draw(on_page(replace(first, page=replace(first.page, revision=first.page.revision + 1))))
     assert sink.made == []
-    then = moved(session, 3, 0.01)
+    then = moved(first, 3, 0.01)
     sink.draw(on_page(then))
     assert sink.made == ["plate/targets/4", "plate/targets/4/number"]
     sink.made.clear()
@@ -75,15 +65,15 @@ def test_only_what_has_changed_is_made(session):
     assert sink.made == ["arm/nominal", "plate/targets/1", "plate/targets/3"]
 
 
-def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(session):
+def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(first):
     sink = Notebook()
-    fewer = replace(session.plate, targets=session.plate.targets[:7])
+    fewer = replace(first.plate, targets=first.plate.targets[:7])
     steps = [
-        session,
-        replace(session, selected=4),
-        moved(session, 0, 0.02),
-        replace(session, plate=fewer, states=session.states[:7]),
-        session,
+        first,
+        replace(first, selected=4),
+        moved(first, 0, 0.02),
+        replace(first, plate=fewer, states=first.states[:7]),
+        first,
     ]
     for step in steps:
         sink.draw(on_page(step))
@@ -97,7 +87,7 @@ def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(session):
                     assert is_same(getattr(one, f.name), getattr(other, f.name)), (path, f.name)
 
 
-def test_what_is_hidden_is_made_when_it_is_shown(session):
+def test_what_is_hidden_is_made_when_it_is_shown(first):
     requested = []
 
     def make(size):
@@ -113,12 +103,12 @@ def test_what_is_hidden_is_made_when_it_is_shown(session):
     assert sink.there == {}
 
 
-def test_no_target_of_the_last_plate_haunts_another_arm(session):
+def test_no_target_of_the_last_plate_haunts_another_arm(first):
     """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
-    stepped = replace(moved(session, 0, 0.05), history=replace(session.history, done=(UndoStep.of(session),)))
+    stepped = replace(moved(first, 0, 0.05), history=replace(first.history, done=(UndoStep.of(first),)))
     assert [item.path for item in plate_before(stepped)] == ["plate/before/1"]
-    opened = replace(stepped, history=replace(stepped.history, done=(UndoStep.of(session, session),)))
+    opened = replace(stepped, history=replace(stepped.history, done=(UndoStep.of(first, first),)))
     assert list(plate_before(opened)) == []
-    ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in session.plate.targets)
-    searched = replace(stepped, plate=replace(session.plate, targets=ahead))
+    ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in first.plate.targets)
+    searched = replace(stepped, plate=replace(first.plate, targets=ahead))
     assert list(plate_before(searched)) == []

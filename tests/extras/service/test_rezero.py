@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checks import robot_of
 from generator import VirtualArm, three_parallel
 from refusals import mentions, refuses
 from slow import slow
@@ -268,8 +269,7 @@ def recalibrated(request, tmp_path_factory):
     """An arm that was identified from a table, or from a URDF, whose constants rows can't tell apart."""
     folder, rng, nominal = tmp_path_factory.mktemp("arm"), np.random.default_rng(5), three_parallel()
     actual = nominal.perturbed(rng, length=1e-3, angle=2e-3)
-    (folder / "arm.toml").write_text(nominal.toml(free='"auto"'))
-    path = wb.load_robot(str(folder / "arm.toml")).save(folder / f"arm.{request.param}")
+    path = robot_of(nominal, folder, free='"auto"').save(folder / f"arm.{request.param}")
 
     def rows(count, shift=0.0, *, noise=2e-5, turned=True):
         q = rng.uniform(-2.0, 2.0, (count, nominal.dof))

@@ -3,6 +3,7 @@
 import generator
 import numpy as np
 import pytest
+from checks import robot_of
 from refusals import mentions, refuses
 
 from workbench.arm.effects import EFFECTS
@@ -10,7 +11,6 @@ from workbench.arm.frame import Frame
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError
@@ -29,10 +29,7 @@ def arms(tmp_path_factory):
     folder, found = tmp_path_factory.mktemp("arms"), {}
     for name, arm in (("aria", generator.aria()), ("katana", generator.katana())):
         hidden = arm.perturbed(np.random.default_rng(2), length=1e-3, angle=np.deg2rad(0.5))
-        for kind, each in (("nominal", arm), ("hidden", hidden)):
-            (folder / f"{name}-{kind}.toml").write_text(each.toml(name))
-        robots = (read_toml(folder / f"{name}-{kind}.toml") for kind in ("nominal", "hidden"))
-        found[name] = (*robots, hidden)
+        found[name] = (*(robot_of(each, folder, name=name) for each in (arm, hidden)), hidden)
     return found
 
 

@@ -4,9 +4,7 @@ import time
 
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.plate.plate_toml import load_plate
-from workbench.session import Worker, start
+from workbench.session import Worker
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
 from workbench.session.page_state import Tab
@@ -14,17 +12,12 @@ from workbench.views.page import demo
 from workbench.views.page.demo import Demo, DemoScene
 
 
-@pytest.fixture(scope="module")
-def session():
-    return start(load_robot("aria"), load_plate("table2"))
-
-
 @pytest.fixture
-def film(session, monkeypatch):
+def film(first, monkeypatch):
     """Play a film of three scenes and pause it as a scene begins; the film and its worker."""
     scenes = (DemoScene("one"), DemoScene("two", (SelectTarget(3),), tab=Tab.MEASURE), DemoScene("three"))
     monkeypatch.setattr(demo, "story", lambda now: iter(scenes))
-    worker, begun = Worker(session), []
+    worker, begun = Worker(first), []
 
     def play(paused_at: str) -> tuple[Demo, Worker]:
         stops = [paused_at]
