@@ -146,12 +146,10 @@ def test_a_program_is_called_one(tmp_path, text):
         read_measurements(tmp_path / "weld.drl")
 
 
-def test_external_axes_come_before_the_arm_and_each_of_several_distances_is_a_row(tmp_path):
-    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n")
+def test_external_axes_come_before_the_arm(tmp_path):
+    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],distance[mm]\n90,5,1\n90,6,3\n")
     data = read_measurements(tmp_path / "t.csv", joints=2)
-    assert data.q == pytest.approx(np.array([[0.005, H], [0.005, H], [0.006, H]]))
-    assert data.distance == pytest.approx([0.001, 0.002, 0.003])
-    assert data.anchor.tolist() == ["distance1", "distance2", "distance1"]
+    assert data.q == pytest.approx(np.array([[0.005, H], [0.006, H]]))
 
 
 @pytest.mark.parametrize("text", ["q[deg],-,xyz[mm]", "xyz[mm],q[deg],-"])
