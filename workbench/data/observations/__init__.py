@@ -28,11 +28,8 @@ __all__ = [
     "ContactObservation",
     "DistanceObservation",
     "Linearised",
-    "MarkerObservation",
     "OwnErrors",
     "PlaneObservation",
-    "PointObservation",
-    "PoseObservation",
     "TiltObservation",
     "Unknown",
 ]

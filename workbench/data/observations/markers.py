@@ -27,6 +27,7 @@ class MarkerObservation(AbstractObservation):
 
     measured: Float[np.ndarray, "rows markers 3"]
 
+    columns = ("markers",)
     unused_text = "markers"
     is_tool_free = True
 
@@ -39,10 +40,6 @@ class MarkerObservation(AbstractObservation):
         if data.markers is None:
             return np.zeros(len(data), bool)
         return np.isfinite(data.markers).all(-1).any(-1)
-
-    @classmethod
-    def of(cls, data: Dataset) -> "MarkerObservation":
-        return cls(np.asarray(data.markers))
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:

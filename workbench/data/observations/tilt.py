@@ -74,9 +74,6 @@ class TiltObservation(AbstractObservation):
     def known(self) -> dict[str, Unknown]:
         return dict.fromkeys(self.unknowns, Unknown("rad", 1.0, ASKEW))
 
-    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        return np.zeros(len(self.unknowns))
-
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
         return np.repeat(np.isfinite(self.measured).all(1)[:, None], 2, axis=1)

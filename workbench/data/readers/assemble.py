@@ -86,8 +86,7 @@ def assemble(
     position, rotation, moved = _measured(fields, position, rotation, base)
     markers, (sigma, rounded) = markers_of(fields), _sigma(fields)
     links = fields.numbers(r"tilt_[xy](\d+)")
-    tilts = {link: fields.stacked((f"tilt_x{link}", f"tilt_y{link}")) for link in links}
-    tilt = {link: values for link, values in tilts.items() if values is not None}
+    tilt = {k: v for k in links if (v := fields.stacked((f"tilt_x{k}", f"tilt_y{k}"))) is not None}
     observed = {"position": position, "orientation": rotation, **(beside or {})}
     if markers is not None:
         observed |= {f"marker {k + 1}": markers[:, k] for k in range(markers.shape[1])}
@@ -205,12 +204,11 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
         )
     _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and len(numbers) != wanted:
-        given = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
-        text = (
-            f"{fields.source}: {given}, the robot {plural(wanted, 'joint')}: choose the robot that has them"
-        )
-        more = unread_text(fields, f"q{numbers[-1] + 1}[deg]") if len(numbers) < wanted else ""
-        raise ShapeError(text + more, expected=wanted, found=len(numbers))
+        there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
+        how = "choose the robot that has them"
+        how += unread_text(fields, f"q{numbers[-1] + 1}[deg]") if len(numbers) < wanted else ""
+        text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
+        raise ShapeError(text, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
 
 
@@ -252,8 +250,7 @@ def markers_of(fields: Fields) -> Float[np.ndarray, "rows markers 3"] | None:
 def _check_range(fields: Fields) -> None:
     """Refuse distances and deviations below 0, and directions that are none."""
     for key, values in fields.values.items():
-        column = column_of(key)
-        if column is not None and column.name == "direction":
+        if re.fullmatch(r"direction\d+", key):
             wrong, text = ~np.isin(values, (-1, 0, 1)) & ~np.isnan(values), "-1, 0 or 1"
         elif key == "distance" or key in _SIGMA:
             wrong, text = values < 0.0, "at least 0"

@@ -53,8 +53,7 @@ _RUN = re.compile(r"([^\W\d]+)(\d{1,3})(\[[^]]*\])?[\s,;]*(?:…|\.\.\.?)[\s,;]*
 """Numbered names with dots between them: 'q1[deg], …, q6[deg]'."""
 
 
-@dataclass(frozen=True)
-class NamedUnit:
+class NamedUnit(NamedTuple):
     """A name with what stood in its brackets."""
 
     name: str
@@ -65,10 +64,6 @@ class NamedUnit:
         """The name, or one of the columns that it stands for, with the unit."""
         key = key or self.name
         return key if self.unit is None or UNITLESS.fullmatch(key) else f"{key}[{self.unit}]"
-
-    def in_unit(self, unit: str | None) -> "NamedUnit":
-        """The same, with a unit where it has none."""
-        return self if self.unit is not None else replace(self, unit=unit)
 
 
 class Pair(NamedTuple):

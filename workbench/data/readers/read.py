@@ -16,8 +16,8 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
 from workbench.data.readers.arrays import read_json, read_npz
 from workbench.data.readers.assemble import assemble, markers_of
-from workbench.data.readers.columns_option import AS_HEADED as AS_HEADED
 from workbench.data.readers.columns_option import (
+    AS_HEADED,
     Joints,
     Naming,
     headings_in_order,
@@ -122,11 +122,9 @@ def read_by_layout(
             return whole.read(path, parse_columns(columns) or None), whole.name, None
     table = read_table(source, columns=columns, sheet=sheet, joints=joints)
     headings, (offered, _) = list(table.headings), layouts.layouts()
-    if layout is None:
-        special = next((k for k in offered if not columns and _matches(k, headings)), None)
-    else:
-        special = next((k for k in offered if k.name == layout), None)
-    if layout is not None and special is not None and not _matches(special, headings):
+    tried = [k for k in offered if k.name == layout or (layout is None and not columns)]
+    special = next((k for k in tried if _matches(k, headings)), None)
+    if layout is not None and tried and special is None:
         text = f"{table.source}: layout '{layout}' does not fit the columns {listed(headings)}"
         raise OptionError(text, option="layout", found=layout)
     return (None, "", table) if special is None else (special.read(table), special.name, table)

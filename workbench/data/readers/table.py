@@ -23,8 +23,6 @@ _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
-_GROUPED = re.compile(r"[-+\u2212]?[1-9]\d{0,2}(?:([ '’\u00a0\u202f.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
-"""A number whose thousands are grouped by another mark than the decimal one."""
 _EXTERNAL = re.compile(r"(?:e|ext?|eax|external)_?(?:axis_?)?([1-6a-f])")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
@@ -95,13 +93,7 @@ def grid_of(
 
 
 def with_points(grid: Grid) -> Grid:
-    """The cells with decimal points, where all numbers of the file have commas, and thousands not grouped."""
-    if any(_GROUPED.fullmatch(cell) for row in grid.rows for cell in row):
-        rows = [
-            [re.sub(r"(?<=\d)\D(?=\d{3}.*\D)", "", c) if _GROUPED.fullmatch(c) else c for c in r]
-            for r in grid.rows
-        ]
-        return with_points(replace(grid, rows=rows, notes=(*grid.notes, "thousands separators are left out")))
+    """The cells with decimal points, where all numbers of the file have commas."""
     commas = [(cell, k) for k, row in enumerate(grid.rows) for cell in row if _COMMA.fullmatch(cell)]
     if not commas:
         return grid
@@ -180,17 +172,12 @@ def _keys(row: list[str]) -> list[str]:
 def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = None) -> Table:
     """The table under the grid's heading row; its columns may have the names of the robot's joints."""
     start, has_option = _first_data_row(grid.rows), naming is not AS_HEADED
+    or_say = remedy(", or say", page="") * has_option
     if start == 0:
-        raise grid.error(
-            f"the file has no header: write the names of its {len(grid.rows[0])} columns above the numbers, "
-            "such as q1[deg],…,x[mm],y[mm],z[mm]"
-            + has_option
-            * remedy(
-                ", or say them with columns='q1[deg],…,-,x[mm]' (--columns, of both files with --joints)",
-                page="",
-            ),
-            0,
-        )
+        wanted = f"write the names of its {len(grid.rows[0])} columns above the numbers"
+        option = "them with columns='q1[deg],…,-,x[mm]' (--columns, of both files with --joints)"
+        more = or_say and f"{or_say} {option}"
+        raise grid.error(f"the file has no header: {wanted}, such as q1[deg],…,x[mm],y[mm],z[mm]{more}", 0)
     grid = replace(grid, rows=[*map(_without_indices, grid.rows[:start]), *grid.rows[start:]])
     said = _said(grid, start, naming, joints)
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
@@ -199,13 +186,9 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     if not known[head]:
         if start == len(grid.rows) > 1:
             raise grid.error("it has no row of numbers: this is not a table of joints or poses")
-        raise grid.error(
-            f"none of the headings {listed(grid.rows[head])} is known: name the columns q1[rad], …, x[m], "
-            "y[m], z[m]"
-            + has_option
-            * remedy(", or say what they are with columns='q1[deg]=…' (--columns)", page=""),
-            head,
-        )
+        wanted = "name the columns q1[rad], …, x[m], y[m], z[m]"
+        more = or_say and f"{or_say} what they are with columns='q1[deg]=…' (--columns)"
+        raise grid.error(f"none of the headings {listed(grid.rows[head])} is known: {wanted}{more}", head)
     headings = list(grid.rows[head])
     if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
         groups: Iterable[str] = accumulate(_padded(grid.rows[head - 1], len(headings)), lambda a, b: b or a)
@@ -267,10 +250,8 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         found = ({c: side for c in cells if name in (c, parse_heading(c).name)} for name, side in sides)
         named = next(filter(None, found), {})
         if not named and ours.name != IGNORED:
-            pair, known = f"{theirs.name}={ours.name}", listed(cells)
-            raise OptionError(
-                f"{grid.source}: '{pair}' names no known column of the file: the headings are {known}"
-            )
+            wrong = f"'{theirs.name}={ours.name}' names no known column of the file"
+            raise OptionError(f"{grid.source}: {wrong}: the headings are {listed(cells)}")
         said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)

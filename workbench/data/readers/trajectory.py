@@ -72,12 +72,9 @@ def read_trajectory(
         row = int(np.argmax(late)) + 1
         text = f"{fields.source}, line {fields.lines[row]}: time does not increase: sort the rows by time"
         raise DataError(text, row=row, column="time")
-    time, q, position, rotation = (None if a is None else frozen(a) for a in (time, q, position, rotation))
+    found = {"time": time, "q": q, "position": position, "rotation": rotation}
     return Trajectory(
-        time=time,
-        q=q,
-        position=position,
-        rotation=rotation,
+        **{name: frozen(values) for name, values in found.items() if values is not None},
         source=fields.source,
         notes=fields.notes + notes,
         drivers={n: frozen(fields.values[n]) for n in row_drivers() if n in fields.values and n != "time"},

@@ -21,11 +21,9 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
     found = (known or filled[:1]) if sheet is None else [name for name in filled if name == sheet]
     if len(found) != 1:
         wanted = "" if sheet is None else f"no filled sheet '{sheet}': "
-        raise FileError(
-            f"{wanted}choose one of the sheets {listed(known or list(grids))}, such as "
-            f"sheet='{(known or [*grids, 'Sheet1'])[0]}', or keep that one alone",
-            path=str(path),
-        )
+        names = known or list(grids) or ["Sheet1"]
+        text = f"choose one of the sheets {listed(known or list(grids))}, such as sheet='{names[0]}'"
+        raise FileError(f"{wanted}{text}, or keep that one alone", path=str(path))
     others = len(grids) - 1 if sheet is None else 0
     note = f"read from sheet '{found[0]}'" + (f"; {others} other not read" if others else "")
     return with_points(replace(grids[found[0]], notes=(note,)))

@@ -7,7 +7,6 @@ and the joint angles are what the actual arm takes to be there, from its own inv
     measured pose = actual pose ⊕ noise,   p + N(0, σp²) per axis,   exp(N(0, σr²) per axis) R, base axes
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -44,11 +43,8 @@ def virtual_arm(
         angle: Maximum error of an angle [rad].
     """
     names = robot.default_free
-    elements = robot.chain.elements
-    bounds = np.array(
-        [angle if elements[i].axis.turns else length for i in robot.chain.indices(names)], float
-    )
-    actual = robot.values(names) + rng.uniform(-1.0, 1.0, len(names)) * bounds
+    turns = [robot.chain.elements[i].axis.turns for i in robot.chain.indices(names)]
+    actual = robot.values(names) + rng.uniform(-1.0, 1.0, len(names)) * np.where(turns, angle, length)
     return robot.with_values(dict(zip(names, actual.tolist(), strict=True)))
 
 
@@ -72,12 +68,7 @@ def simulate(
         One row a joint position; its `q` are the readings.
     """
     if instrument.observes is Observes.CONTACT:
-        raise OptionError(
-            f"instrument '{instrument.name}' touches fixed points; simulate it at targets, several "
-            "orientations at each point",
-            option="instrument",
-            found=instrument.name,
-        )
+        raise _refused(instrument, "fixed points", "targets, several orientations at each point")
     seen = VirtualInstrument(instrument, actual, rng, three_anchors(actual) if anchors is None else anchors)
     if instrument.observes in (Observes.SPHERE, Observes.PLANE):
         motion, names, reached = seen.touch(motion)
@@ -121,10 +112,7 @@ def simulate_targets(
         One row a target.
     """
     if instrument.observes in (Observes.SPHERE, Observes.PLANE):
-        raise OptionError(
-            f"instrument '{instrument.name}' touches its own surfaces, not a plate's targets; simulate it at "
-            "joint positions (--poses)"
-        )
+        raise _refused(instrument, "its own surfaces, not a plate's targets", "joint positions (--poses)")
     imposed = actual.base.pose @ targets
     if instrument.observes is Observes.CONTACT:
         noise = rng.normal(0.0, instrument.sigma_position, (len(targets), 3))
@@ -142,6 +130,11 @@ def simulate_targets(
     else:
         columns = seen.read(state, imposed)
     return _rows(seen, state, imposed, columns, notes)
+
+
+def _refused(instrument: Instrument, touched: str, where: str) -> OptionError:
+    text = f"instrument '{instrument.name}' touches {touched}; simulate it at {where}"
+    return OptionError(text, option="instrument", found=instrument.name)
 
 
 def _rows(seen: VirtualInstrument, motion: Motion, poses: np.ndarray, columns, notes=()) -> Dataset:
@@ -173,10 +166,9 @@ def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
         raise DataError(f"{rows.source}: no pose can be measured; the first one is {reasons[0]}")
     blank: dict[str, Any] = {}
     for name in ("position", "rotation", "markers", "distance"):
-        values = getattr(rows, name)
-        if values is not None:
-            keep = gone.reshape(-1, *[1] * (values.ndim - 1))
-            blank[name] = np.where(keep, np.nan, values)
+        if (values := getattr(rows, name)) is not None:
+            blank[name] = values.copy()
+            blank[name][gone] = np.nan
     note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; the first one is {reasons[gone][0]}"
     kept_out = rows.kept_out({row: str(reasons[row]) for row in np.flatnonzero(gone).tolist()})
     return replace(kept_out, notes=(*rows.notes, note), **blank)
@@ -228,9 +220,7 @@ def _in_branches(actual: Robot, poses: np.ndarray, branch: str, motion: Motion |
 
 def evenly_mixed(solutions: Sequence[Mapping[str, Any]]) -> list[str]:
     """A branch per target, by solutions by name, so that all are used alike: the least used, then by name."""
-    used, chosen = Counter[str](), list[str]()
+    chosen = list[str]()
     for target in solutions:
-        name = min(target, key=lambda n: (used[n], n))
-        used[name] += 1
-        chosen.append(name)
+        chosen.append(min(target, key=lambda name: (chosen.count(name), name)))
     return chosen

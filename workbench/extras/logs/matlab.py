@@ -90,7 +90,7 @@ def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tup
         side, wanted = pair.right[0], (pair.left,)
     elif pair.left.name not in variables:
         return None
-    return side, tuple(item.in_unit(side.unit) for item in wanted)
+    return side, tuple(i if i.unit is not None else i._replace(unit=side.unit) for i in wanted)
 
 
 def _is_open(pair: Pair) -> bool:
