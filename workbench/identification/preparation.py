@@ -36,6 +36,7 @@ from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds, of_rows
 from workbench.identification.rows.row_selection import (
+    AbstractSplit,
     check_enough,
     check_sessions,
     choose_rows,
@@ -45,7 +46,6 @@ from workbench.identification.rows.row_selection import (
     unused_observations,
     without_fitted_rows,
 )
-from workbench.identification.rows.split import AbstractSplit
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""

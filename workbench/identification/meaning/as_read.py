@@ -12,8 +12,8 @@ from workbench.base.errors import DataError, UnitError
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import within_postures
-from workbench.identification.meaning.contacts import with_planes
 from workbench.identification.meaning.meaning import RowMeaning
+from workbench.identification.meaning.nominal_fit import with_planes
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
