@@ -258,9 +258,8 @@ class Problem:
     def count(self) -> int:
         """Number of measured components by the shares of their rows; hidden markers have none."""
         seen = self.inverse_sigma > 0.0
-        return round(
-            float(seen.sum() if self.shares is None else self.shares[self.component_rows][seen].sum())
-        )
+        each = seen if self.shares is None else self.shares[self.component_rows][seen]
+        return round(float(each.sum()))
 
     @cached_property
     def component_rows(self) -> np.ndarray:

@@ -50,24 +50,25 @@ class AbstractSplit:
         """Whether the held-out rows come from the same file as the others."""
         return len(self.held_out_rows) == len(self.held_out_data)
 
-    def without_held_out(self: Split, lost: Mapping[int, str]) -> Split:
-        """The same without some held-out rows; those of the same file are listed as excluded.
 
-        Args:
-            lost: Indices into `held_out_data`, with the reason.
-        """
-        if not lost:
-            return self
-        fewer = self.held_out_data.take(np.delete(np.arange(len(self.held_out_data)), [*lost]))
-        if not self.is_one_file:
-            return replace(self, held_out_data=fewer)
-        named = ((int(self.held_out_data.row[i]), why) for i, why in lost.items())
-        return replace(
-            self,
-            held_out_data=fewer,
-            held_out_rows=np.delete(self.held_out_rows, [*lost]),
-            excluded=(*self.excluded, *named),
-        )
+def without_held_out(split: Split, lost: Mapping[int, str]) -> Split:
+    """The rows without some held-out ones; those of the same file are listed as excluded.
+
+    Args:
+        lost: Indices into `held_out_data`, with the reason.
+    """
+    if not lost:
+        return split
+    fewer = split.held_out_data.take(np.delete(np.arange(len(split.held_out_data)), [*lost]))
+    if not split.is_one_file:
+        return replace(split, held_out_data=fewer)
+    named = ((int(split.held_out_data.row[i]), why) for i, why in lost.items())
+    return replace(
+        split,
+        held_out_data=fewer,
+        held_out_rows=np.delete(split.held_out_rows, [*lost]),
+        excluded=(*split.excluded, *named),
+    )
 
 
 def choose_rows(
@@ -95,11 +96,8 @@ def choose_rows(
         outside = keep & ~region.contains(tool_poses(bare, Motion(data.q))[:, :3, 3])
         excluded += [(int(r), "outside the region") for r in data.row[outside]]
         keep &= ~outside
-    if (
-        known is not None
-        and data.contact is not None
-        and carried(data).keys() <= {ContactObservation, PlaneObservation}
-    ):
+    only_touches = carried(data).keys() <= {ContactObservation, PlaneObservation}
+    if known is not None and data.contact is not None and only_touches:
         names, counts = np.unique(data.contact[keep], return_counts=True)
         once = keep & np.isin(data.contact, names[counts == 1]) & ~placed(data, known)
         excluded += [(int(r), "touches its contact alone, which tells nothing") for r in data.row[once]]
