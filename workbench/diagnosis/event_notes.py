@@ -11,6 +11,7 @@ from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
+from workbench.identification.rows.row_selection import without_held_out
 from workbench.identification.rows.undecided_rows import UNDECIDED
 
 
@@ -25,7 +26,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
         here, there = event.clock(held), event.clock(fitted)
         if event.is_step and here is not None and there is not None and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
-    return ready.without_held_out(dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED))
+    return without_held_out(ready, dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED))
 
 
 @dataclass(frozen=True)

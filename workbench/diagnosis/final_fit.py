@@ -5,6 +5,7 @@ held-out rows, the refit is to the same rows, and the errors are those after it.
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool
@@ -111,23 +112,12 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     tried, as rows that were held out may be worse whether constants are held or not.
     """
     before = last.stage.fit
-
-    def fitted(*, holds: bool) -> Fit:
-        return refit(
-            geometric,
-            last.grams,
-            last.model,
-            data=data,
-            begin=before.problem.named(before.x),
-            steps=MAX_LAST_STEPS,
-            holds=holds,
-            flat=True,
-        ).fit
-
-    held = fitted(holds=True)
+    begin, steps = before.problem.named(before.x), MAX_LAST_STEPS
+    again = partial(refit, geometric, last.grams, last.model, data=data, begin=begin, steps=steps, flat=True)
+    held = again(holds=True).fit
     if _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held
-    free = fitted(holds=False)
+    free = again(holds=False).fit
     return free if _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free) else held
 
 

@@ -122,11 +122,9 @@ class FitChoices:
 def choices_as_read(robot: Robot, choices: FitChoices) -> FitChoices:
     """The choices with the rows of another file, if those are held out, in the reading that is theirs."""
     held = choices.held_out
-    return (
-        replace(choices, held_out=as_read(robot, held, choices.reading, keeps_arm=True)[1])
-        if isinstance(held, Dataset)
-        else choices
-    )
+    if not isinstance(held, Dataset):
+        return choices
+    return replace(choices, held_out=as_read(robot, held, choices.reading, keeps_arm=True)[1])
 
 
 class ChoiceFields(TypedDict, total=False):

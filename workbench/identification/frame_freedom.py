@@ -31,6 +31,11 @@ class FrameFreedom:
     tool_per_session: bool = False
     levelled: bool = False
 
+    @property
+    def by_frame(self) -> tuple[tuple[str, tuple[str, ...], bool], ...]:
+        """Base and tool: which parts are unknown, and whether every session has its own."""
+        return ("base", self.base, self.base_per_session), ("tool", self.tool, self.tool_per_session)
+
     def start(self, robot: Robot, session: str) -> Mounting:
         """Mounting from which the search starts: the session's own, except for what all sessions share."""
         own, common = robot.sessions.get(session, robot.mounting), robot.mounting
@@ -66,10 +71,7 @@ def frame_parameters(
 ) -> list[Parameter]:
     """The unknown parts of base and tool, per session where they differ."""
     parameters = []
-    for kind, parts, own in (
-        ("base", frames.base, frames.base_per_session),
-        ("tool", frames.tool, frames.tool_per_session),
-    ):
+    for kind, parts, own in frames.by_frame:
         for session in sessions if own else sessions[:1]:
             frame: Frame = getattr(frames.start(robot, session), kind)
             for part in sorted(parts, key=FRAME_PARTS.index):

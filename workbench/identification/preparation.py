@@ -36,6 +36,7 @@ from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds, of_rows
 from workbench.identification.rows.row_selection import (
+    AbstractSplit,
     check_enough,
     check_sessions,
     choose_rows,
@@ -44,8 +45,8 @@ from workbench.identification.rows.row_selection import (
     scale_fixing_length,
     unused_observations,
     without_fitted_rows,
+    without_held_out,
 )
-from workbench.identification.rows.split import AbstractSplit
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
@@ -95,9 +96,8 @@ class Prepared(AbstractSplit):
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
         if not len(data):
             return RowErrors(*np.zeros((3, 0)))
-        return row_errors(
-            self.with_new_session_bases(robot, data), data, known={**self.problem.known, **instrument}
-        )
+        arm, known = self.with_new_session_bases(robot, data), {**self.problem.known, **instrument}
+        return row_errors(arm, data, known=known)
 
     @cached_property
     def shared(self) -> Problem:
@@ -114,9 +114,8 @@ class Prepared(AbstractSplit):
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
         """Errors of the aligned nominal arm on fitted and on held-out rows."""
-        return self.errors(
-            self.aligned, instrument_places(self.aligned, self.problem.data, known=self.problem.known)
-        )
+        places = instrument_places(self.aligned, self.problem.data, known=self.problem.known)
+        return self.errors(self.aligned, places)
 
     def with_new_session_bases(self, robot: Robot, data: Dataset) -> Robot:
         """The robot with bases for sessions that are not in the fit, estimated from their own rows."""
@@ -206,7 +205,7 @@ def prepare(
         notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
         if (lost := _excluded(comparable)) and not rows.is_one_file:
             notes.append(f"{plural(len(lost), 'held-out row')} ignored: {next(iter(lost.values()))}")
-        rows = replace(rows, held_out_data=comparable).without_held_out(lost).noted(*notes)
+        rows = without_held_out(replace(rows, held_out_data=comparable), lost).noted(*notes)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
     new = tuple[str, ...]()
     if len(rows.held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
@@ -319,7 +318,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
     lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)
-    return rows.without_held_out(lost).noted(*notes)
+    return without_held_out(rows, lost).noted(*notes)
 
 
 def _with_noise(

@@ -258,9 +258,8 @@ class Problem:
     def count(self) -> int:
         """Number of measured components by the shares of their rows; hidden markers have none."""
         seen = self.inverse_sigma > 0.0
-        return round(
-            float(seen.sum() if self.shares is None else self.shares[self.component_rows][seen].sum())
-        )
+        each = seen if self.shares is None else self.shares[self.component_rows][seen]
+        return round(float(each.sum()))
 
     @cached_property
     def component_rows(self) -> np.ndarray:
@@ -475,21 +474,15 @@ def _arm_parameters(
 ) -> list[Parameter]:
     """Constants and coefficients of effects by name, with their bounds."""
     arm = {e.name: e for e in robot.elements}
-    if missing := [n for n in names if n not in arm]:
-        raise OptionError(
-            f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
-            f"{', '.join(n for n in arm if arm[n].matrix is None)}",
-            option="free",
-            found=missing[0],
-        )
-    if missing := [n for n in effects if n not in robot.coefficients]:
-        raise OptionError(
-            f"robot '{robot.name}' has no effect with the coefficient '{missing[0]}' to free; it has "
-            f"{', '.join(robot.coefficients) or 'no effects'}",
-            option="effects",
-            found=missing[0],
-        )
     units, sizes = robot.coefficient_units, robot.coefficients
+    shown = [n for n in arm if arm[n].matrix is None]
+    for option, what, wanted, known, listed in (
+        ("free", "constant", names, arm, shown),
+        ("effects", "effect with the coefficient", effects, sizes, sizes),
+    ):
+        if missing := [n for n in wanted if n not in known]:
+            has = f"has no {what} '{missing[0]}' to free; it has {', '.join(listed) or 'no effects'}"
+            raise OptionError(f"robot '{robot.name}' {has}", option=option, found=missing[0])
     return [
         *(Parameter.bounded(n, arm[n].unit, arm[n].value, bounds) for n in names),
         *(Parameter.bounded(n, units[n], sizes[n], bounds, is_coefficient=True) for n in effects),

@@ -404,10 +404,7 @@ def build_blocks(
     for session in data.sessions:
         in_session, arm = data.in_session(session), placed.in_session(session)
         elements, constants = list(arm.chain.indices(names)), [index[n] for n in names]
-        for kind, parts, own in (
-            ("base", frames.base, frames.base_per_session),
-            ("tool", frames.tool, frames.tool_per_session),
-        ):
+        for kind, parts, own in frames.by_frame:
             elements += [arm.chain.index[f"{kind}.{part}"] for part in parts]
             constants += [index[f"{frame_name(kind, own, session)}.{part}"] for part in parts]
         angles = np.array([index[n] for n in gravity_names(session, frames) if free_gravity], np.int64)

@@ -37,6 +37,7 @@ from workbench.identification.noise import from_repeats, stated
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import suspect_note, suspects
+from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.identification.rows.two_places import two_places
 from workbench.report.result_display import AbstractReported
 
@@ -220,16 +221,12 @@ class Outlier(NamedTuple):
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Identification(AbstractReported):
+class Identification(AbstractReported, AbstractSplit):
     """A complete run: data, decisions, parameters and errors.
 
     Args:
         nominal_robot: The arm as given.
         aligned: The nominal arm with the best base and tool wherever those are free.
-        train_rows: Rows that were fitted, indices into data.
-        held_out_rows: Rows that were held out.
-        held_out_data: The held-out rows, which may come from another file.
-        excluded: Excluded rows, with the reason.
         nominal_rows: Errors of `aligned` row by row: training, held out.
         runs: One per algorithm, by name.
         ready: The rows and the problem that were prepared; None for the arm of a diagnosis.
@@ -240,11 +237,6 @@ class Identification(AbstractReported):
     nominal_robot: Robot
     aligned: Robot
     data: Dataset
-    train_rows: np.ndarray
-    held_out_rows: np.ndarray
-    held_out_data: Dataset
-    excluded: tuple[tuple[int, str], ...]
-    notes: tuple[str, ...]
     nominal_rows: tuple[RowErrors, RowErrors]
     runs: dict[str, Run]
     ready: Prepared | None = None
@@ -444,7 +436,7 @@ class Identification(AbstractReported):
 def order_of_measuring(result: Identification) -> np.ndarray:
     """Position of every training and then every held-out row along l, counted from 1."""
     train, held_out = result.data.row[result.train_rows], result.held_out_data.row
-    if len(result.held_out_rows) != len(held_out):  # rows of another file come last
+    if not result.is_one_file:  # rows of another file come last
         held_out = held_out + train.max(initial=0) + 1
     place = np.empty(len(train) + len(held_out), np.int64)
     place[np.argsort(np.concatenate([train, held_out]), kind="stable")] = np.arange(1, len(place) + 1)

@@ -73,11 +73,11 @@ def fit_twists(
     session = problem.data.sessions[0]
     arm = fit.arm.in_session(session)
     arm = arm.with_frames(tool=Frame()) if at_flange else arm
-    own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
     moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
         f"tool.{part}" for part in FRAME_PARTS if at_flange
     }
-    own = {place: name for place, name in own.items() if name in moves}
+    plain = (name.replace(f"[{session}]", "") for name in problem.names)
+    own = {place: name for place, name in enumerate(plain) if name in moves}
     return *identification_jacobian(arm, replace(motion, row=None), tuple(own.values())), list(own)
 
 

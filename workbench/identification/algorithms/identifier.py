@@ -22,6 +22,8 @@ STEP_TOLERANCE = 1e-4
 NOISE_FLOOR = 0.1
 """Without a step downhill, a predicted step below this many standard errors means that the search is at the
 noise floor: the data can't tell its answer from the optimum."""
+HALVINGS = 12
+"""How often a step may be halved."""
 ROUNDING = 1e-8
 """Relative decrease that is rounding error once no step reduces the cost any further."""
 RESIDUAL_FLOOR = 1e-10
@@ -94,6 +96,18 @@ def descend(
         x, cost, at = found
         history.append(cost)
     return SearchOutcome(x, Outcome.ITERATION_LIMIT, tuple(history))
+
+
+def downhill(
+    problem: Problem, x: Float[np.ndarray, " p"], step: Float[np.ndarray, " p"], cost: float
+) -> tuple[np.ndarray, float, LinearisedProblem] | None:
+    """What follows a step, halved until the cost decreases; None if it doesn't."""
+    for _ in range(HALVINGS):
+        trial = problem.evaluate(x + step)
+        if (less := 0.5 * float(trial.residual @ trial.residual)) < cost:
+            return x + step, less, trial
+        step = step / 2
+    return None
 
 
 def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:

@@ -15,6 +15,7 @@ from workbench.identification.algorithms.identifier import (
     AbstractIdentifier,
     SearchOutcome,
     descend,
+    downhill,
     gauge_step,
 )
 from workbench.identification.problem import Problem
@@ -27,23 +28,15 @@ class Ols(AbstractIdentifier):
 
     Args:
         limit: Maximum number of iterations.
-        halvings: How often a step may be halved.
     """
 
     limit: int = 60
-    halvings: int = 12
     name = "ols"
     title = "OLS"
     summary = "Gauss–Newton steps of minimum norm (ordinary least squares): fast, exact near the nominal arm."
 
     def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
         def halved(x, at, factor, cost):
-            step = gauge_step(factor, factor.step(), x - problem.start)
-            for _ in range(self.halvings):
-                trial = problem.evaluate(x + step)
-                if (less := 0.5 * float(trial.residual @ trial.residual)) < cost:
-                    return x + step, less, trial
-                step = step / 2
-            return None
+            return downhill(problem, x, gauge_step(factor, factor.step(), x - problem.start), cost)
 
         return descend(problem, halved, limit=self.limit, begin=begin)

@@ -19,6 +19,7 @@ from workbench.identification.algorithms.identifier import (
     AbstractIdentifier,
     SearchOutcome,
     descend,
+    downhill,
     ended,
     has_converged,
 )
@@ -34,11 +35,9 @@ class Opt1(AbstractIdentifier):
 
     Args:
         limit: Maximum number of iterations.
-        halvings: How often a step may be halved.
     """
 
     limit: int = 100
-    halvings: int = 12
     name = "opt1"
     title = "OPT1"
     summary = "Bounded minimisation of the summed squares: keeps every parameter near its nominal value."
@@ -60,11 +59,6 @@ class Opt1(AbstractIdentifier):
             promised = factor.predicted_decrease(step)
             if has_converged(factor, promised, problem.count):
                 return Outcome.CONVERGED
-            for _ in range(self.halvings):
-                trial = problem.evaluate(x + step)
-                if (less := 0.5 * float(trial.residual @ trial.residual)) < cost:
-                    return x + step, less, trial
-                step = step / 2
-            return ended(promised, [cost], problem.count)
+            return downhill(problem, x, step, cost) or ended(promised, [cost], problem.count)
 
         return descend(problem, bounded, limit=self.limit, begin=nearest)

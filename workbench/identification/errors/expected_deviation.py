@@ -93,8 +93,7 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     unexplained = (factor.residual_square - factor.compressed @ factor.compressed) / spread**2
     unexplained += nominal @ nominal - along.sum()
     square = 1.0 + max(unexplained, 0.0) + (along / growth).sum(1)
-    known = 0 if problem.prior is None else len(problem.prior)
-    numbers = max(1.0 + known + problem.count - frames.shape[1], 1.0)
+    numbers = max(1.0 + len(problem.prior) + problem.count - frames.shape[1], 1.0)
     cost = numbers * np.log(square) + np.log(growth).sum(1)
     best = int(np.argmin(cost))
     return float(TRIED[best if cost[0] - cost[best] > MIN_EVIDENCE else 0])

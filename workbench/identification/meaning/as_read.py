@@ -12,8 +12,8 @@ from workbench.base.errors import DataError, UnitError
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import within_postures
-from workbench.identification.meaning.contacts import with_planes
 from workbench.identification.meaning.meaning import RowMeaning
+from workbench.identification.meaning.nominal_fit import with_planes
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import STILL
@@ -77,11 +77,9 @@ def as_read(
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
     meaning = read_rows(robot, data)
-    if (
-        meaning is None
-        or data.missing_units
-        or (meaning := told_by_column(robot, data, meaning)).kept is None
-    ):
+    if meaning is not None and not data.missing_units:
+        meaning = told_by_column(robot, data, meaning)
+    if meaning is None or meaning.kept is None:
         return data, meaning
     lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
     kept = data.kept_out(dict.fromkeys(lost, "is told by a column not to fit"))

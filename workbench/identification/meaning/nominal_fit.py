@@ -7,10 +7,12 @@ import numpy as np
 from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
-from workbench.base.wording import in_mm, plural, ranges
+from workbench.base.wording import in_mm, listed, plural, ranges
 from workbench.data.dataset import Dataset
+from workbench.data.observations.places import PLANE, ContactObservation
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
+from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.meaning.search import ReadingSearch
@@ -19,6 +21,8 @@ from workbench.identification.problem import FrameFreedom, Problem
 
 MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
 """Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
+CLEAR = 10.0
+"""By how much planes must fit contacts better than points."""
 
 
 def majority(robot: Robot, located: Dataset) -> str:
@@ -58,3 +62,29 @@ def zeros_fitted(robot: Robot, data: Dataset) -> float:
     problem = Problem.build(arm, data, free=arm.joint_offsets[1:-1], frames=freedom)
     poses = chains.poses(problem.robot_at(Opt2(limit=100).search(problem).x).chain, data.q)
     return float(np.sqrt(((poses[:, :3, 3] - data.position) ** 2).sum(1).mean()))
+
+
+def with_planes(robot: Robot, data: Dataset) -> Dataset:
+    """The rows, in which contacts that only planes explain are named so, with a note."""
+    if data.contact is None or data.position is not None or data.joints != robot.dof:
+        return data
+    rows = np.flatnonzero(data.included & ContactObservation.applies(data))
+    each = ((str(name), rows[data.contact[rows] == name]) for name in {*data.contact[rows]})
+    off = {name: _misfit(robot, data.take(own)) for name, own in each}
+    flat = sorted(name for name, size in off.items() if size > FITS * robot.reach)
+    found = {name: f"{PLANE} {name}" for name in flat}
+    as_planes = replace(data, contact=np.array([found.get(n, n) for n in data.contact.tolist()]))
+    rows = rows[np.isin(data.contact[rows], flat)]
+    if len(rows) < 6 * (len(flat) + 1):  # twice the unknowns
+        return data
+    far, near = min(off[name] for name in flat), _misfit(robot, as_planes.take(rows))
+    if near > min(FITS * robot.reach, far / CLEAR):
+        return data
+    note = f"contacts {listed(flat)} are read as with planes: {in_mm(near)} off, of fixed points {in_mm(far)}"
+    return replace(as_planes, notes=(*data.notes, note))
+
+
+def _misfit(robot: Robot, touches: Dataset) -> float:
+    """Root mean square distance [m] of touches from the places that they name, with the best tool point."""
+    aligned = align(robot.bare, touches, FrameFreedom((), FRAME_PARTS[:3]))
+    return float(np.sqrt((row_errors(aligned, touches).position ** 2).mean()))

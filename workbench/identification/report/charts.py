@@ -7,19 +7,13 @@ import numpy as np
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.identification.errors.row_errors import RowErrors
+from workbench.identification.errors.row_errors import KINDS, RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import identified, unseen
 from workbench.identification.result import Evaluation, Identification, order_of_measuring
 from workbench.report.chart import Bar, Bars, Chart, Marks
 from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
 
-KINDS = (
-    ("position", 1e3, "mm"),
-    ("rotation", float(np.rad2deg(1.0)), "°"),
-    ("tilt", float(np.rad2deg(1.0)), "°"),
-)
-"""Errors of rows, the factor from SI to the unit in which they are drawn, and that unit."""
 MAX_POINTS = 400
 """Rows that are drawn at most; of more, evenly chosen ones."""
 MAX_POSES = 300
@@ -55,9 +49,9 @@ def row_chart(models: Sequence[tuple[str, str, np.ndarray, RowErrors]], order: s
         models: Name in the legend, colour, places of rows along the axis, and their errors.
         order: Of the rows.
     """
-    kinds = (kind for kind in KINDS for *_, rows in models if np.isfinite(getattr(rows, kind[0])).any())
-    kind, factor, unit = next(kinds, KINDS[0])
-    marks = []
+    kinds = (kind for kind in KINDS for *_, rows in models if np.isfinite(getattr(rows, kind[1])).any())
+    _, kind, _, factor, spaced_unit = next(kinds, KINDS[0])
+    marks, unit = [], spaced_unit.strip()
     for name, colour, place, rows in models:
         some = np.linspace(0, len(place), min(len(place), MAX_POINTS), endpoint=False).astype(int)
         x, y = place[some], factor * getattr(rows, kind)[some]

@@ -77,13 +77,8 @@ def remarks(result: Identification) -> Iterator[Block]:
 
 
 @blocks_of.register
-def fit_blocks(fit: Fit) -> Iterable[Block]:
-    return parameter_blocks(fit)
-
-
-@blocks_of.register
-def run_blocks(run: Run) -> Iterable[Block]:
-    return parameter_blocks(run.fit)
+def fit_blocks(found: Fit | Run) -> Iterable[Block]:
+    return parameter_blocks(found.fit if isinstance(found, Run) else found)
 
 
 @blocks_of.register

@@ -25,11 +25,7 @@ from workbench.report.numbers import short, signed
 MAX_OPTIMISED_ROWS = 500
 """Maximum number of measured joint positions for which the numbers are optimised."""
 TEXT = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
-VARIANTS = (
-    (ControllerPart.OFFSETS,),
-    (ControllerPart.OFFSETS, ControllerPart.TOOL),
-    (ControllerPart.OFFSETS, ControllerPart.TOOL, ControllerPart.BASE),
-)
+"""Of what a controller accepts: the first parts of `ControllerPart`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +60,7 @@ class Use:
     @property
     def reference(self) -> str:
         """What the errors are measured against."""
-        return (
-            "the calibrated model, as far as it was measured" if self.full.notes else "the calibrated model"
-        )
+        return f"the calibrated model{', as far as it was measured' if self.full.notes else ''}"
 
     def blocks(self) -> Iterator[Block]:
         """What to enter into a controller, and what that leaves."""
@@ -120,7 +114,8 @@ def use_of(
             empty.
     """
     session = session or next(iter(calibrated.sessions), "")
-    each = (controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in VARIANTS)
+    accepted = [tuple(ControllerPart)[: k + 1] for k in range(len(TEXT))]
+    each = (controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in accepted)
     return Use(tuple(each))
 
 

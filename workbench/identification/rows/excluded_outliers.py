@@ -63,10 +63,8 @@ def prepare_without_gross_outliers(
         both = zip(ready.nominal_rows, (ready.problem.data, ready.held_out_data), strict=True)
         fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
         limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
-        own = held if ready.is_one_file else held[:0]
-        found = np.concatenate(
-            [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
-        )
+        far = ready.held_out_rows[held > limit] if ready.is_one_file else ready.held_out_rows
+        found = np.concatenate([ready.train_rows[fitted > limit], far])
         if not len(found):
             break
         gross += found.tolist()

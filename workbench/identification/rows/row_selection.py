@@ -1,9 +1,11 @@
 """Selection of rows: those used, those held out, and notes on the others."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
@@ -23,6 +25,50 @@ from workbench.plate.region import Region
 Excluded = list[tuple[int, str]]
 Known = Collection[str] | None
 """Names of known places; None where rows of another file may tell them."""
+Split = TypeVar("Split", bound="AbstractSplit")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AbstractSplit:
+    """Rows to fit and rows to judge by.
+
+    Args:
+        train_rows: Rows to fit, indices into the data.
+        held_out_rows: Rows that were held out, indices into the data; those from another file have none.
+        held_out_data: The held-out rows.
+        excluded: Excluded rows, with the reason.
+    """
+
+    train_rows: np.ndarray
+    held_out_rows: np.ndarray
+    held_out_data: Dataset
+    excluded: tuple[tuple[int, str], ...]
+    notes: tuple[str, ...]
+
+    @property
+    def is_one_file(self) -> bool:
+        """Whether the held-out rows come from the same file as the others."""
+        return len(self.held_out_rows) == len(self.held_out_data)
+
+
+def without_held_out(split: Split, lost: Mapping[int, str]) -> Split:
+    """The rows without some held-out ones; those of the same file are listed as excluded.
+
+    Args:
+        lost: Indices into `held_out_data`, with the reason.
+    """
+    if not lost:
+        return split
+    fewer = split.held_out_data.take(np.delete(np.arange(len(split.held_out_data)), [*lost]))
+    if not split.is_one_file:
+        return replace(split, held_out_data=fewer)
+    named = ((int(split.held_out_data.row[i]), why) for i, why in lost.items())
+    return replace(
+        split,
+        held_out_data=fewer,
+        held_out_rows=np.delete(split.held_out_rows, [*lost]),
+        excluded=(*split.excluded, *named),
+    )
 
 
 def choose_rows(
@@ -50,11 +96,8 @@ def choose_rows(
         outside = keep & ~region.contains(tool_poses(bare, Motion(data.q))[:, :3, 3])
         excluded += [(int(r), "outside the region") for r in data.row[outside]]
         keep &= ~outside
-    if (
-        known is not None
-        and data.contact is not None
-        and carried(data).keys() <= {ContactObservation, PlaneObservation}
-    ):
+    only_touches = carried(data).keys() <= {ContactObservation, PlaneObservation}
+    if known is not None and data.contact is not None and only_touches:
         names, counts = np.unique(data.contact[keep], return_counts=True)
         once = keep & np.isin(data.contact, names[counts == 1]) & ~placed(data, known)
         excluded += [(int(r), "touches its contact alone, which tells nothing") for r in data.row[once]]
@@ -65,14 +108,17 @@ def choose_rows(
     return np.flatnonzero(keep), excluded
 
 
-def hold_out(used: Dataset, held_out: float | Dataset | tuple[str, ...] | list[int], seed: int):
-    """Fitted and held-out rows among the used ones, which may be given by number."""
+def hold_out(
+    used: Dataset, held_out: float | Dataset | tuple[str, ...] | list[int], seed: int
+) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
+    """Fitted and held-out rows among the used ones, which may be given by number, in increasing order."""
     if isinstance(held_out, list | Dataset):
         held = np.isin(used.row, held_out if isinstance(held_out, list) else [])
-        return np.flatnonzero(~held), np.flatnonzero(held)
-    if isinstance(held_out, tuple):
-        return hold_out_sessions(used, held_out)
-    return hold_out_share(used, held_out, rng=np.random.default_rng(seed))
+    elif isinstance(held_out, tuple):
+        held = _of_sessions(used, held_out)
+    else:
+        held = _of_share(used, held_out, rng=np.random.default_rng(seed))
+    return np.flatnonzero(~held), np.flatnonzero(held)
 
 
 def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, list[str]]:
@@ -96,10 +142,8 @@ def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, li
     return held_out.take(np.delete(np.arange(len(held_out)), again)), [note]
 
 
-def hold_out_share(
-    data: Dataset, fraction: float, *, rng: np.random.Generator
-) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
-    """Hold out a fraction of the rows, whole postures and groups together.
+def _of_share(data: Dataset, fraction: float, *, rng: np.random.Generator) -> Bool[np.ndarray, " rows"]:
+    """Which rows are held out, if it is a fraction of them: whole postures and groups together.
 
     The units (means of their rows) are divided by medians of their widest joint into as many cells as
     are to be held out, session by session; one random unit of each cell is held out. The held-out rows thus
@@ -108,13 +152,9 @@ def hold_out_share(
     Args:
         fraction: Part to hold out, 0 ≤ fraction < 1.
         rng: Chooses the unit of every cell.
-
-    Returns:
-        Training rows and held-out rows, both in increasing order.
     """
-    everything = np.arange(len(data))
     if fraction == 0.0:
-        return everything, everything[:0]
+        return np.zeros(len(data), bool)
     labels, keep, names = pose_units(data), placing_rows(data), np.zeros(len(data), int)
     if data.session is not None:
         names = np.unique(data.session, return_inverse=True)[1]
@@ -134,22 +174,18 @@ def hold_out_share(
     for s, number in enumerate(_shares(np.bincount(session), fraction, keep if session.any() else 1)):
         for cell in cells(centre, np.flatnonzero(session == s), int(number)):
             held[rng.choice(cell)] = True
-    mask = held[labels]
-    return np.flatnonzero(~mask), np.flatnonzero(mask)
+    return held[labels]
 
 
-def hold_out_sessions(
-    data: Dataset, names: tuple[str, ...]
-) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
-    """Hold out whole sessions by name."""
+def _of_sessions(data: Dataset, names: tuple[str, ...]) -> Bool[np.ndarray, " rows"]:
+    """Which rows are held out, if it is whole sessions by name."""
     if data.session is None:
         raise OptionError(f"{data.source} has no session column, so no session can be held out")
     if missing := [name for name in names if name not in data.sessions]:
         there = f"no usable row is of session '{missing[0]}', only of {', '.join(data.sessions)}"
         why = "rows that are excluded or far off any pose of the arm, as with another base, can't be held out"
         raise OptionError(f"{data.source}: {there}; {why}", option="held_out", found=missing[0])
-    mask = np.isin(data.session, names)
-    return np.flatnonzero(~mask), np.flatnonzero(mask)
+    return np.isin(data.session, names)
 
 
 def placing_rows(data: Dataset) -> int:
