@@ -37,6 +37,8 @@ HIDING_RATIO = 4.0
 """The factor where the median itself is beyond this share: such rows have drawn base and tool to them."""
 OUTSTANDING_RATIO = 5.0
 """Held-out rows with errors above this multiple of their median are reported, whichever arm explains them."""
+MANY = 0.1
+"""Share of the rows from which on those that follow each other are kept."""
 MAX_ROUNDS = 3
 """Maximum number of rounds of outlier exclusion."""
 MAX_NAMED_ROWS = 15
@@ -89,6 +91,8 @@ def prepare_without_outliers(
             break
         wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
         out = find_outliers(wide, robust_fit(wide, first.x), everything)
+        if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
+            out &= np.convolve(out, np.ones(5), "same") < 4.0
         found = ready.train_rows[out & _is_tested(problem, problem.data)]
         if not len(found):
             break
