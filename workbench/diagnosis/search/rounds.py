@@ -29,6 +29,7 @@ from workbench.identification.checks.gravity_direction import WIDE_SIGMA, freed
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
+from workbench.identification.rows.excluded_outliers import MANY
 from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
 
 MAX_ROUNDS = 5
@@ -122,7 +123,8 @@ def geometry_first(problem: Problem) -> Stage:
     everything = np.ones(len(data), bool)
     wide = fitted.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
     out = find_outliers(wide, robust_fit(wide, fitted.fit.x), everything)
-    spared = crowded(out, data, within=EVENT_WINDOW, fewest=MIN_WINDOW_OUTLIERS)
+    fewest = MIN_WINDOW_OUTLIERS + 2 * int(out.mean() > MANY)  # many crowd by chance
+    spared = crowded(out, data, within=EVENT_WINDOW, fewest=fewest)
     stage = Stage(data, ~out | spared, problem, fitted, spared)
     return _without_outliers(_fit(stage, None, ()), None)
 
