@@ -41,10 +41,10 @@ BUDGETS = {
     "base": 2_179,
     "report": 833,
     "arm": 9_919,
-    "data": 5_469,
+    "data": 5_464,
     "plate": 5_708,
-    "identification": 9_706,
-    "diagnosis": 7_257,
+    "identification": 9_695,
+    "diagnosis": 7_253,
     "exports": 357,
     "session": 7_127,
     "views": 8_504,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_365,
     "extras/trajectories": 1_955,
     "extras/workshop": 910,
-    "tests": 42_000,
+    "tests": 41_945,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 19_718
