@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from checks import any_joints
 from refusals import refuses
 
 from tests.exports import readers
-from tests.exports.test_exports import EXACT, calibrated, flanges, joints
+from tests.exports.test_exports import EXACT, calibrated, flanges
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.joint_frames import joint_frames
@@ -62,7 +63,7 @@ def test_kinematics_files_mean_the_arm_to_an_independent_reader(form, name, tmp_
     text = export_robot(FORMS[form], tmp_path / "k.yaml", Job(robot=arm), rows=5).path.read_text()
     head, inner = ("kinematics", "") if form[0] in "ux" else ("", "kinematic")
     pose = readers.kinematics_file(text, head, inner)
-    q = joints(arm)
+    q = any_joints(arm, 20, seed=1)
     last = joint_frames(arm)
     left = np.eye(4) if inner else se3.inverse(pose(np.zeros(arm.dof))) @ last.at_zero[-1]
     for row, wanted in zip(q, flanges(arm, q), strict=True):
@@ -131,7 +132,7 @@ def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(t
     assert len(text.splitlines()) == len(source.splitlines())
     rows = np.array([[t[c] for c in ("theta", "d", "a", "alpha")] for t in _rows(nominal)])
     pose = readers.ur_controller(text, rows)
-    q = joints(arm)
+    q = any_joints(arm, 20, seed=1)
     left = se3.inverse(pose(np.zeros(6))) @ flanges(arm, np.zeros((1, 6)))[0]
     for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row) @ left, wanted, atol=EXACT)
@@ -155,7 +156,7 @@ def test_mujoco_models_are_read_by_pinocchio(name, tmp_path):
     _, arm = calibrated(name)
     arm = arm.with_frames(base=Frame(np.array([0.3, 0.1, 0.5]), se3.rpy_to_matrix(np.array([0.2, 0.1, 1.0]))))
     path = export_robot(FORMS["mjcf"], tmp_path / "arm.xml", Job(robot=arm), rows=5).path
-    pose, q = readers.mjcf(str(path)), joints(arm)
+    pose, q = readers.mjcf(str(path)), any_joints(arm, 20, seed=1)
     for row, wanted in zip(q, tool_poses(arm, Motion(q)), strict=True):
         np.testing.assert_allclose(pose(row), wanted, atol=EXACT)
 
@@ -169,7 +170,7 @@ def test_mujoco_bodies_weigh_where_the_links_do(tmp_path):
     _, arm = calibrated("ur10")
     path = export_robot(FORMS["mjcf"], tmp_path / "arm.xml", Job(robot=arm), rows=5).path
     model = pin.buildModelFromMJCF(str(path))
-    data, q = model.createData(), joints(arm, 3)
+    data, q = model.createData(), any_joints(arm, 3, seed=1)
     for row, wanted in zip(q, joint_moments(arm, Motion(q)).about, strict=True):
         np.testing.assert_allclose(pin.computeGeneralizedGravity(model, data, row), wanted, atol=1e-3)
 
