@@ -198,9 +198,9 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
             (AddEffects(), *map(ShowRow, range(0, 120, 12))),
             seconds=10.0,
         )
-    why = f"The geometry was off{f', and {causes}' if causes else ''}. "
-    bare = SetOverlay(replace(session().choices.overlay, **BARE))
-    yield DemoScene(f"{why}{END}", (bare,), seconds=1.0)
+    unnamed = " The rest has no name." if found is not None and found.residual_map is not None else ""
+    why = f"The geometry was off{f', and {causes}' if causes else ''}.{unnamed} "
+    yield DemoScene(f"{why}{END}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0)
 
 
 def _found(found: Diagnosis, causes: str) -> str:
