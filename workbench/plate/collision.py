@@ -1,22 +1,33 @@
 """Collisions of the arm at the targets of a plate: a blocked target is not measurable.
 
 This is the fast check for dragging, without margins: capsules along the arm's links, as in the optimiser for
-arms without meshes, against the plate's solid and the drawn blocks. The last link, which carries the probe,
-and the visited block are ignored, since the probe may be unknown. Targets that are clear in the optimiser are
-clear here too.
+arms without meshes, against the table, the plate's solid and the drawn blocks. The last link, which carries
+the probe, and the visited block are ignored, since the probe may be unknown. Targets that are clear in the
+optimiser are clear here too.
 """
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
+import coal
 import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.branch import Branch
+from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.optimiser.capsules import capsule_arm
-from workbench.plate.optimiser.shapes import ArmShape, Collider, Placements, block_hulls, plate_hull
+from workbench.plate.optimiser.constraints import Constraints
+from workbench.plate.optimiser.shapes import (
+    ON_THE_TABLE,
+    ArmShape,
+    Collider,
+    Placements,
+    below,
+    block_hulls,
+    plate_hull,
+)
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
 
@@ -24,6 +35,31 @@ CONTACT = 1e-6
 """Bodies closer than this are in contact [m]."""
 shape_of = lru_cache(maxsize=4)(capsule_arm)
 """The arm's capsules."""
+POSTURES = 50
+"""Of an arm, one of which is clear of its table."""
+
+
+@lru_cache(maxsize=4)
+def table_height(robot: Robot) -> float | None:
+    """Height of the table under an arm; None where links are always below it: the base is in the shoulder."""
+    table, shape = -height_above_floor(robot), shape_of(robot)
+    low, high = np.clip(robot.limits.T, -np.pi, np.pi)
+    q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
+    heights = shape.lowest(shape.placements(q))[:, shape.bodies > ON_THE_TABLE]
+    return table if heights.min(1, initial=np.inf).max() - table >= Constraints().clearance else None
+
+
+def obstacles(robot: Robot, plate: Plate, blocks_of: Iterable[int] | None = None) -> dict[str, Collider]:
+    """What an arm can run into, by name: the plate's solid, the blocks of all or some of its targets, the
+    table."""
+    found, place = {}, plate.pose.tobytes()
+    if plate.size is not None:
+        found["the plate"] = _slab(place, plate.size.tobytes())
+        own, mounted = "target" if plate.anchors is None else "anchor", plate.mounted
+        for i in range(len(mounted)) if blocks_of is None else blocks_of:
+            found[f"the block of {own} {i + 1}"] = _block(place, mounted[i].pose.tobytes())
+    table = table_height(robot)
+    return found if table is None else {**found, "the table": below(table)}
 
 
 def hits(
@@ -32,22 +68,19 @@ def hits(
     """What the arm would collide with in each posture, and with which link, as text; empty where it is clear.
 
     Args:
-        plate: Its solid and the blocks of its targets; without a solid there are no obstacles.
+        plate: Its solid and the blocks of its targets.
         visited: Target visited in each posture, counted from 0.
         q: Postures [rad or m].
     """
-    if plate.size is None or not len(q):
-        return ("",) * len(q)
     shape, found = shape_of(robot), [""] * len(q)
-    own, at = "target" if plate.anchors is None else "anchor", shape.placements(q)
+    at = shape.placements(q)
     for target in {*visited}:
         others = [i for i in range(len(plate.mounted)) if i != target or plate.anchors is not None]
-        bodies, rows = bodies_of(plate, others), np.flatnonzero(np.equal(visited, target))
-        for row, met in zip(rows, touches(shape, at[rows], bodies), strict=True):
+        bodies, rows = obstacles(robot, plate, others), np.flatnonzero(np.equal(visited, target))
+        for row, met in zip(rows, touches(shape, at[rows], [*bodies.values()]), strict=True):
             if met.any():
-                first = int(met.argmax())
-                what = f"the block of {own} {others[first - 1] + 1}" if first else "the plate"
-                found[row] = f"link {_link(shape, at[[row]], bodies[first])} would run into {what}"
+                what = [*bodies][int(met.argmax())]
+                found[row] = f"link {_link(shape, at[[row]], bodies[what])} would run into {what}"
     return tuple(found)
 
 
@@ -55,8 +88,8 @@ def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> B
     """Which postures are free of collisions with the plate's solid, whatever blocks it has."""
     if plate.size is None:
         return np.ones(len(q), bool)
-    shape, alone = shape_of(robot), bodies_of(plate)[:1]
-    return np.asarray(~touches(shape, shape.placements(q), alone)[:, 0])
+    shape, alone = shape_of(robot), obstacles(robot, plate, ())["the plate"]
+    return np.asarray(~touches(shape, shape.placements(q), [alone])[:, 0])
 
 
 def unobstructed(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
@@ -88,7 +121,7 @@ def allows_target(
     shape = shape_of(robot)
     rows = np.flatnonzero(fine)
     if len(rows):
-        fine[rows] = ~touches(shape, shape.placements(q[rows]), bodies_of(plate)).any(1)
+        fine[rows] = ~touches(shape, shape.placements(q[rows]), [*obstacles(robot, plate).values()]).any(1)
     rows = np.flatnonzero(fine)
     if len(rows) and len(postures):
         blocks = block_hulls(plate.pose, poses[rows])
@@ -120,19 +153,11 @@ def touches(shape: ArmShape, at: Placements, hulls: Sequence[Collider]) -> Bool[
     gaps = shape.hull_distances(
         np.repeat(at, count, axis=0),
         list(hulls) * rows,
-        checked=shape.bodies < shape.robot.dof,
+        checked=np.tile([_checked(shape, hull) for hull in hulls], (rows, 1)),
         far=CONTACT,
         minimum=CONTACT,
     )
     return (gaps < CONTACT).reshape(rows, count)
-
-
-def bodies_of(plate: Plate, blocks_of: Iterable[int] | None = None) -> list[Collider]:
-    """The plate's solid, then the blocks of all or some of its targets, robot's base."""
-    assert plate.size is not None
-    place, chosen = plate.pose.tobytes(), range(len(plate.mounted)) if blocks_of is None else blocks_of
-    blocks = [_block(place, plate.mounted[i].pose.tobytes()) for i in chosen]
-    return [_slab(place, plate.size.tobytes()), *blocks]
 
 
 @lru_cache(maxsize=16)
@@ -146,8 +171,15 @@ def _block(place: bytes, pose: bytes) -> Collider:
     return block_hulls(np.frombuffer(place).reshape(4, 4), np.frombuffer(pose).reshape(1, 4, 4))[0]
 
 
+def _checked(shape: ArmShape, hull: Collider) -> Bool[np.ndarray, " pieces"]:
+    """The pieces that must not touch a body: the base stands on the table."""
+    first = ON_THE_TABLE if isinstance(hull.shape, coal.Halfspace) else -1
+    return (shape.bodies > first) & (shape.bodies < shape.robot.dof)
+
+
 def _link(shape: ArmShape, at: Placements, hull: Collider) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
-    links = range(shape.robot.dof)
-    gaps = (shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] for k in links)
-    return next((k for k, gap in zip(links, gaps, strict=True) if gap < CONTACT), shape.robot.dof - 1)
+    for k in {*shape.bodies[_checked(shape, hull)].tolist()}:
+        if shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] < CONTACT:
+            return k
+    return shape.robot.dof - 1

@@ -4,7 +4,7 @@ A target is followed from its last joint positions, so that a dragged target kee
 branch reaches it. If following fails, all branches are tried; if none reaches, the arm takes the nearest
 posture it can and the reason is kept.
 
-Where the arm would run into plate or blocks (`plate/collision.py`) an automatically chosen branch is
+Where the arm would run into plate, blocks or table (`plate/collision.py`) an automatically chosen branch is
 replaced by a collision-free one, if there is any.
 """
 
@@ -24,7 +24,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled
 from workbench.base.types import Matrix4, frozen
-from workbench.plate.collision import bodies_of, hits, shape_of, unobstructed
+from workbench.plate.collision import hits, obstacles, shape_of, unobstructed
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
@@ -123,15 +123,20 @@ def from_limit(robot: Robot, q: Float[np.ndarray, " n"]) -> FromLimit:
 
 
 def clearance(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
-    """By how much the moving links clear the plate, in words; empty without one."""
-    if plate.size is None or robot.dof < 3:
+    """By how much the moving links clear plate and table, in words; empty without any."""
+    found, links = obstacles(robot, plate, ()), range(2, robot.dof)  # the first one turns about its own axis
+    if not found or not links:
         return ""
-    shape, solid = shape_of(robot), bodies_of(plate)[:1]
-    at, links = shape.placements(q[None]), range(2, robot.dof)  # the first one turns about its own axis
-    gaps = [shape.hull_distances(at, solid, checked=shape.bodies == k, far=TIGHT)[0] for k in links]
-    gap = min(gaps)
-    who = f"link {links[gaps.index(gap)]}" if gap < TIGHT else "the arm"
-    return f"{who} clears the plate by {1e3 * gap:.0f} mm" + (" or more" if gap >= TIGHT else "")
+    shape = shape_of(robot)
+    at, solids = shape.placements(q[None]), found.values()
+    gaps = [
+        [shape.hull_distances(at, [s], checked=shape.bodies == k, far=TIGHT)[0] for k in links]
+        for s in solids
+    ]
+    what, link = np.unravel_index(np.argmin(gaps), np.shape(gaps))
+    if (gap := gaps[what][link]) < TIGHT:
+        return f"link {links[link]} clears {[*found][what]} by {1e3 * gap:.0f} mm"
+    return f"the arm clears {' and '.join(found)} by {1e3 * gap:.0f} mm or more"
 
 
 def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
