@@ -15,6 +15,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import ImprovePlate
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
     ADD,
@@ -157,6 +158,14 @@ STATES = [
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
     ("first", with_plate_kept, "Good enough?", PLAIN, TRIAL, LOAD),
+    (
+        "first",
+        lambda s: replace(with_plate_kept(s), score=replace(s.score, position=2.0 * s.score.position)),
+        "the best so far had",
+        CAREFUL,
+        RestoreBest,
+        ImprovePlate,
+    ),
     (
         "first",
         lambda s: replace(with_plate_kept(s), score=replace(s.score, position=np.nan)),

@@ -288,7 +288,7 @@ def _fitted(
     names: tuple[str, ...],
     seen: tuple[bool, bool],
 ) -> Robot:
-    """The arm with the named constants fitted; what was not observed is that of the nominal arm on this base."""
+    """The arm with the named constants fitted; what was not observed is the nominal arm's on this base."""
     sigma = np.repeat(
         [POSITION_SIGMA if seen[0] else OPEN_SIGMA, POSITION_SIGMA / LEVER if seen[1] else OPEN_SIGMA], 3
     )

@@ -19,15 +19,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.shapes import (
-    ON_THE_TABLE,
-    ArmShape,
-    Collider,
-    Placements,
-    below,
-    block_hulls,
-    plate_hull,
-)
+from workbench.plate.optimiser.shapes import ON_THE_TABLE, ArmShape, Collider, below, block_hulls, plate_hull
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
 
@@ -51,15 +43,14 @@ def table_height(robot: Robot) -> float | None:
 
 def obstacles(robot: Robot, plate: Plate, blocks_of: Iterable[int] | None = None) -> dict[str, Collider]:
     """What an arm can run into, by name: the plate's solid, the blocks of all or some of its targets, the
-    table."""
-    found, place = {}, plate.pose.tobytes()
-    if plate.size is not None:
-        found["the plate"] = _slab(place, plate.size.tobytes())
-        own, mounted = "target" if plate.anchors is None else "anchor", plate.mounted
-        for i in range(len(mounted)) if blocks_of is None else blocks_of:
-            found[f"the block of {own} {i + 1}"] = _block(place, mounted[i].pose.tobytes())
-    table = table_height(robot)
-    return found if table is None else {**found, "the table": below(table)}
+    table; nothing without a solid."""
+    if plate.size is None:
+        return {}
+    place, own, mounted = plate.pose.tobytes(), "target" if plate.anchors is None else "anchor", plate.mounted
+    chosen = range(len(mounted)) if blocks_of is None else blocks_of
+    blocks = {f"the block of {own} {i + 1}": _block(place, mounted[i].pose.tobytes()) for i in chosen}
+    table = {} if (height := table_height(robot)) is None else {"the table": below(height)}
+    return {"the plate": _slab(place, plate.size.tobytes()), **blocks, **table}
 
 
 def hits(
@@ -72,24 +63,21 @@ def hits(
         visited: Target visited in each posture, counted from 0.
         q: Postures [rad or m].
     """
-    shape, found = shape_of(robot), [""] * len(q)
-    at = shape.placements(q)
+    found = [""] * len(q)
     for target in {*visited}:
         others = [i for i in range(len(plate.mounted)) if i != target or plate.anchors is not None]
         bodies, rows = obstacles(robot, plate, others), np.flatnonzero(np.equal(visited, target))
-        for row, met in zip(rows, touches(shape, at[rows], [*bodies.values()]), strict=True):
+        for row, met in zip(rows, touches(robot, q[rows], [*bodies.values()]), strict=True):
             if met.any():
                 what = [*bodies][int(met.argmax())]
-                found[row] = f"link {_link(shape, at[[row]], bodies[what])} would run into {what}"
+                found[row] = f"link {_link(robot, q[[row]], bodies[what])} would run into {what}"
     return tuple(found)
 
 
 def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
     """Which postures are free of collisions with the plate's solid, whatever blocks it has."""
-    if plate.size is None:
-        return np.ones(len(q), bool)
-    shape, alone = shape_of(robot), obstacles(robot, plate, ())["the plate"]
-    return np.asarray(~touches(shape, shape.placements(q), [alone])[:, 0])
+    solid = [] if plate.size is None else [obstacles(robot, plate, ())["the plate"]]
+    return np.asarray(~touches(robot, q, solid).any(1))
 
 
 def unobstructed(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
@@ -118,40 +106,32 @@ def allows_target(
     poses = in_base(robot, q)
     x, y, height = np.moveaxis((se3.inverse(plate.pose) @ poses)[:, :3, 3], -1, 0)
     fine = (np.abs(x) <= 0.5 * plate.size[0]) & (np.abs(y) <= 0.5 * plate.size[1]) & (height >= 0.0)
-    shape = shape_of(robot)
-    rows = np.flatnonzero(fine)
-    if len(rows):
-        fine[rows] = ~touches(shape, shape.placements(q[rows]), [*obstacles(robot, plate).values()]).any(1)
-    rows = np.flatnonzero(fine)
-    if len(rows) and len(postures):
-        blocks = block_hulls(plate.pose, poses[rows])
-        fine[rows] = ~touches(shape, shape.placements(postures), blocks).any(0)
+    fine[fine] = ~touches(robot, q[fine], [*obstacles(robot, plate).values()]).any(1)
+    fine[fine] = ~touches(robot, postures, block_hulls(plate.pose, poses[fine])).any(0)
     return fine
 
 
 def mutually_blocking(
     robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]
 ) -> Bool[np.ndarray, "rows rows"]:
-    """Which postures can't both be targets of the plate, as the arm in one collides with the block of the
-    other.
-
-    Args:
-        plate: Its solid; its targets are ignored.
-        q: Postures [rad or m].
-    """
+    """Which postures [rad or m] can't both be targets of a plate, whatever targets it has: the arm in one
+    collides with the block of the other."""
     if plate.size is None or plate.anchors is not None:
         return np.zeros((len(q), len(q)), bool)
-    shape, blocks = shape_of(robot), block_hulls(plate.pose, in_base(robot, q))
-    met = touches(shape, shape.placements(q), blocks)
+    met = touches(robot, q, block_hulls(plate.pose, in_base(robot, q)))
     np.fill_diagonal(met, False)
     return np.asarray(met | met.T)
 
 
-def touches(shape: ArmShape, at: Placements, hulls: Sequence[Collider]) -> Bool[np.ndarray, "rows hulls"]:
-    """Which static bodies each posture collides with."""
-    rows, count = len(at), len(hulls)
+def touches(
+    robot: Robot, q: Float[np.ndarray, "rows n"], hulls: Sequence[Collider]
+) -> Bool[np.ndarray, "rows hulls"]:
+    """Which static bodies the arm collides with in each posture."""
+    shape, rows, count = shape_of(robot), len(q), len(hulls)
+    if not rows or not count:
+        return np.zeros((rows, count), bool)
     gaps = shape.hull_distances(
-        np.repeat(at, count, axis=0),
+        np.repeat(shape.placements(q), count, axis=0),
         list(hulls) * rows,
         checked=np.tile([_checked(shape, hull) for hull in hulls], (rows, 1)),
         far=CONTACT,
@@ -177,9 +157,9 @@ def _checked(shape: ArmShape, hull: Collider) -> Bool[np.ndarray, " pieces"]:
     return (shape.bodies > first) & (shape.bodies < shape.robot.dof)
 
 
-def _link(shape: ArmShape, at: Placements, hull: Collider) -> int:
+def _link(robot: Robot, q: Float[np.ndarray, "1 n"], hull: Collider) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
-    for k in {*shape.bodies[_checked(shape, hull)].tolist()}:
-        if shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] < CONTACT:
-            return k
-    return shape.robot.dof - 1
+    shape = shape_of(robot)
+    links, at = {*shape.bodies[_checked(shape, hull)].tolist()}, shape.placements(q)
+    gaps = {k: shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] for k in links}
+    return next((k for k, gap in gaps.items() if gap < CONTACT), robot.dof - 1)

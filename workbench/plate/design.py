@@ -106,12 +106,11 @@ def optimise_plate(
     places = (plate, *_moved(robot, plate)) if is_movable else (plate,)
     if not is_usual:
         return _of_few_shapes(partial(search, plate=_best_place(search, places, request)), request)
-    floor = table_height(robot)
-    request = replace(request, constraints=Constraints(floor=floor))
+    request = replace(request, constraints=Constraints(floor=table_height(robot)))
     try:
         return _of_few_shapes(partial(search, plate=_best_place(search, places, request)), request)
     except DataError as error:
-        request = replace(request, constraints=replace(NARROW, floor=floor))
+        request = replace(request, constraints=replace(NARROW, floor=table_height(robot)))
         with suppress(DataError):  # nor does any place of few blocks; many may have some
             plate = _best_place(search, places, request)
         design = _of_few_shapes(partial(search, plate=plate), request)

@@ -27,12 +27,14 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages
 from workbench.session.state import Focus, Session
+from workbench.session.target_steps import is_better
 
 UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
 BEYOND_NOISE = 1.5
@@ -177,6 +179,9 @@ def _added(session: Session) -> NextStep | None:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
+    urdf = {} if session.results.run is None else session.results.run.file_errors
+    if "URDF" in urdf:
+        left += f". A URDF, which holds geometry alone, has {compared(urdf['URDF'].position_mm.mean)} mm"
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
 
 
@@ -300,6 +305,10 @@ def _plate(session: Session) -> NextStep:
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
+    if (best := history.best) is not None and is_better(best.score, session.score):
+        back = Action("Back to the best plate", Tab.PLATE, RestoreBest())
+        if (error := compared(1e3 * best.score.position)) != compared(1e3 * session.score.position):
+            return NextStep(f"{text}; the best so far had {error} mm.", Tone.CAREFUL, back, improve)
     is_known, trial = np.isfinite(session.score.position), _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)

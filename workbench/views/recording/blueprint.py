@@ -13,7 +13,7 @@ from workbench.views.drawables.viewpoint import first_view, title
 from workbench.views.recording.canvas import PATHS, ROW, STEP
 
 GROUND = (246, 248, 251)
-NEARER = 0.57
+NEARER = 0.7
 """Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
 POSITION, ROTATION = "position [mm]", "rotation [°]"
