@@ -15,7 +15,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.commands.undo import RestoreBest
+from workbench.session.commands.undo import Undo
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
     ADD,
@@ -161,9 +161,9 @@ STATES = [
     (
         "first",
         lambda s: replace(with_plate_kept(s), score=replace(s.score, position=2.0 * s.score.position)),
-        "the best so far had",
+        "before this step it was",
         CAREFUL,
-        RestoreBest,
+        Undo,
         ImprovePlate,
     ),
     (

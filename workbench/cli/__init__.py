@@ -167,7 +167,7 @@ def serve(
     ] = "127.0.0.1",
     open_browser: Annotated[bool, option("--open/--no-open", "Open the page in the browser.")] = True,
     session: Annotated[
-        Path | None, option("Continue this recording, or record here; recordings/DATE-ROBOT if not given.")
+        Path | None, option("Continue this recording, or record here; recordings/DATE if not given.")
     ] = None,
     step: Annotated[
         int | None, option("With --session: branch off after this step, into a new recording.")

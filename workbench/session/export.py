@@ -134,7 +134,8 @@ def fixture_zip(session: Session) -> NotedFile:
         return made
 
     content, made = _written("fixture", write)
-    lacking = [f"{name} is not written: {why}" for name, why in made.missing.items()]
+    why = {text: [n for n, w in made.missing.items() if w == text] for text in made.missing.values()}
+    lacking = [f"{' and '.join(names)} not written: {text}" for text, names in why.items()]
     bad = ((k, s.obstacle) for k, s in enumerate(session.states, start=1) if not s.measurable)
     lacking += [f"target {k} is not in poses.csv: it is {why}" for k, why in bad]
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)

@@ -27,7 +27,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
-from workbench.session.commands.undo import RestoreBest
+from workbench.session.commands.undo import Undo
 from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
@@ -305,10 +305,11 @@ def _plate(session: Session) -> NextStep:
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
-    if (best := history.best) is not None and is_better(best.score, session.score):
-        back = Action("Back to the best plate", Tab.PLATE, RestoreBest())
-        if (error := compared(1e3 * best.score.position)) != compared(1e3 * session.score.position):
-            return NextStep(f"{text}; the best so far had {error} mm.", Tone.CAREFUL, back, improve)
+    last = history.past[-2] if len(history.past) > 1 else history.first
+    before, is_there = compared(1e3 * last.score.position), np.array_equal(last.plate.xyz, session.plate.xyz)
+    if is_there and is_better(last.score, session.score) and before != compared(1e3 * session.score.position):
+        undo = Action("Undo this step", Tab.PLATE, Undo())
+        return NextStep(f"{text}; before this step it was {before} mm.", Tone.CAREFUL, undo, improve)
     is_known, trial = np.isfinite(session.score.position), _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
