@@ -137,7 +137,7 @@ def usable_arm(robot: Robot, *, effects: bool = True) -> Usable:
         kept = replace(kept, calibration=None)
         return Usable(robot=kept, left=left, calibrated=actual, free_frames=frames, q=q, notes=notes)
     start = nominal_arm(wanted) if effects else nominal_arm(wanted).with_effects()
-    fitted = _fitted(start, tool_poses(wanted, Motion(q)), q, wanted.base, free, seen)
+    fitted = _fitted(start, tool_poses(wanted, Motion(q)), q, free, seen)
     arm = replace(fitted, effects=robot.effects if effects else (), sessions={}, calibration=None)
     return Usable(
         robot=_with_sessions(arm, alone or robot, wanted),
@@ -284,22 +284,27 @@ def _fitted(
     start: Robot,
     wanted: Float[np.ndarray, "rows 4 4"],
     q: np.ndarray,
-    base: Frame,
     names: tuple[str, ...],
     seen: tuple[bool, bool],
 ) -> Robot:
-    """The arm with the named constants fitted; what was not observed is the nominal arm's on this base."""
+    """The arm with the named constants fitted; unobserved rotations are relative to its own base."""
     sigma = np.repeat(
         [POSITION_SIGMA if seen[0] else OPEN_SIGMA, POSITION_SIGMA / LEVER if seen[1] else OPEN_SIGMA], 3
     )
-    wanted, nominal = wanted.copy(), tool_poses(start.with_frames(base=base), Motion(q))
-    for is_seen, part in zip(seen, (np.s_[:, :3, 3], np.s_[:, :3, :3]), strict=True):
-        if not is_seen:
-            wanted[part] = nominal[part]
+    here, nominal = Motion(q), tool_poses(start, Motion(q))
+    wanted = wanted.copy()
+    if not seen[0]:
+        wanted[:, :3, 3] = nominal[:, :3, 3]
+    turned = wanted if seen[1] else tool_poses(start.with_frames(base=Frame()), here)
+    own = np.array([not n.startswith("base.") for n in names])
 
     def at(arm: Robot) -> tuple[np.ndarray, np.ndarray]:
-        poses, twists = identification_jacobian(arm, Motion(q), names)
+        poses, twists = identification_jacobian(arm, here, names)
         error = se3.pose_error(wanted, poses)
+        if not seen[1]:
+            poses, columns = identification_jacobian(arm.with_frames(base=Frame()), here, names)
+            error[:, 3:] = se3.pose_error(turned, poses)[:, 3:]
+            twists[:, 3:] = columns[:, 3:] * own
         return (error / sigma).ravel(), (twists / sigma[:, None]).reshape(-1, len(names))
 
     prior = np.array([0.0 if n.startswith(("base.", "tool.")) else 1.0 / CONSTANT_SIGMA for n in names])

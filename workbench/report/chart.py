@@ -105,8 +105,7 @@ class Chart:
     def svg(self) -> str:
         """The drawing; empty where there is nothing to draw."""
         x, y = (np.concatenate([getattr(m, axis) for m in self.marks]) for axis in ("x", "y"))
-        y = y[np.isfinite(y)]
-        if not len(y):
+        if not len(y := y[np.isfinite(y)]):
             return ""
         low, high = y.min() if self.floor is None else self.floor, y.max()
         bottom, top = significant(float(low)), significant(float(high))
