@@ -305,9 +305,7 @@ def _plate(session: Session) -> NextStep:
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
-    last = history.past[-2] if len(history.past) > 1 else history.first
-    before, is_there = compared(1e3 * last.score.position), np.array_equal(last.plate.xyz, session.plate.xyz)
-    if is_there and is_better(last.score, session.score) and before != compared(1e3 * session.score.position):
+    if before := _better_before(session):
         undo = Action("Undo this step", Tab.PLATE, Undo())
         return NextStep(f"{text}; before this step it was {before} mm.", Tone.CAREFUL, undo, improve)
     is_known, trial = np.isfinite(session.score.position), _trial()
@@ -323,6 +321,18 @@ def _plate(session: Session) -> NextStep:
         text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
         return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
     return NextStep(text, Tone.CAREFUL, improve, LOAD if session.tried is None else MAKE)
+
+
+def _better_before(session: Session) -> str:
+    """The error [mm] to which undo leads back on a plate that stands where it stood, if it was smaller."""
+    done, now = session.history.done, session.score
+    same = (
+        step for step in session.history.past if done and step.plate is done[-1].plate
+    )  # by this instrument
+    if (last := next(same, None)) is None or not np.array_equal(last.plate.xyz, session.plate.xyz):
+        return ""
+    before = compared(1e3 * last.score.position)
+    return before if is_better(last.score, now) and before != compared(1e3 * now.position) else ""
 
 
 @cache

@@ -25,6 +25,7 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled
 from workbench.base.types import Matrix4, frozen
 from workbench.plate.collision import hits, obstacles, shape_of, unobstructed
+from workbench.plate.optimiser.shapes import Collider
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
@@ -124,19 +125,21 @@ def from_limit(robot: Robot, q: Float[np.ndarray, " n"]) -> FromLimit:
 
 def clearance(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
     """By how much the moving links clear plate and table, in words; empty without any."""
-    found, links = obstacles(robot, plate, ()), range(2, robot.dof)  # the first one turns about its own axis
+    found, shape = obstacles(robot, plate, ()), shape_of(robot)
+    at, bodies = shape.placements(q[None]), shape.bodies
+    links = range(2, robot.dof)  # the first one turns about its own axis
+
+    def gap(solid: Collider, *some: int) -> float:
+        return shape.hull_distances(at, [solid], checked=np.isin(bodies, some), far=TIGHT)[0]
+
     if not found or not links:
         return ""
-    shape = shape_of(robot)
-    at, solids = shape.placements(q[None]), found.values()
-    gaps = [
-        [shape.hull_distances(at, [s], checked=shape.bodies == k, far=TIGHT)[0] for k in links]
-        for s in solids
-    ]
-    what, link = np.unravel_index(np.argmin(gaps), np.shape(gaps))
-    if (gap := gaps[what][link]) < TIGHT:
-        return f"link {links[link]} clears {[*found][what]} by {1e3 * gap:.0f} mm"
-    return f"the arm clears {' and '.join(found)} by {1e3 * gap:.0f} mm or more"
+    gaps = {name: gap(solid, *links) for name, solid in found.items()}
+    what = min(gaps, key=gaps.__getitem__)
+    if gaps[what] >= TIGHT:
+        return f"the arm clears {' and '.join(found)} by {1e3 * TIGHT:.0f} mm or more"
+    link = min(links, key=lambda k: gap(found[what], k))
+    return f"link {link} clears {what} by {1e3 * gaps[what]:.0f} mm"
 
 
 def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:

@@ -38,7 +38,7 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "Mean error at held-out poses: nominal, with geometry, with effects. Now your robot."
+END = "Mean error at held-out poses: nominal, geometry, effects. Now your robot."
 """It stands until somebody does something."""
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
@@ -209,7 +209,7 @@ def _found(found: Diagnosis, causes: str) -> str:
     if found.residual_map is None:
         return f"{causes}. With that, {before} mm fall to {after} mm."
     named = f"{causes} ({before} → {compared(found.residual_map.before.position_mm.mean)} mm)"
-    rest = f"What is left has no name; with a correction learned from the rows {after} mm remain."
+    rest = f"The rest has no name; a correction learned from the rows leaves {after} mm."
     return f"{named if causes else 'no cause'}. {rest}"
 
 

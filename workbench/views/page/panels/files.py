@@ -25,7 +25,7 @@ from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-PARTS = "STL, STEP, a drawing, the list of targets, and the joint positions to measure them with."
+PARTS = "STL, the targets, joint positions to measure them with; STEP, drawings where [cad] is installed."
 FORMATS = (
     "TOML is for this program, with all effects; URDF for others, geometry alone; the report is a web page."
 )
