@@ -30,6 +30,7 @@ MAX_TARGET_DISTANCE = 10.0
 """Targets beyond this distance from the base are refused [m]."""
 NOBODY = 0
 """Client of commands that no browser sent."""
+Place = tuple[float, float, float]
 
 
 class SelectTarget(AbstractChange):
@@ -80,8 +81,8 @@ class MoveTarget(AbstractChange):
     """
 
     target: int
-    xyz: tuple[float, float, float]
-    rpy: tuple[float, float, float]
+    xyz: Place
+    rpy: Place
     client: int = NOBODY
     start: TargetState | None = field(default=None, compare=False)
 
@@ -136,6 +137,12 @@ class DropTarget(AbstractChange):
         target = session.plate.targets[index]
         state = with_branch_name(target, session.states[index], branches_to(session.robot, target))
         return commit_step(replace(session, states=with_item(session.states, index, state)))
+
+
+def plain(point: np.ndarray) -> Place:
+    """A point, or three angles, as plain numbers."""
+    x, y, z = point.tolist()
+    return x, y, z
 
 
 def check_place(what: str, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:

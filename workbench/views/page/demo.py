@@ -17,7 +17,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, plain
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
@@ -216,9 +216,6 @@ def _found(found: Diagnosis, causes: str) -> str:
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:
     """Moving a target by an offset, and half of it back."""
     start = session.plate.targets[target]
-    roll, pitch, yaw = start.rpy.tolist()
-    moves: list[AbstractCommand] = []
-    for share in np.sin(np.linspace(0.0, 0.8 * np.pi, DRAG_PLACES)):
-        x, y, z = (start.xyz + share * offset).tolist()
-        moves.append(MoveTarget(target, (x, y, z), (roll, pitch, yaw), CLIENT))
+    places = (start.xyz + share * offset for share in np.sin(np.linspace(0.0, 0.8 * np.pi, DRAG_PLACES)))
+    moves = (MoveTarget(target, plain(place), plain(start.rpy), CLIENT) for place in places)
     return (GrabTarget(target, CLIENT), *moves, DropTarget(CLIENT))
