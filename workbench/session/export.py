@@ -28,6 +28,7 @@ from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
 from workbench.report.blocks import Block
+from workbench.session.real_arm import driven_by_pose
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -242,5 +243,5 @@ def _csv(head: list[str], rows: Iterable[list]) -> str:
 
 def _in_base(robot: Robot, q: np.ndarray) -> Float[np.ndarray, "poses 4 4"]:
     """By what joint positions tell: neither time, temperature nor motion is known of a kept pose."""
-    known = robot.with_effects(*(effect for effect in robot.effects if not effect.needs))
+    known = driven_by_pose(robot) or robot.with_effects()
     return se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))

@@ -20,7 +20,7 @@ import zlib
 from collections.abc import Callable, Mapping
 from enum import Enum
 from pathlib import Path, PurePosixPath
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +47,6 @@ class LostFile(Exception):
     """A file of a command is not there, or not as it was recorded."""
 
 
-T = TypeVar("T")
 Load = Callable[[str], bytes]
 Read = Callable[[Any, Load], Any]
 
@@ -93,7 +92,7 @@ def decode_result(command: AbstractCommand, stored: Any) -> Any:
     return None if kind is None or stored is None else _build(kind, stored, _no_file)
 
 
-def record(kind: type[T], values: Mapping[str, Any]) -> T:
+def record(kind: Any, values: Mapping[str, Any]) -> Any:
     """A record of a kind by its fields as plain data, no file among them; what it has no field for is left
     out."""
     return _build(kind, {name: value for name, value in values.items() if name in _readers(kind)}, _no_file)
