@@ -172,7 +172,7 @@ def serve(
     step: Annotated[
         int | None, option("With --session: branch off after this step, into a new recording.")
     ] = None,
-    demo: Annotated[bool, option("--demo", "Play a two-minute demo first.")] = False,
+    demo: Annotated[bool, option("--demo", "Play a demo of some minutes first.")] = False,
     record: Annotated[bool, option("--record/--no-record", "Record the session.")] = True,
     rerun: Annotated[
         str | None, option("Show the session in this open rerun viewer as well: HOST:PORT.")

@@ -29,7 +29,7 @@ TINTS = {
 AWAY = 'style="float:right;margin-left:8px;color:inherit;text-decoration:none"'
 CREEP = 0.08
 """How far a bar goes beyond what was reported, at most: a round of a search reports a tenth at once."""
-PLAYING = "The demo is playing; any input ends it."
+PLAYING = "This is the demo; any input ends it."
 
 
 class Strip(AbstractPanel):
