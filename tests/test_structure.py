@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_695,
     "diagnosis": 7_253,
     "exports": 357,
-    "session": 7_119,
+    "session": 7_120,
     "views": 8_496,
     "cli": 1_812,
     "extras": 1,

@@ -162,7 +162,7 @@ STATES = [
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
     ("first", with_plate_kept, "Good enough?", PLAIN, TRIAL, LOAD),
-    ("first", made_worse, "before this step it was", CAREFUL, Undo, ImprovePlate),
+    ("first", made_worse, "before this step it was", PLAIN, Undo, ImprovePlate),
     (
         "first",
         lambda s: replace(with_plate_kept(s), score=replace(s.score, position=np.nan)),

@@ -307,7 +307,8 @@ def _plate(session: Session) -> NextStep:
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
     if before := _better_before(session):
         undo = Action("Undo this step", Tab.PLATE, Undo())
-        return NextStep(f"{text}; before this step it was {before} mm.", Tone.CAREFUL, undo, improve)
+        tone = Tone.PLAIN if judged is None else judged.tone
+        return NextStep(f"{text}; before this step it was {before} mm.", tone, undo, improve)
     is_known, trial = np.isfinite(session.score.position), _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
