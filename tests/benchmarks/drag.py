@@ -34,9 +34,9 @@ from workbench.plate.cube_map import map_cubes
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
-from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget, plain
 from workbench.session.commands.messages import OpenTab
-from workbench.session.commands.region import SetRegion, ShowCubes, corner
+from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_fields import drawn_field
 from workbench.session.page_state import Tab
 from workbench.session.state import CubeView
@@ -311,7 +311,7 @@ def side_by_side() -> None:
 def show_cubes(app: App, number: int) -> None:
     """Cut the region into about so many cubes and show them."""
     region = with_cubes(app.worker.session, number).plate.region
-    app.worker.submit(SetRegion(corner(region.min), corner(region.max), region.cube))
+    app.worker.submit(SetRegion(plain(region.min), plain(region.max), region.cube))
     app.worker.submit(ShowCubes(CubeView(field="predicted")))
     app.worker.wait(60.0)
 

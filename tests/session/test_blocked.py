@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import workbench as wb
+from workbench.arm.kinematics.skeleton import body_frames
 from workbench.plate.collision import hits
 from workbench.plate.simulated_measurement import measure_plate
 from workbench.session.commands.drag import SelectTarget
@@ -40,6 +41,14 @@ def test_the_score_of_a_plate_leaves_blocked_targets_out(first):
     assert clearance(first.robot, plate, elbow) == "link 2 clears the plate by 7 mm"
     moved = (replace(plate, xyz=plate.xyz - [0.0, step, 0.0]) for step in (0.006, 0.008))
     assert [bool(hits(first.robot, one, [7], elbow[None])[0]) for one in moved] == [False, True]
+
+
+def test_the_table_is_in_the_way_of_elbows_below_it(first):
+    robot, away = first.robot, first.plate.moved(np.array([0.0, 0.0, 5.0]), np.zeros(3))
+    q = np.random.default_rng(0).uniform(*robot.limits.T, (40, robot.dof))
+    lowest, found = body_frames(robot, q)[:, 2:-1, 2, 3].min(1), np.array(hits(robot, away, [0] * 40, q))
+    assert {hit.partition(" would ")[2] for hit in found[lowest < 0.0]} == {"run into the table"}
+    assert "" in found[lowest > 0.0]
 
 
 def test_what_stands_in_the_way_is_said_of_a_virtual_arm_too(first):

@@ -15,6 +15,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import ImprovePlate
+from workbench.session.commands.undo import Undo
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
     ADD,
@@ -101,6 +102,10 @@ def unchanged(session: Session) -> Session:
     return session
 
 
+def made_worse(session: Session) -> Session:
+    return replace(with_plate_kept(session), score=replace(session.score, position=1.0))
+
+
 def with_plate_kept(session: Session) -> Session:
     history = replace(session.history, done=(session.history.best,))
     plate = replace(session.plate, name="changed")
@@ -157,6 +162,7 @@ STATES = [
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
     ("first", with_plate_kept, "Good enough?", PLAIN, TRIAL, LOAD),
+    ("first", made_worse, "before this step it was", PLAIN, Undo, ImprovePlate),
     (
         "first",
         lambda s: replace(with_plate_kept(s), score=replace(s.score, position=np.nan)),

@@ -33,7 +33,6 @@ class Noted(AbstractTask):
     """Says where a target stood when it began."""
 
     title = "Noted"
-    key = None
 
     def compute(self, session):
         return session.plate.targets[2].xyz

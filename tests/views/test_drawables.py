@@ -19,14 +19,14 @@ class Notebook(AbstractSink):
     def puts_off(self, item):
         return item.can_wait or not item.shown
 
-    def show(self, item):
-        self.shown = self.shown | {item.path} if item.shown else self.shown - {item.path}
+    def show(self, path, drawn, *, is_shown):
+        self.shown = self.shown | {path} if is_shown else self.shown - {path}
 
     def change(self, item, old, new):
         assert (old is None) == (item.path not in self.there)
         self.there[item.path] = new
         self.made.append(item.path)
-        self.show(item)
+        self.shown.add(item.path)
 
     def remove(self, path):
         del self.there[path]

@@ -62,6 +62,7 @@ def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
     best = 1e3 * min(step.score.position for step in moved.history.past)
     assert f"{best:.3f}" in text
     assert mentions(text, "step 1")
+    assert "inf" not in plot([1e-3, np.inf, 2e-3], 0)  # out of reach in between
     back = GoBackTo(0).apply(moved)
     assert back.plate is first.plate
     assert len(back.history.past) == 4

@@ -167,12 +167,12 @@ def serve(
     ] = "127.0.0.1",
     open_browser: Annotated[bool, option("--open/--no-open", "Open the page in the browser.")] = True,
     session: Annotated[
-        Path | None, option("Continue this recording, or record here; recordings/DATE-ROBOT if not given.")
+        Path | None, option("Continue this recording, or record here; recordings/DATE if not given.")
     ] = None,
     step: Annotated[
         int | None, option("With --session: branch off after this step, into a new recording.")
     ] = None,
-    demo: Annotated[bool, option("--demo", "Play a two-minute demo first.")] = False,
+    demo: Annotated[bool, option("--demo", "Play a demo of some minutes first.")] = False,
     record: Annotated[bool, option("--record/--no-record", "Record the session.")] = True,
     rerun: Annotated[
         str | None, option("Show the session in this open rerun viewer as well: HOST:PORT.")

@@ -88,6 +88,8 @@ class AbstractForm(ABC):
     """Whether `write` takes the calibrated arm itself, instead of what a geometry can carry of it."""
     needs_source: ClassVar[bool] = False
     """Whether it only updates a file that exists."""
+    dofs: tuple[int, ...] = ()
+    """Numbers of joints that its arms have; empty: any."""
 
     @property
     @abstractmethod
@@ -159,9 +161,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     """Write a calibration in a form, and say how much of it the file holds.
 
     Args:
-        form: Which.
         path: File to write.
-        job: What.
         rows: Poses to compare.
     """
     before = _before(job)

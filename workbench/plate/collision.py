@@ -1,22 +1,25 @@
 """Collisions of the arm at the targets of a plate: a blocked target is not measurable.
 
 This is the fast check for dragging, without margins: capsules along the arm's links, as in the optimiser for
-arms without meshes, against the plate's solid and the drawn blocks. The last link, which carries the probe,
-and the visited block are ignored, since the probe may be unknown. Targets that are clear in the optimiser are
-clear here too.
+arms without meshes, against the table, the plate's solid and the drawn blocks. The last link, which carries
+the probe, and the visited block are ignored, since the probe may be unknown. Targets that are clear in the
+optimiser are clear here too.
 """
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
+import coal
 import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.branch import Branch
+from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.optimiser.capsules import capsule_arm
-from workbench.plate.optimiser.shapes import ArmShape, Collider, Placements, block_hulls, plate_hull
+from workbench.plate.optimiser.constraints import Constraints
+from workbench.plate.optimiser.shapes import ON_THE_TABLE, ArmShape, Collider, below, block_hulls, plate_hull
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
 
@@ -24,6 +27,30 @@ CONTACT = 1e-6
 """Bodies closer than this are in contact [m]."""
 shape_of = lru_cache(maxsize=4)(capsule_arm)
 """The arm's capsules."""
+POSTURES = 50
+"""Of an arm, one of which is clear of its table."""
+
+
+@lru_cache(maxsize=4)
+def table_height(robot: Robot) -> float | None:
+    """Height of the table under an arm; None where links are always below it: the base is in the shoulder."""
+    table, shape = -height_above_floor(robot), shape_of(robot)
+    low, high = np.clip(robot.limits.T, -np.pi, np.pi)
+    q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
+    heights = shape.lowest(shape.placements(q))[:, shape.bodies > ON_THE_TABLE]
+    return table if heights.min(1, initial=np.inf).max() - table >= Constraints().clearance else None
+
+
+def obstacles(robot: Robot, plate: Plate, blocks_of: Iterable[int] | None = None) -> dict[str, Collider]:
+    """What an arm can run into, by name: the plate's solid, the blocks of all or some of its targets, the
+    table; nothing without a solid."""
+    if plate.size is None:
+        return {}
+    place, own, mounted = plate.pose.tobytes(), "target" if plate.anchors is None else "anchor", plate.mounted
+    chosen = range(len(mounted)) if blocks_of is None else blocks_of
+    blocks = {f"the block of {own} {i + 1}": _block(place, mounted[i].pose.tobytes()) for i in chosen}
+    table = {} if (height := table_height(robot)) is None else {"the table": below(height)}
+    return {"the plate": _slab(place, plate.size.tobytes()), **blocks, **table}
 
 
 def hits(
@@ -32,31 +59,25 @@ def hits(
     """What the arm would collide with in each posture, and with which link, as text; empty where it is clear.
 
     Args:
-        plate: Its solid and the blocks of its targets; without a solid there are no obstacles.
+        plate: Its solid and the blocks of its targets.
         visited: Target visited in each posture, counted from 0.
         q: Postures [rad or m].
     """
-    if plate.size is None or not len(q):
-        return ("",) * len(q)
-    shape, found = shape_of(robot), [""] * len(q)
-    own, at = "target" if plate.anchors is None else "anchor", shape.placements(q)
+    found = [""] * len(q)
     for target in {*visited}:
         others = [i for i in range(len(plate.mounted)) if i != target or plate.anchors is not None]
-        bodies, rows = bodies_of(plate, others), np.flatnonzero(np.equal(visited, target))
-        for row, met in zip(rows, touches(shape, at[rows], bodies), strict=True):
+        bodies, rows = obstacles(robot, plate, others), np.flatnonzero(np.equal(visited, target))
+        for row, met in zip(rows, touches(robot, q[rows], [*bodies.values()]), strict=True):
             if met.any():
-                first = int(met.argmax())
-                what = f"the block of {own} {others[first - 1] + 1}" if first else "the plate"
-                found[row] = f"link {_link(shape, at[[row]], bodies[first])} would run into {what}"
+                what = [*bodies][int(met.argmax())]
+                found[row] = f"link {_link(robot, q[[row]], bodies[what])} would run into {what}"
     return tuple(found)
 
 
 def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
     """Which postures are free of collisions with the plate's solid, whatever blocks it has."""
-    if plate.size is None:
-        return np.ones(len(q), bool)
-    shape, alone = shape_of(robot), bodies_of(plate)[:1]
-    return np.asarray(~touches(shape, shape.placements(q), alone)[:, 0])
+    solid = [] if plate.size is None else [obstacles(robot, plate, ())["the plate"]]
+    return np.asarray(~touches(robot, q, solid).any(1))
 
 
 def unobstructed(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
@@ -85,54 +106,38 @@ def allows_target(
     poses = in_base(robot, q)
     x, y, height = np.moveaxis((se3.inverse(plate.pose) @ poses)[:, :3, 3], -1, 0)
     fine = (np.abs(x) <= 0.5 * plate.size[0]) & (np.abs(y) <= 0.5 * plate.size[1]) & (height >= 0.0)
-    shape = shape_of(robot)
-    rows = np.flatnonzero(fine)
-    if len(rows):
-        fine[rows] = ~touches(shape, shape.placements(q[rows]), bodies_of(plate)).any(1)
-    rows = np.flatnonzero(fine)
-    if len(rows) and len(postures):
-        blocks = block_hulls(plate.pose, poses[rows])
-        fine[rows] = ~touches(shape, shape.placements(postures), blocks).any(0)
+    fine[fine] = ~touches(robot, q[fine], [*obstacles(robot, plate).values()]).any(1)
+    fine[fine] = ~touches(robot, postures, block_hulls(plate.pose, poses[fine])).any(0)
     return fine
 
 
 def mutually_blocking(
     robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]
 ) -> Bool[np.ndarray, "rows rows"]:
-    """Which postures can't both be targets of the plate, as the arm in one collides with the block of the
-    other.
-
-    Args:
-        plate: Its solid; its targets are ignored.
-        q: Postures [rad or m].
-    """
+    """Which postures [rad or m] can't both be targets of a plate, whatever targets it has: the arm in one
+    collides with the block of the other."""
     if plate.size is None or plate.anchors is not None:
         return np.zeros((len(q), len(q)), bool)
-    shape, blocks = shape_of(robot), block_hulls(plate.pose, in_base(robot, q))
-    met = touches(shape, shape.placements(q), blocks)
+    met = touches(robot, q, block_hulls(plate.pose, in_base(robot, q)))
     np.fill_diagonal(met, False)
     return np.asarray(met | met.T)
 
 
-def touches(shape: ArmShape, at: Placements, hulls: Sequence[Collider]) -> Bool[np.ndarray, "rows hulls"]:
-    """Which static bodies each posture collides with."""
-    rows, count = len(at), len(hulls)
+def touches(
+    robot: Robot, q: Float[np.ndarray, "rows n"], hulls: Sequence[Collider]
+) -> Bool[np.ndarray, "rows hulls"]:
+    """Which static bodies the arm collides with in each posture."""
+    shape, rows, count = shape_of(robot), len(q), len(hulls)
+    if not rows or not count:
+        return np.zeros((rows, count), bool)
     gaps = shape.hull_distances(
-        np.repeat(at, count, axis=0),
+        np.repeat(shape.placements(q), count, axis=0),
         list(hulls) * rows,
-        checked=shape.bodies < shape.robot.dof,
+        checked=np.tile([_checked(shape, hull) for hull in hulls], (rows, 1)),
         far=CONTACT,
         minimum=CONTACT,
     )
     return (gaps < CONTACT).reshape(rows, count)
-
-
-def bodies_of(plate: Plate, blocks_of: Iterable[int] | None = None) -> list[Collider]:
-    """The plate's solid, then the blocks of all or some of its targets, robot's base."""
-    assert plate.size is not None
-    place, chosen = plate.pose.tobytes(), range(len(plate.mounted)) if blocks_of is None else blocks_of
-    blocks = [_block(place, plate.mounted[i].pose.tobytes()) for i in chosen]
-    return [_slab(place, plate.size.tobytes()), *blocks]
 
 
 @lru_cache(maxsize=16)
@@ -146,8 +151,15 @@ def _block(place: bytes, pose: bytes) -> Collider:
     return block_hulls(np.frombuffer(place).reshape(4, 4), np.frombuffer(pose).reshape(1, 4, 4))[0]
 
 
-def _link(shape: ArmShape, at: Placements, hull: Collider) -> int:
+def _checked(shape: ArmShape, hull: Collider) -> Bool[np.ndarray, " pieces"]:
+    """The pieces that must not touch a body: the base stands on the table."""
+    first = ON_THE_TABLE if isinstance(hull.shape, coal.Halfspace) else -1
+    return (shape.bodies > first) & (shape.bodies < shape.robot.dof)
+
+
+def _link(robot: Robot, q: Float[np.ndarray, "1 n"], hull: Collider) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
-    links = range(shape.robot.dof)
-    gaps = (shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] for k in links)
-    return next((k for k, gap in zip(links, gaps, strict=True) if gap < CONTACT), shape.robot.dof - 1)
+    shape = shape_of(robot)
+    links, at = {*shape.bodies[_checked(shape, hull)].tolist()}, shape.placements(q)
+    gaps = {k: shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] for k in links}
+    return next((k for k, gap in gaps.items() if gap < CONTACT), robot.dof - 1)

@@ -17,13 +17,12 @@ from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.data.arguments import RobotLike
 from workbench.plate.arguments import PlateLike
+from workbench.plate.collision import table_height
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.optimise import DesignRequest, RequestFields
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.optimiser.shapes import ON_THE_TABLE
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.plate import Plate
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
@@ -36,8 +35,6 @@ DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
 TRIAL_BLOCKS, TRIAL_TARGETS_SHARE = 150, 0.7
 """Random blocks, and share of the targets, of a search that tells places of the plate apart."""
-POSTURES = 50
-"""Of an arm, one of which is clear of its table."""
 MIN_HEIGHT_ABOVE_TABLE = 0.06
 """No plate is moved down so far that its top is less above the table [m]."""
 SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1, 0.1))
@@ -109,12 +106,11 @@ def optimise_plate(
     places = (plate, *_moved(robot, plate)) if is_movable else (plate,)
     if not is_usual:
         return _of_few_shapes(partial(search, plate=_best_place(search, places, request)), request)
-    floor = _table(robot)
-    request = replace(request, constraints=Constraints(floor=floor))
+    request = replace(request, constraints=Constraints(floor=table_height(robot)))
     try:
         return _of_few_shapes(partial(search, plate=_best_place(search, places, request)), request)
     except DataError as error:
-        request = replace(request, constraints=replace(NARROW, floor=floor))
+        request = replace(request, constraints=replace(NARROW, floor=table_height(robot)))
         with suppress(DataError):  # nor does any place of few blocks; many may have some
             plate = _best_place(search, places, request)
         design = _of_few_shapes(partial(search, plate=plate), request)
@@ -122,15 +118,6 @@ def optimise_plate(
         probe = "; the flange touches the blocks: give the robot its probe as the tool"
         narrowed = f"{kept}{probe if OWN_BLOCK in str(error) else ''}"
         return replace(design, narrowed=narrowed, notes=(f"{error}; kept: {kept}", *design.notes))
-
-
-def _table(robot: Robot) -> float | None:
-    """Height of the table under an arm; None where links are always below it: the base is in the shoulder."""
-    table, arm = -height_above_floor(robot), arm_shape(robot, Constraints().clearance)
-    low, high = np.clip(robot.limits.T, -np.pi, np.pi)
-    q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
-    heights = arm.lowest(arm.placements(q))[:, arm.bodies > ON_THE_TABLE]
-    return table if heights.min(1, initial=np.inf).max() - table >= Constraints().clearance else None
 
 
 def _moved(robot: Robot, plate: Plate) -> Iterator[Plate]:

@@ -52,7 +52,7 @@ class Marks:
     """Points over the chart's x axis, or a line through them.
 
     Args:
-        y: NaN where there is none.
+        y: NaN or infinite where there is none.
         titles: Of each point, shown when it is pointed at.
         links: Where a click on each leads; empty for nowhere.
         is_filled: Whether a line is the upper edge of an area, down to the floor, with the first title.
@@ -105,9 +105,9 @@ class Chart:
     def svg(self) -> str:
         """The drawing; empty where there is nothing to draw."""
         x, y = (np.concatenate([getattr(m, axis) for m in self.marks]) for axis in ("x", "y"))
-        if not np.isfinite(y).any():
+        if not len(y := y[np.isfinite(y)]):
             return ""
-        low, high = np.nanmin(y) if self.floor is None else self.floor, np.nanmax(y)
+        low, high = y.min() if self.floor is None else self.floor, y.max()
         bottom, top = significant(float(low)), significant(float(high))
         parts = [f'<path d="M{LEFT} 0V{self.height:.0f}H{WIDTH:.0f}" fill="none" {_ink("stroke", 0.3)}/>']
         parts += [

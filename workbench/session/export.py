@@ -28,6 +28,7 @@ from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
 from workbench.report.blocks import Block
+from workbench.session.real_arm import driven_by_pose
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -134,7 +135,8 @@ def fixture_zip(session: Session) -> NotedFile:
         return made
 
     content, made = _written("fixture", write)
-    lacking = [f"{name} is not written: {why}" for name, why in made.missing.items()]
+    why = {text: [n for n, w in made.missing.items() if w == text] for text in made.missing.values()}
+    lacking = [f"{' and '.join(names)} not written: {text}" for text, names in why.items()]
     bad = ((k, s.obstacle) for k, s in enumerate(session.states, start=1) if not s.measurable)
     lacking += [f"target {k} is not in poses.csv: it is {why}" for k, why in bad]
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
@@ -241,5 +243,5 @@ def _csv(head: list[str], rows: Iterable[list]) -> str:
 
 def _in_base(robot: Robot, q: np.ndarray) -> Float[np.ndarray, "poses 4 4"]:
     """By what joint positions tell: neither time, temperature nor motion is known of a kept pose."""
-    known = robot.with_effects(*(effect for effect in robot.effects if not effect.needs))
+    known = driven_by_pose(robot) or robot.with_effects()
     return se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))

@@ -27,12 +27,14 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
+from workbench.session.commands.undo import Undo
 from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages
 from workbench.session.state import Focus, Session
+from workbench.session.target_steps import is_better
 
 UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
 BEYOND_NOISE = 1.5
@@ -177,6 +179,9 @@ def _added(session: Session) -> NextStep | None:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
+    urdf = {} if session.results.run is None else session.results.run.file_errors
+    if "URDF" in urdf:
+        left += f". A URDF, which holds geometry alone, has {compared(urdf['URDF'].position_mm.mean)} mm"
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
 
 
@@ -300,6 +305,10 @@ def _plate(session: Session) -> NextStep:
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
+    if before := _better_before(session):
+        undo = Action("Undo this step", Tab.PLATE, Undo())
+        tone = Tone.PLAIN if judged is None else judged.tone
+        return NextStep(f"{text}; before this step it was {before} mm.", tone, undo, improve)
     is_known, trial = np.isfinite(session.score.position), _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
@@ -313,6 +322,18 @@ def _plate(session: Session) -> NextStep:
         text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
         return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
     return NextStep(text, Tone.CAREFUL, improve, LOAD if session.tried is None else MAKE)
+
+
+def _better_before(session: Session) -> str:
+    """The error [mm] to which undo leads back on a plate that stands where it stood, if it was smaller."""
+    done, now = session.history.done, session.score
+    same = (
+        step for step in session.history.past if done and step.plate is done[-1].plate
+    )  # by this instrument
+    if (last := next(same, None)) is None or not np.array_equal(last.plate.xyz, session.plate.xyz):
+        return ""
+    before = compared(1e3 * last.score.position)
+    return before if is_better(last.score, now) and before != compared(1e3 * now.position) else ""
 
 
 @cache

@@ -11,8 +11,8 @@ from workbench.arm.kinematics.skeleton import body_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
+from workbench.arm.usable_arm import divided
 from workbench.base import se3
-from workbench.base.errors import WorkbenchError
 from workbench.base.types import Matrix4
 from workbench.session.comparison import MAX_TIMES, MIN_TIMES
 from workbench.session.state import Session
@@ -52,14 +52,7 @@ def bending_robot(session: Session) -> Robot | None:
 @lru_cache(maxsize=8)
 def driven_by_pose(robot: Robot) -> Robot | None:
     """The robot with those of its effects that need nothing but the pose; None without any."""
-    still = Motion(np.clip(np.zeros((1, robot.dof)), *robot.search_limits.T))
-    kept = []
-    for effect in robot.effects:
-        try:
-            deflect(robot.with_effects(effect), still)
-        except WorkbenchError:  # it needs a temperature, a time or the last motion
-            continue
-        kept.append(effect)
+    kept, _ = divided(robot)
     return robot.with_effects(*kept) if kept else None
 
 

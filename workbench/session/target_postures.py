@@ -4,7 +4,7 @@ A target is followed from its last joint positions, so that a dragged target kee
 branch reaches it. If following fails, all branches are tried; if none reaches, the arm takes the nearest
 posture it can and the reason is kept.
 
-Where the arm would run into plate or blocks (`plate/collision.py`) an automatically chosen branch is
+Where the arm would run into plate, blocks or table (`plate/collision.py`) an automatically chosen branch is
 replaced by a collision-free one, if there is any.
 """
 
@@ -24,7 +24,8 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled
 from workbench.base.types import Matrix4, frozen
-from workbench.plate.collision import bodies_of, hits, shape_of, unobstructed
+from workbench.plate.collision import hits, obstacles, shape_of, unobstructed
+from workbench.plate.optimiser.shapes import Collider
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
@@ -123,15 +124,22 @@ def from_limit(robot: Robot, q: Float[np.ndarray, " n"]) -> FromLimit:
 
 
 def clearance(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
-    """By how much the moving links clear the plate, in words; empty without one."""
-    if plate.size is None or robot.dof < 3:
+    """By how much the moving links clear plate and table, in words; empty without any."""
+    found, shape = obstacles(robot, plate, ()), shape_of(robot)
+    at, bodies = shape.placements(q[None]), shape.bodies
+    links = range(2, robot.dof)  # the first one turns about its own axis
+
+    def gap(solid: Collider, *some: int) -> float:
+        return shape.hull_distances(at, [solid], checked=np.isin(bodies, some), far=TIGHT)[0]
+
+    if not found or not links:
         return ""
-    shape, solid = shape_of(robot), bodies_of(plate)[:1]
-    at, links = shape.placements(q[None]), range(2, robot.dof)  # the first one turns about its own axis
-    gaps = [shape.hull_distances(at, solid, checked=shape.bodies == k, far=TIGHT)[0] for k in links]
-    gap = min(gaps)
-    who = f"link {links[gaps.index(gap)]}" if gap < TIGHT else "the arm"
-    return f"{who} clears the plate by {1e3 * gap:.0f} mm" + (" or more" if gap >= TIGHT else "")
+    gaps = {name: gap(solid, *links) for name, solid in found.items()}
+    what = min(gaps, key=gaps.__getitem__)
+    if gaps[what] >= TIGHT:
+        return f"the arm clears {' and '.join(found)} by {1e3 * TIGHT:.0f} mm or more"
+    link = min(links, key=lambda k: gap(found[what], k))
+    return f"link {link} clears {what} by {1e3 * gaps[what]:.0f} mm"
 
 
 def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:

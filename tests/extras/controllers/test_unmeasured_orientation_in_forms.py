@@ -15,8 +15,9 @@ assert cell  # a fixture
 
 def test_the_generated_program_does_the_same(cell, tmp_path):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
-    q = in_python(arm, nominal, tmp_path).correct(cell.q)[0]
-    cell.judge_corrected(q, np.append(usable_arm(arm).robot.tool.xyz, 1.0))
+    own = in_python(arm, nominal, tmp_path)
+    cell.judge_corrected(own.correct(cell.q)[0], np.append(usable_arm(arm).robot.tool.xyz, 1.0))
+    assert np.abs((own.ARM["base"] @ own.forward(cell.q) - wb.tool_poses(arm, cell.q))[:, :3, 3]).max() < 2e-5
 
 
 def test_a_program_says_how_far_its_arm_is_from_the_saved_model(cell, tmp_path):

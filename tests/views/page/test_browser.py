@@ -86,7 +86,7 @@ def test_drag_changes_numbers_and_arm(app, look):
         page.wait_for_function(changed, arg=shown)
     screen.wait_text("hint", "Release")
     page.mouse.up()
-    screen.wait_text("hint", "Good enough?")
+    screen.wait_text("hint", "Predicted error")
     app.worker.wait()
 
     moved = np.array(app.worker.session.plate.targets[0].xyz) - start
@@ -217,7 +217,7 @@ def test_who_drags_holds_the_target(app, look):
     assert app.worker.session.plate is held.plate
 
     first.page.context.close()
-    second.wait_text("hint", "Good enough?")
+    second.wait_text("hint", "Predicted error")
     assert app.worker.session.drag is None
     assert np.allclose(app.worker.session.plate.targets[0].xyz, held.plate.targets[0].xyz)
 
@@ -227,7 +227,7 @@ def test_reload_keeps_everything(app, look):
     position = screen.page.get_by_role("textbox").first
     position.fill("540")
     position.press("Tab")
-    screen.wait_text("hint", "Good enough?")
+    screen.wait_text("hint", "Predicted error")
     assert app.worker.session.plate.targets[0].xyz.tolist() == pytest.approx([0.54, 0.354, 0.235], abs=1e-12)
     shown = screen.text("O")
     screen.reload()

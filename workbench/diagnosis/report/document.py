@@ -87,7 +87,7 @@ def budget_bars(found: Diagnosis) -> Bars:
     if np.isfinite(after.position_mm.mean):
         turned = "" if after.orientation_deg is None else f"{after.orientation_deg.mean:.3g}°"
         rows.append(Bar("Remaining", after.position_mm.mean, NOMINAL, turned))
-    return Bars(rows, "Sizes at the tool [mm], which add in squares", testid="budget")
+    return Bars(rows, "Sizes at the tool [mm]: of causes rms, of the rest the mean", testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:
@@ -153,10 +153,10 @@ def candidates(result: Diagnosis) -> Iterator[Block]:
     rows = []
     for ranked in result.ranking[:CANDIDATES]:
         odds = float(np.exp(min(result.ranking[0].gain - ranked.gain, LARGE)))
-        likely = "the best" if ranked is result.ranking[0] else WORSE[Confidence.of(odds)]
         is_added = (ranked.effect.name, ranked.effect.names) in added
+        likely = "the best" if ranked is result.ranking[0] else WORSE[Confidence.of(odds)] * (not is_added)
         mean = "–" if ranked.held_out_mm is None else short(ranked.held_out_mm)
-        likely += ", added" * is_added
+        likely = ", ".join(filter(None, (likely, "added" * is_added)))
         rows.append((ranked.effect.label, likely, signed(ranked.gain, 1), mean))
     if rows:
         headings = ("effect", "how likely", "gain\n[nat]", "mean\n[mm]")

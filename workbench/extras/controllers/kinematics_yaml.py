@@ -88,8 +88,6 @@ class KinematicsYaml(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from self.advice
-        if job.robot.effects:
-            yield "geometry only: this format can't hold effects"
         if not self.flange:
             yield from tool_note(self._tool(job).pose)
 

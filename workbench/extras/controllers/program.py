@@ -22,6 +22,7 @@ from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import masses, mounts
+from workbench.arm.usable_arm import usable_arm
 from workbench.base.errors import OptionError
 from workbench.exports.export_format import AbstractForm, Job
 from workbench.identification.errors.comparable_arms import comparable
@@ -58,6 +59,7 @@ class PythonModule(AbstractForm):
             "task": int(arms.task),
             "weight": ROTATION_WEIGHT * compile_arm(robot).length,
             "limits": robot.limits.tolist(),
+            "base": usable_arm(job.robot).robot.base.pose.tolist(),
             "chain": _chain(robot),
             "nominal": _chain(arms.nominal),
             "driven": [*robot.chain.driven.tolist(), *robot.chain.followers.tolist()],
@@ -70,9 +72,8 @@ class PythonModule(AbstractForm):
         entries = [f"{key!r}: {value!r}".replace("inf", 'float("inf")') for key, value in arm.items()]
         text = files(__package__).joinpath("standalone.py").read_text(encoding="utf-8")
         for place, lines in (("{}  # arm", entries), ("[]  # rest", code[False]), ("[]  # load", code[True])):
-            text = text.replace(
-                place, "\n".join([place[0], *(f"    {each}," for each in lines), place[1]]), 1
-            )
+            filled = "\n".join([place[0], *(f"    {each}," for each in lines), place[1]])
+            text = text.replace(place, filled, 1)
         return text
 
     def read(self, text: str, job: Job) -> Robot | None:
@@ -80,7 +81,7 @@ class PythonModule(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from comparable(job.robot, job.require_nominal(self.name)).notes
-        yield "poses are in the robot's base, with the calibrated tool; loads are those of the arm at rest"
+        yield 'poses are in the robot\'s base, which is ARM["base"] in the measuring frame; loads are at rest'
 
 
 def _chain(robot: Robot) -> list[tuple]:

@@ -3,6 +3,7 @@
     q, left = correct(wanted)                    joints of the nominal arm → joints of this arm [rad or m]
     q, left = correct_poses(poses, near)         poses of the tool in the robot's base → joints near `near`
     poses = forward(q)                           poses of this arm's tool, with its deflections
+    ARM["base"]                                  pose of the robot's base in the measuring frame
 
 Rows in, rows out. `left` is the remaining error per row [m, rad]; a row that a correction would make worse
 keeps its joints. Loads are those of the arm at rest; payload [kg], temperature [degC] and direction (sign of

@@ -163,7 +163,7 @@ class ArmShape:
         frames: Placements,
         hulls: Sequence[Collider],
         *,
-        checked: Bool[np.ndarray, " pieces"],
+        checked: Bool[np.ndarray, "*rows pieces"],
         far: float = MAX_MEASURED_DISTANCE,
         minimum: float | None = None,
     ) -> Float[np.ndarray, " rows"]:
@@ -171,7 +171,7 @@ class ArmShape:
 
         Args:
             hulls: One for all rows, or one for each.
-            checked: Which pieces count.
+            checked: Which pieces count, in all rows or in each.
             far: Maximum distance of interest [m].
             minimum: As for `own_distances`.
         """

@@ -7,7 +7,7 @@ The arm is followed from place to place. Of the places of a drag the journal kee
 from which posture the arm came to it, so that it leads alone to the same session to the last digit.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ MAX_TARGET_DISTANCE = 10.0
 """Targets beyond this distance from the base are refused [m]."""
 NOBODY = 0
 """Client of commands that no browser sent."""
+Place = tuple[float, float, float]
 
 
 class SelectTarget(AbstractChange):
@@ -68,29 +69,6 @@ class GrabTarget(AbstractChange):
         return replace(session, drag=drag, selected=self.target)
 
 
-@dataclass(frozen=True)
-class Posture:
-    """The arm's posture at a target.
-
-    Args:
-        q: Joint positions [rad or m].
-        reached: Whether the tool met the target within the joint limits.
-        branch: Name of the inverse-kinematics solution; empty where none was reached.
-    """
-
-    q: tuple[float, ...]
-    reached: bool
-    branch: str = ""
-
-    @classmethod
-    def of(cls, state: TargetState) -> "Posture":
-        return cls(tuple(state.q.tolist()), state.reached, state.branch)
-
-    @property
-    def state(self) -> TargetState:
-        return TargetState(frozen(np.array(self.q)), self.reached, self.branch)
-
-
 class MoveTarget(AbstractChange):
     """Move a target, in the robot's base frame: by dragging, or with typed coordinates.
 
@@ -103,10 +81,10 @@ class MoveTarget(AbstractChange):
     """
 
     target: int
-    xyz: tuple[float, float, float]
-    rpy: tuple[float, float, float]
+    xyz: Place
+    rpy: Place
     client: int = NOBODY
-    start: Posture | None = None
+    start: TargetState | None = field(default=None, compare=False)
 
     title = computed(lambda self: f"Move target {self.target + 1}")
 
@@ -123,7 +101,7 @@ class MoveTarget(AbstractChange):
             return session
         old = session.plate.targets[self.target]
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
-        before = session.states[self.target] if self.start is None else self.start.state
+        before = self.start or session.states[self.target]
         state = follow_target(session.robot, target, before)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
         states = with_item(session.states, self.target, state)
@@ -136,7 +114,7 @@ class MoveTarget(AbstractChange):
             return None
         if not isinstance(previous, MoveTarget) or previous.key != self.key:
             return None
-        return replace(self, start=Posture.of(session.states[self.target]))
+        return replace(self, start=session.states[self.target])
 
     def _is_part_of(self, drag: Drag) -> bool:
         return (drag.client, drag.target) == (self.client, self.target)
@@ -159,6 +137,12 @@ class DropTarget(AbstractChange):
         target = session.plate.targets[index]
         state = with_branch_name(target, session.states[index], branches_to(session.robot, target))
         return commit_step(replace(session, states=with_item(session.states, index, state)))
+
+
+def plain(point: np.ndarray) -> Place:
+    """A point, or three angles, as plain numbers."""
+    x, y, z = point.tolist()
+    return x, y, z
 
 
 def check_place(what: str, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:

@@ -9,7 +9,7 @@ from workbench.base.types import frozen
 from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import AUTO
 from workbench.session.command import AbstractChange, computed
-from workbench.session.commands.drag import check_place
+from workbench.session.commands.drag import check_place, plain
 from workbench.session.state import Session
 from workbench.session.target_postures import branches_to, place
 from workbench.session.target_steps import (
@@ -126,8 +126,7 @@ def free_place(session: Session) -> tuple[float, float, float]:
     places = np.column_stack([0.5 * (low + high) + nearest_first, np.full(len(offsets), height)])
     taken = np.array([target.xyz for target in plate.targets])
     gaps = np.linalg.norm(places[:, None] - taken, axis=-1).min(axis=1)
-    x, y, z = places[np.argmax(gaps > 0.999 * STEP)].tolist()
-    return x, y, z
+    return plain(places[np.argmax(gaps > 0.999 * STEP)])
 
 
 class ChooseBranch(AbstractChange):

@@ -11,6 +11,7 @@ from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
 from workbench.session.commands.data import measurements
+from workbench.session.commands.drag import Place, plain
 from workbench.session.cube_fields import CUBE_FIELDS, MEASURED, are_shown, cubes_of, field_of
 from workbench.session.live_score import draw_region
 from workbench.session.state import NO_FIELD, CubeView, Session
@@ -23,23 +24,21 @@ MAX_CORNER_DISTANCE = 10.0
 MAX_ORIENTATIONS = 8
 """Orientations of the targets that are tried in every cube, at most."""
 
-Corner = tuple[float, float, float]
-
 
 class SetRegion(AbstractChange):
     """Give the region other corners or other cubes.
 
     Args:
-        low: Corner with the smallest coordinates [m].
-        high: Corner with the largest [m].
+        low: Place with the smallest coordinates [m].
+        high: Place with the largest [m].
         cube: Maximum side of a cube [m].
         step: Whether undo goes back to before it; not so between the first and the last place of a drag.
     """
 
     title = "Change the region"
 
-    low: Corner
-    high: Corner
+    low: Place
+    high: Place
     cube: float
     step: bool = True
 
@@ -93,8 +92,8 @@ class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
 
     title = "Sampling poses in the region"
 
-    low: Corner
-    high: Corner
+    low: Place
+    high: Place
     robot: str
 
     @classmethod
@@ -102,7 +101,7 @@ class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
         region = session.plate.region
         if session.region.sampled is region:
             return None
-        return cls(corner(region.min), corner(region.max), session.robot.name)
+        return cls(plain(region.min), plain(region.max), session.robot.name)
 
     def compute(self, session: Session) -> tuple[Region, np.ndarray]:
         region = session.plate.region
@@ -122,8 +121,8 @@ class MapCubes(AbstractChore[CubeMap]):
 
     title = "Computing the cubes of the region"
 
-    low: Corner
-    high: Corner
+    low: Place
+    high: Place
     cube: float
     robot: str
 
@@ -133,7 +132,7 @@ class MapCubes(AbstractChore[CubeMap]):
         field = field_of(session)
         if field is None or not field.is_mapped or cubes_of(session) is not None or not are_shown(session):
             return None
-        return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
+        return cls(plain(region.min), plain(region.max), region.cube, session.robot.name)
 
     def compute(self, session: Session) -> CubeMap:
         turns, names = session.plate.poses[:MAX_ORIENTATIONS, :3, :3], identified_names(session.robot)
@@ -150,9 +149,3 @@ class MapCubes(AbstractChore[CubeMap]):
 
 CHORES = (SampleRegion, MapCubes)
 """Computations that a session requests by itself, the most urgent first."""
-
-
-def corner(point: np.ndarray) -> Corner:
-    """A point as plain numbers."""
-    x, y, z = point.tolist()
-    return x, y, z

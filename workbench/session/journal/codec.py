@@ -92,6 +92,12 @@ def decode_result(command: AbstractCommand, stored: Any) -> Any:
     return None if kind is None or stored is None else _build(kind, stored, _no_file)
 
 
+def record(kind: Any, values: Mapping[str, Any]) -> Any:
+    """A record of a kind by its fields as plain data, no file among them; what it has no field for is left
+    out."""
+    return _build(kind, {name: value for name, value in values.items() if name in _readers(kind)}, _no_file)
+
+
 def _no_file(name: str) -> bytes:
     raise ValueError(f"'{name}' is of no command")
 

@@ -1,6 +1,6 @@
 """A recording's folder: creating, continuing and branching it.
 
-    recordings/2026-11-21-133000-aria/
+    recordings/2026-11-21-133000/
         journal.jsonl     a header, then one line a command
         drag-1.jsonl      during a drag, its newest place or the one before; likewise drag-2.jsonl
         inputs/           robot, plate and measurement files, as they were
@@ -12,7 +12,6 @@ to the last digit. The header holds their digests, and like every line a checksu
 
 import contextlib
 import json
-import re
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -94,11 +93,11 @@ def begin(
         robot: Nominal robot.
         plate: Fixture.
         is_given: Whether the fixture is the user's, not one made for the arm.
-        folder: Where to record; a folder below `root`, named by date, time and robot, if None.
+        folder: Where to record; a folder below `root`, named by date and time, if None.
         root: Where recordings go.
     """
     try:
-        folder = _make(folder, root, robot.name)
+        folder = _make(folder, root)
         write_toml(robot, folder / ROBOT)
         write_plate(plate, folder / PLATE)
         session = start(*inputs(folder), is_given=is_given)
@@ -175,7 +174,7 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Star
     header = recording.header | {"branched": branched, "began": _now().isoformat(timespec="seconds")}
     folder = None
     try:
-        folder = _make(None, root, session.robot.name)
+        folder = _make(None, root)
         of_old, of_new = (place / ROBOT.parent for place in (recording.folder, folder))
         shutil.copytree(of_old, of_new, symlinks=True, dirs_exist_ok=True)
         lines = [_sealed(header, folder), *(line.text for line in recording.lines)]
@@ -213,14 +212,14 @@ def _sealed(header: dict[str, Any], folder: Path) -> str:
     return codec.sealed(json.dumps(header | {"origin": codec.origin(header)}, ensure_ascii=False))
 
 
-def _make(folder: Path | None, root: Path, robot: str) -> Path:
+def _make(folder: Path | None, root: Path) -> Path:
     """A folder that was not there, or one that is empty."""
     if folder is not None:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise OptionError(f"{folder} already exists and holds no session; give a new folder")
         folder.mkdir(parents=True, exist_ok=True)
         return folder
-    stem = f"{_now():%Y-%m-%d-%H%M%S}-{re.sub(r'[^a-z0-9]+', '-', robot.lower()).strip('-') or 'robot'}"
+    stem = f"{_now():%Y-%m-%d-%H%M%S}"
     root.mkdir(parents=True, exist_ok=True)
     for number in range(1, 1000):
         made = root / (stem if number == 1 else f"{stem}-{number}")

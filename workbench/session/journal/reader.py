@@ -25,7 +25,6 @@ from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.errors import MALFORMED, FileError, OptionError, WorkbenchError
 from workbench.base.files import open_regular, read_bytes
-from workbench.base.types import frozen
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import UnknownCommand
@@ -248,14 +247,7 @@ def _first_states(header: dict[str, Any], robot: Robot, plate: Plate) -> tuple[T
     """How the arm stood at the beginning; nothing where these are no postures of this arm at this plate."""
     try:
         written = header["numbers"]["targets"].values()
-        states = tuple(
-            TargetState(
-                q=frozen(np.array(one["q"], float)),
-                missing=(float(one["missing"][0]), float(one["missing"][1])),
-                **{name: kind(one[name]) for name, kind in STATE.items()},
-            )
-            for one in written
-        )
+        states = tuple(codec.record(TargetState, one) for one in written)
         reached = [i for i, state in enumerate(states) if state.reached]
         tools = tool_poses(robot, Motion(np.array([states[i].q for i in reached]).reshape(-1, robot.dof)))
         places = (se3.inverse(robot.base.pose) @ tools)[:, :3, 3]
@@ -263,10 +255,6 @@ def _first_states(header: dict[str, Any], robot: Robot, plate: Plate) -> tuple[T
     except (*MALFORMED, WorkbenchError):
         return ()
     return states if is_met and len(states) == len(plate) else ()
-
-
-STATE = {"reached": bool, "branch": str, "reason": str, "hit": str}
-"""Plain fields of how the arm stands at a target."""
 
 
 def _line(text: bytes, step: int, path: Path) -> JournalLine:

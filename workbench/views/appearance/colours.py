@@ -109,7 +109,7 @@ class ErrorScale:
             return cls(1e-4, 1e-3)
         low = max(float(np.nanquantile(known, LOWEST, axis=0).min()), MIN_ERROR)
         high = max(float(np.nanquantile(known, HIGHEST, axis=0).max()), MIN_SPAN * low)
-        return cls(_round(low, up=False), _round(high, up=True))
+        return cls(rounded(low, up=False), rounded(high, up=True))
 
     def shares(self, errors: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
         """Place of errors [m] on the scale, 0 good to 1 bad; NaN where unknown."""
@@ -143,7 +143,7 @@ def gradient(*, larger_is_better: bool = False) -> str:
     return f"linear-gradient(90deg,{stops})"
 
 
-def _round(value: float, *, up: bool) -> float:
+def rounded(value: float, *, up: bool) -> float:
     """The nearest of 1, 2, 5, 10 … beyond a value."""
     power = 10.0 ** np.floor(np.log10(value))
     steps = [d * p for p in (0.1 * power, power, 10.0 * power) for d in DIGITS]

@@ -10,8 +10,10 @@ from jaxtyping import Float, Int
 
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3
+from workbench.plate.optimiser.target_blocks import block_corners
+from workbench.plate.plate import SQUARE
 
-TURNED_CORNERS = 28
+TURNEDSQUARE = 28
 """Corners of a turned part."""
 BANDS = 8
 """Rings of faces of a ball."""
@@ -47,7 +49,7 @@ def turned(*profiles: list[tuple[float, float]]) -> Solid:
         profiles: Runs of (radius, height) [m] from bottom to top, each smooth in itself, with a sharp edge
             between one and the next.
     """
-    angles = np.linspace(0.0, 2.0 * np.pi, TURNED_CORNERS, endpoint=False)
+    angles = np.linspace(0.0, 2.0 * np.pi, TURNEDSQUARE, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], -1)
     parts = []
     for profile in profiles:
@@ -55,13 +57,13 @@ def turned(*profiles: list[tuple[float, float]]) -> Solid:
         rings = np.concatenate(
             [
                 radii[:, None, None] * circle[None],
-                np.broadcast_to(heights[:, None, None], (len(radii), TURNED_CORNERS, 1)),
+                np.broadcast_to(heights[:, None, None], (len(radii), TURNEDSQUARE, 1)),
             ],
             -1,
         )
-        i, j = np.meshgrid(np.arange(len(radii) - 1), np.arange(TURNED_CORNERS), indexing="ij")
-        a, b = i * TURNED_CORNERS + j, i * TURNED_CORNERS + (j + 1) % TURNED_CORNERS
-        c, d = b + TURNED_CORNERS, a + TURNED_CORNERS
+        i, j = np.meshgrid(np.arange(len(radii) - 1), np.arange(TURNEDSQUARE), indexing="ij")
+        a, b = i * TURNEDSQUARE + j, i * TURNEDSQUARE + (j + 1) % TURNEDSQUARE
+        c, d = b + TURNEDSQUARE, a + TURNEDSQUARE
         faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
         parts.append(Solid(rings.reshape(-1, 3), faces))
     return merged(parts)
@@ -101,16 +103,11 @@ def tube(start: Vector3, end: Vector3, radius: float, end_radius: float | None =
 
 def box(size: Vector3) -> Solid:
     """A box whose top face is centred at the origin."""
-    square = 0.5 * size[:2] * _CORNERS
+    square = 0.5 * size[:2] * SQUARE
     heights = np.repeat([-size[2], 0.0], 4)
     return Solid(np.column_stack([np.tile(square, (2, 1)), heights]), _FACES)
 
 
-SIDE = 0.046
-"""Side of a target block [m]."""
-STEEPEST = 0.35
-"""Minimum share of the face's normal along the plate's normal for a block that stands on the plate."""
-_CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 _FACES = np.array(
     [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]
     + [f for i in range(4) for f in ([i, (i + 1) % 4, 4 + (i + 1) % 4], [i, 4 + (i + 1) % 4, 4 + i])]
@@ -118,26 +115,9 @@ _FACES = np.array(
 
 
 def target_block(pose: Matrix4, plate: Matrix4) -> Solid:
-    """A truncated square prism whose upper face is where the tool sits (ARIA Fig. 6b).
-
-    It stands on the plate, cut off in the plane of the target; where that plane is too steep, or below the
-    plate, it is a free block behind the target's face.
-
-    Args:
-        pose: Pose of the tool at the target, whose z axis points into the face, robot's base.
-        plate: Pose of the plate's top centre, robot's base.
-    """
-    local = se3.inverse(plate) @ pose
-    normal, place = -local[:3, 2], local[:3, 3]
-    half = 0.5 * SIDE * _CORNERS
-    if normal[2] > STEEPEST:
-        top = np.column_stack([half, -(half @ normal[:2]) / normal[2]]) + place
-        bottom = np.column_stack([1.12 * half + place[:2], np.zeros(4)])
-        if top[:, 2].min() > 0.0:
-            return Solid(np.concatenate([bottom, top]), _FACES).moved(plate)
-    top = np.column_stack([half * [1.0, -1.0], np.zeros(4)])
-    bottom = np.column_stack([1.12 * half * [1.0, -1.0], np.full(4, 0.6 * SIDE)])
-    return Solid(np.concatenate([bottom, top]), _FACES).moved(pose)
+    """The block that is made, and that the arm must not touch, for the pose of a tool at a target on a plate
+    (pose of its top centre, robot's base)."""
+    return Solid(block_corners(plate, pose[None])[0], _FACES)
 
 
 def cuboid_edges(

@@ -5,11 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
+from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Target
 from workbench.session.state import Focus, Session
 from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, BRANCH, OUT_OF_REACH, PLATE, REACHED, SELECTED
-from workbench.views.appearance.shapes import SIDE, box, target_block
+from workbench.views.appearance.shapes import box, target_block
 from workbench.views.drawables.drawable import Colour, Label, Mesh
 from workbench.views.drawables.sink import Item
 

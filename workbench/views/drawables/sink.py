@@ -48,6 +48,7 @@ class AbstractSink(ABC):
 
     def __init__(self) -> None:
         self._drawn: dict[str, tuple[Item, Any]] = {}
+        self._hidden: set[str] = set()
 
     def draw(self, items: Iterable[Item]) -> None:
         """Draw these items and no others."""
@@ -55,6 +56,7 @@ class AbstractSink(ABC):
         for path in sorted(gone, reverse=True):  # what lies below a path goes before it
             if self._drawn.pop(path)[1] is not None:
                 self.remove(path)
+            self._hidden.discard(path)
 
     def update(self, items: Iterable[Item]) -> None:
         """Draw these items, and leave all others as they are."""
@@ -65,12 +67,14 @@ class AbstractSink(ABC):
         before, old = self._drawn.get(item.path, (None, None))
         is_unchanged = before is not None and all(map(is_same, before.inputs, item.inputs))
         if is_unchanged or self.puts_off(item):
-            if old is not None:
-                self.show(item)
+            if old is not None and item.shown is (item.path in self._hidden):
+                self._hidden ^= {item.path}
+                self.show(item.path, old, is_shown=item.shown)
             return item.path
         new = self._changed(item, old)
         if new is None and old is not None:
             self.remove(item.path)
+        self._hidden.discard(item.path)
         self._drawn[item.path] = item, new
         return item.path
 
@@ -89,12 +93,12 @@ class AbstractSink(ABC):
         """Whether drawing a changed item is deferred, keeping its older picture, if any."""
 
     @abstractmethod
-    def show(self, item: Item) -> None:
+    def show(self, path: str, drawn: Any, *, is_shown: bool) -> None:
         """Show or hide what is drawn already."""
 
     @abstractmethod
     def change(self, item: Item, old: Any, new: Any) -> None:
-        """Draw an item over what is drawn there, if anything is."""
+        """Draw an item over what is drawn there, if anything is, hidden or not."""
 
     @abstractmethod
     def remove(self, path: str) -> None:

@@ -17,7 +17,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, plain
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
@@ -38,7 +38,7 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "Mean error at held-out poses: nominal, with geometry, with effects. Now your robot."
+END = "Mean error at held-out poses: nominal, geometry, effects. Now your robot."
 """It stands until somebody does something."""
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
@@ -209,16 +209,13 @@ def _found(found: Diagnosis, causes: str) -> str:
     if found.residual_map is None:
         return f"{causes}. With that, {before} mm fall to {after} mm."
     named = f"{causes} ({before} → {compared(found.residual_map.before.position_mm.mean)} mm)"
-    rest = f"What is left has no name; with a correction learned from the rows {after} mm remain."
+    rest = f"The rest has no name; a correction learned from the rows leaves {after} mm."
     return f"{named if causes else 'no cause'}. {rest}"
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:
     """Moving a target by an offset, and half of it back."""
     start = session.plate.targets[target]
-    roll, pitch, yaw = start.rpy.tolist()
-    moves: list[AbstractCommand] = []
-    for share in np.sin(np.linspace(0.0, 0.8 * np.pi, DRAG_PLACES)):
-        x, y, z = (start.xyz + share * offset).tolist()
-        moves.append(MoveTarget(target, (x, y, z), (roll, pitch, yaw), CLIENT))
+    places = (start.xyz + share * offset for share in np.sin(np.linspace(0.0, 0.8 * np.pi, DRAG_PLACES)))
+    moves = (MoveTarget(target, plain(place), plain(start.rpy), CLIENT) for place in places)
     return (GrabTarget(target, CLIENT), *moves, DropTarget(CLIENT))

@@ -60,7 +60,7 @@ def serve(
         begin: Makes the session of robot and plate, with what follows it; tells how far it is, and shows what
             it has by then. None: one that is not recorded.
         sentence: What the page says until then.
-        demo: Whether a two-minute demo plays first.
+        demo: Whether the demo plays first.
         beside: As of `App`.
         asks: Whether the start card is shown.
         on_ready: Told the page's address as soon as it can be opened.

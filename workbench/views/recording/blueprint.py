@@ -9,11 +9,11 @@ import rerun.blueprint as rrb
 
 from workbench.identification.result import judged
 from workbench.session.state import Focus, Session
-from workbench.views.drawables.viewpoint import first_view, title
+from workbench.views.drawables.viewpoint import first_view, title, view_of_rows
 from workbench.views.recording.canvas import PATHS, ROW, STEP
 
 GROUND = (246, 248, 251)
-NEARER = 0.57
+NEARER = 0.62
 """Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
 POSITION, ROTATION = "position [mm]", "rotation [°]"
@@ -88,7 +88,8 @@ def _plots(origin: str, *, has_angles: bool) -> rrb.Container:
 
 
 def _scene(session: Session) -> rrb.Spatial3DView:
-    position, target = first_view(session)
+    rows = session.results.comparison  # steps of one layout have one view: the arm at all rows is in it
+    position, target = first_view(session) if rows is None else view_of_rows(session.robot, rows)
     return rrb.Spatial3DView(
         origin="world",
         name=title(session),

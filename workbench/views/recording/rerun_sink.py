@@ -40,22 +40,18 @@ class RecordingSink(AbstractSink):
     def __init__(self, canvas: Canvas, prefix: str = ""):
         super().__init__()
         self._canvas, self._prefix = canvas, prefix
-        self._hidden: set[str] = set()
 
     def puts_off(self, item: Item) -> bool:
         return item.can_wait or not item.shown
 
-    def show(self, item: Item) -> None:
-        if item.shown is (item.path in self._hidden):
-            self._hidden ^= {item.path}
-            if item.shown:
-                self._log(item.path, None, self._drawn[item.path][1])
-            else:
-                self._canvas.clear(self._prefix + item.path)
+    def show(self, path: str, drawn: Any, *, is_shown: bool) -> None:
+        if is_shown:
+            self._log(path, None, drawn)
+        else:
+            self._canvas.clear(self._prefix + path)
 
     def change(self, item: Item, old: Any, new: Any) -> None:
         self._log(item.path, None if item.path in self._hidden else old, new)
-        self._hidden.discard(item.path)
 
     def _log(self, path: str, old: Any, new: Any) -> None:
         path = self._prefix + path
@@ -67,7 +63,6 @@ class RecordingSink(AbstractSink):
             self._canvas.log(path, WHOLE[type(new)](new))
 
     def remove(self, path: str) -> None:
-        self._hidden.discard(path)
         self._canvas.clear(self._prefix + path)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.base.wording import plural
 from workbench.session.commands.drag import DropTarget, MoveTarget
+from workbench.session.commands.edit import MovePlate
 from workbench.session.cube_fields import field_of
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.stages import shown_stage
@@ -16,19 +17,20 @@ from workbench.views.drawables.measured import error_scale
 def sentence(entry: Entry, session: Session, messages: list[str]) -> str:
     """A command and its result."""
     sentence = entry.command.title
-    if isinstance(entry.command, MoveTarget | DropTarget) and entry.ending is Ending.DONE:
-        sentence += _place(session)
+    if isinstance(entry.command, MoveTarget | DropTarget | MovePlate) and entry.ending is Ending.DONE:
+        sentence += _place(session, is_plate=isinstance(entry.command, MovePlate))
     if entry.ending in (Ending.CANCELLED, Ending.FAILED):
         sentence += f" ({entry.ending})"
     text = "; ".join(messages) or entry.text
     return f"{sentence}: {text}" if text else sentence
 
 
-def _place(session: Session) -> str:
-    """Where the target stands now, and what that means."""
-    state, (x, y, z) = session.states[session.selected], 1e3 * session.plate.targets[session.selected].xyz
-    text = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
-    if not state.measurable:
+def _place(session: Session, *, is_plate: bool) -> str:
+    """Where the target, or the plate, stands now, and what that means."""
+    state, target = session.states[session.selected], session.plate.targets[session.selected]
+    x, y, z = 1e3 * (session.plate if is_plate else target).xyz
+    text = f": {'it' if is_plate else f'target {session.selected + 1}'} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
+    if not is_plate and not state.measurable:
         return f"{text}, {state.obstacle}"
     error = session.score.position
     return f"{text}; predicted error {1e3 * error:.3g} mm rms" if np.isfinite(error) else text

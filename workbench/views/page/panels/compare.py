@@ -98,7 +98,7 @@ def _readout(session: Session) -> str:
     comparison, row = session.results.comparison, session.results.row
     if comparison is None:
         return ""
-    head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
+    head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])} (from 0)"
     kind = f" · {'held out' if comparison.held_out[row] else 'fitted'}"
     below = _as_opened(comparison, row) if session.results.identification is None else kind
     return block(f"{head}{below}", testid="row", style="margin:6px 0")

@@ -7,7 +7,7 @@ import numpy as np
 import viser
 
 from workbench.session.commands.compare import SetDark
-from workbench.session.commands.drag import MoveTarget, SelectTarget
+from workbench.session.commands.drag import MoveTarget, SelectTarget, plain
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
@@ -31,6 +31,12 @@ KEYS = (
     ("Shift ← → ↑ ↓", "moves the selected target by 1 cm along y and x"),
     ("B", "back to the best plate so far"),
     ("Esc", "closes a sheet"),
+)
+WORDS = (
+    ("Geometry", "lengths and angles between the joints, and their zeros"),
+    ("Effects", "what geometry can't explain: bending under load, gears, play"),
+    ("Held out", "rows that were not fitted: the errors at them are honest"),
+    ("O", "how evenly the targets tell all constants, from 0 to 1"),
 )
 STEP = 0.01
 """By which a key moves a target [m]."""
@@ -74,8 +80,7 @@ class LookPanel(AbstractPanel):
     def _moved(self, by: np.ndarray, _: object) -> MoveTarget:
         session = self._worker.session
         target = session.plate.targets[session.selected]
-        (x, y, z), (roll, pitch, yaw) = (target.xyz + by).tolist(), target.rpy.tolist()
-        return MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw))
+        return MoveTarget(session.selected, plain(target.xyz + by), plain(target.rpy))
 
     def _step(self, by: int) -> SelectTarget:
         session = self._worker.session
@@ -86,7 +91,8 @@ def show_help(event: viser.GuiEvent) -> None:
     """A sheet over the page of the user who pressed, until it is closed."""
     if event.client is None:
         return
-    lines = "".join(heading(title) + pairs(rows) for title, rows in (("Mouse", MOUSE), ("Keys", KEYS)))
+    parts = {"Mouse": MOUSE, "Keys": KEYS, "Words": WORDS}
+    lines = "".join(heading(title) + pairs(rows) for title, rows in parts.items())
     gui = event.client.gui
     with (made := gui.add_modal(TITLE)):
         gui.add_html(block(lines, testid="help"))

@@ -7,7 +7,7 @@ import viser
 
 from workbench.base.wording import capital
 from workbench.data.accuracy_requirement import Wanted
-from workbench.exports import FORMS
+from workbench.exports import FORMS, AbstractForm
 from workbench.identification.errors.file_errors import file_notes, judging_text, sizes
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import Identification
@@ -25,10 +25,11 @@ from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-PARTS = "STL, STEP, a drawing, the list of targets, and the joint positions to measure them with."
+PARTS = "STL, the targets, joint positions to measure them with; STEP, drawings where [cad] is installed."
 FORMATS = (
     "TOML is for this program, with all effects; URDF for others, geometry alone; the report is a web page."
 )
+OTHER_FORMS = "Those of 'export --for' that suit an arm of so many joints."
 OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
 EMPTY_NOTE = "Identify the arm first; then it is saved here."
@@ -73,11 +74,17 @@ def _is_identified(session: Session) -> bool:
     return session.results.identification is not None
 
 
+def _forms(session: Session) -> dict[str, AbstractForm]:
+    """Those that an arm of so many joints has, by their titles."""
+    new = (form for form in FORMS.values() if not form.needs_source)
+    return {capital(form.title): form for form in new if not form.dofs or session.robot.dof in form.dofs}
+
+
 class FilesPanel(AbstractPanel):
     """The calibrated arm once there is one, with the error of each file, and plate and measurements."""
 
     tab, order = Tab.EXPORT, 10
-    depends = ("measurements.loaded", "results.identification", "results.fit", "choices.wanted")
+    depends = ("robot", "measurements.loaded", "results.identification", "results.fit", "choices.wanted")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
@@ -102,11 +109,7 @@ class FilesPanel(AbstractPanel):
             FORMATS,
             visible=_is_identified,
         )
-        forms = {name: form for name, form in FORMS.items() if not form.needs_source}
-        titled = {capital(form.title): form for form in forms.values()}
-        form = self.dropdown(
-            "Other format", titled, f"As of 'export --for': {', '.join(forms)}.", visible=_is_identified
-        )
+        form = self.dropdown("Other format", _forms, OTHER_FORMS, visible=_is_identified)
         self.press(
             "Save in this format",
             lambda event: self.save(event, exported_as(form.typed), is_arm=True),

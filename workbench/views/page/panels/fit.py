@@ -84,7 +84,7 @@ class FitPanel(AbstractPanel):
         self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
         rows = self.line(
             "Excluded rows",
-            "Rows that are not fitted, such as 3, 17, 20-24.",
+            "Data rows that are not fitted, from 0, such as 3, 17, 20-24.",
             lambda s: ", ".join(map(str, sorted(s.measurements.left_out))),
             disabled=lambda s: not _has_rows(s),
         )

@@ -10,7 +10,7 @@ from workbench.base.wording import capital
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.next_step import Action, NextStep, next_step
-from workbench.session.page_state import PASSING, Message, RunningJob, Severity
+from workbench.session.page_state import PASSING, Message, RunningJob, Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.viewpoint import title
@@ -29,7 +29,7 @@ TINTS = {
 AWAY = 'style="float:right;margin-left:8px;color:inherit;text-decoration:none"'
 CREEP = 0.08
 """How far a bar goes beyond what was reported, at most: a round of a search reports a tenth at once."""
-PLAYING = "The demo is playing; any input ends it."
+PLAYING = "This is the demo; any input ends it."
 
 
 class Strip(AbstractPanel):
@@ -92,13 +92,24 @@ class Strip(AbstractPanel):
 
 
 class Messages(AbstractPanel):
-    """The last message, at the lower end of the panel, where it moves nothing else (`style.py`)."""
+    """The last message, at the lower end of the panel, where it moves nothing else (`style.py`).
 
-    depends = ("page.messages", next_step)
+    What is no refusal is over with the tab on which it came.
+    """
+
+    depends = ("page.messages", "page.tab", next_step)
 
     def build(self, gui: viser.GuiApi) -> None:
+        self._seen: tuple[Message | None, Tab | None] = None, None
         dismiss = self.link("dismiss", lambda: self._worker.submit(Dismiss()))
-        self.html(lambda s: _message(_newest(s), dismiss))
+        self.html(lambda s: _message(self._newest_here(s), dismiss))
+
+    def _newest_here(self, session: Session) -> Message | None:
+        newest, tab = _newest(session), session.page.tab
+        if newest is not self._seen[0] or self._seen[1] is None:
+            self._seen = newest, tab
+        is_over = newest is not None and newest.severity is not Severity.ERROR and tab is not self._seen[1]
+        return None if is_over else newest
 
 
 def _progress(session: Session) -> float:
@@ -152,7 +163,7 @@ def _message(message: Message | None, dismiss: str) -> str:
     if message is None:
         return ""
     ground, ink = TINTS[message.severity]
-    lines = 3 if message.severity is Severity.INFO else 6  # whole ones; the rest is scrolled
+    lines = 6 if message.severity is Severity.ERROR else 3  # whole ones; the rest is scrolled
     over = f'<a href="{text(dismiss)}" title="Dismiss this message" {AWAY}>✕</a>' if dismiss else ""
     return (
         f"<div {MESSAGE}>"

@@ -163,7 +163,7 @@ def _about(session: Session) -> str:
     times = error / length
     share = "Below" if times < 1.0 else f"{number(times, 2)} ×"
     reading = f"{number(1e3 * session.noise.position)} mm per axis, {number(1e3 * length)} mm in all"
-    return f"{share} the error of one instrument reading ({reading})"
+    return f"{share} the error of one reading ({reading})"
 
 
 def loss_bars(session: Session) -> str:

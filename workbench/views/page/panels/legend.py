@@ -215,5 +215,5 @@ def row_errors(rows: Comparison, row: int) -> str:
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]
     errors = ", ".join(known) or "no position was measured"
-    content = f"{_dot(MARK)} <b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
+    content = f"{_dot(MARK)} <b>Data row {int(rows.number[row])}</b> (from 0, {kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'

@@ -9,6 +9,7 @@ from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, S
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.appearance.colours import rounded
 from workbench.views.page.html import number
 from workbench.views.page.panels.form import ANGLE, DEGREE, LENGTH, AbstractControls
 from workbench.views.page.panels.panel import AbstractPanel, ask
@@ -99,7 +100,9 @@ def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) 
         return
     predicted = 1e3 * session.score.position
     minimum, maximum = LIMITS
-    offered = min(max(_round_up(TIMES * predicted), minimum), maximum) if np.isfinite(predicted) else 1.0
+    offered = (
+        min(max(rounded(TIMES * predicted, up=True), minimum), maximum) if np.isfinite(predicted) else 1.0
+    )
     fields: list[viser.GuiNumberHandle] = []
 
     def build(gui: viser.GuiApi) -> None:
@@ -113,9 +116,3 @@ def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) 
     known = f" {number(predicted)} mm rms are predicted." if np.isfinite(predicted) else ""
     question = f"How accurate must every arm be, everywhere in the region?{known}"
     ask(event, "Required error", question, "Try with this", begin, build=build)
-
-
-def _round_up(value: float) -> float:
-    """The next of 1, 2, 5, 10 … ."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import viser
 
-from workbench.session.commands.drag import MoveTarget
+from workbench.session.commands.drag import MoveTarget, plain
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_fields import (
     BEST_INDEX,
@@ -95,9 +95,8 @@ class RegionPanel(AbstractPanel):
         picked = session.region.view.picked
         if picked is None or picked >= session.plate.region.cubes:
             return None
-        x, y, z = session.plate.region.centres[picked].tolist()
-        roll, pitch, yaw = session.plate.targets[session.selected].rpy.tolist()
-        return MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw))
+        place, rpy = session.plate.region.centres[picked], session.plate.targets[session.selected].rpy
+        return MoveTarget(session.selected, plain(place), plain(rpy))
 
 
 def picked(session: Session) -> str:

@@ -82,7 +82,7 @@ def chart(
         marks[-1] = replace(marks[-1], name="Excluded")
     at = now if x.min() <= now <= x.max() else None
     drawing = Chart(marks, 90.0, ends, floor=0.0, now=at, uprights=uprights).svg()
-    return heading("Remaining error, row by row [mm]; click one to put the arm there") + drawing
+    return heading("Remaining error by row, from 0 [mm]; a click puts the arm there") + drawing
 
 
 def _title(rows: Comparison, k: int, error: float, stage: ModelStage) -> str:

@@ -13,8 +13,8 @@ import viser
 
 from workbench.base import se3
 from workbench.plate.region import Region
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
-from workbench.session.commands.region import SetRegion, ShowCubes, corner
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, plain
+from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_fields import are_shown, shown_layer
 from workbench.session.state import CubeView, Focus, Session
 from workbench.session.worker import Worker
@@ -87,8 +87,7 @@ class Gizmo:
             xyz = np.array(handle.position)
         elif np.isfinite(handle.wxyz).all() and np.linalg.norm(handle.wxyz) > 0.1:
             rpy = se3.matrix_to_rpy(se3.quaternion_to_matrix(np.array(handle.wxyz)))
-        (x, y, z), (roll, pitch, yaw) = xyz.tolist(), rpy.tolist()
-        self._worker.submit(MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw), client + 1))
+        self._worker.submit(MoveTarget(session.selected, plain(xyz), plain(rpy), client + 1))
 
     def _release(self, client: int) -> None:
         self._dragged = None
@@ -157,7 +156,7 @@ class Corners:
                 return
             region = session.plate.region
             region = region if is_first else dragged(region, CORNERS.index(name), place)
-            new = SetRegion(corner(region.min), corner(region.max), region.cube, step=is_first)
+            new = SetRegion(plain(region.min), plain(region.max), region.cube, step=is_first)
             self._worker.submit(new)
 
 

@@ -46,7 +46,6 @@ class PageSink(AbstractSink):
         super().__init__()
         self._server = server
         self._nodes: dict[str, Node] = {}
-        self._hidden: set[str] = set()
         self._drawn_at: dict[str, float] = {}
         self.is_behind = False
         self._count = itertools.count(1)
@@ -57,16 +56,15 @@ class PageSink(AbstractSink):
         self.is_behind |= waits
         return waits or not item.shown
 
-    def show(self, item: Item) -> None:
-        if item.shown is (item.path in self._hidden):
-            self._nodes[item.path].root.visible = item.shown
-            self._hidden ^= {item.path}
+    def show(self, path: str, drawn: Any, *, is_shown: bool) -> None:
+        self._nodes[path].root.visible = is_shown
 
     def change(self, item: Item, old: Any, new: Any) -> None:
         self._drawn_at[item.path] = time.monotonic()
         if old is not None:
             if self._nodes[item.path].change(old, new):
-                self.show(item)
+                if item.path in self._hidden:  # viser would send it in any case
+                    self._nodes[item.path].root.visible = True
                 return
             self.remove(item.path)
         name = f"/{item.path}"
@@ -82,7 +80,6 @@ class PageSink(AbstractSink):
     def remove(self, path: str) -> None:
         if (node := self._nodes.pop(path, None)) is not None:
             node.root.remove()
-        self._hidden.discard(path)
 
 
 def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh) -> Node:
