@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
-import workbench.extras.trajectories.report  # noqa: F401 how results are shown
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Reached, Task, refine
 from workbench.arm.inverse.follow import refine_deflected, rigid_targets

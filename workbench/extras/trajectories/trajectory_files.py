@@ -9,7 +9,6 @@ import numpy as np
 from workbench.arm.joint_units import sliding, sliding_numbers
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import OptionError
@@ -121,11 +120,6 @@ def path_state(
     given = {name: np.full(len(q), value) for name, value in instead.items() if value is not None}
     drivers = {**trajectory.drivers, **given}
     return replace(Motion.with_drivers(q, drivers), direction=path.direction, time=trajectory.time)
-
-
-def planned_moments(planned: Planned) -> JointMoments | None:
-    """Torques, and moments across the axes, along a trajectory; None if the arm has no masses."""
-    return joint_moments(planned.robot, planned.motion) if planned.robot.has_masses else None
 
 
 def write_plan(planned: Planned, path: Path | str) -> Path:
