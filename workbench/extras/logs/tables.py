@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from datetime import datetime
 from typing import final
 
 import numpy as np
@@ -12,6 +11,9 @@ from workbench.base.units import Quantity, to_si
 from workbench.data.readers.fields import Fields, to_numbers
 from workbench.data.readers.layouts import AbstractTableLayout, named
 from workbench.data.readers.table import Table
+
+STAMP = r"(\d{4})(\d\d)(\d\d)(\d\d)(\d\d)(\d\d)"
+"""YYYYMMDDhhmmss."""
 
 
 @final
@@ -88,36 +90,26 @@ class IpaGrid(AbstractTableLayout):
         names |= {heading: f"{axis}[mm]" for axis, heading in zip("xyz", self.position, strict=True)}
         if "measurement_temperature" in table.headings:
             names["measurement_temperature"] = "temperature[degC]"
+        at = table.headings.index("Timestamp")
+        dates = tuple(re.sub(STAMP, r"\1-\2-\3T\4:\5:\6", stamp) for stamp in table.columns[at])
+        columns = (*table.columns[:at], dates, *table.columns[at + 1 :])
         fields = named(
-            table,
-            names,
+            replace(table, columns=columns),
+            names | {"Timestamp": "time"},
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",
             "the goal columns are commanded, not measured; equal goal positions make a group",
             "time counts from the first row",
         )
-        stamps, *goals = (table.columns[table.headings.index(h)] for h in ("Timestamp", *self.goals))
+        goals = (table.columns[table.headings.index(heading)] for heading in self.goals)
         places = list(zip(*goals, strict=True))
         numbers = {goal: str(k) for k, goal in enumerate(dict.fromkeys(places))}
-        added = {"time": _seconds(table, stamps), "group": np.array([numbers[goal] for goal in places], str)}
         turned = np.stack([to_numbers(table, heading) for heading in self.angles], axis=-1)
         turns = {f"orientation {axis}": heading for axis, heading in zip("xyz", self.angles, strict=True)}
         return replace(
             fields,
-            values={**fields.values, **added},
+            values={**fields.values, "group": np.array([numbers[goal] for goal in places], str)},
             rotation=Rotation.from_euler("XYZ", turned, degrees=True).as_matrix(),
-            headings={**fields.headings, **turns, "time": "Timestamp"},
-            units={**fields.units, **dict.fromkeys(turns, "deg"), "time": "YYYYMMDDhhmmss"},
+            headings={**fields.headings, **turns},
+            units={**fields.units, **dict.fromkeys(turns, "deg")},
         )
-
-
-def _seconds(table: Table, stamps: tuple[str, ...]) -> np.ndarray:
-    """Seconds from the first row of `YYYYMMDDhhmmss` stamps."""
-    times = []
-    for row, stamp in enumerate(stamps):
-        try:
-            times.append(datetime.fromisoformat(f"{stamp[:8]}T{stamp[8:]}" if len(stamp) == 14 else ""))
-        except ValueError:
-            index = table.headings.index("Timestamp")
-            raise table.error(f"'{stamp}' is not a time YYYYMMDDhhmmss", index, row) from None
-    return np.array([(time - times[0]).total_seconds() for time in times])
