@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.extras.trajectories.track import Track, planned_track
+from workbench.extras.trajectories.session import Track, planned_track
 from workbench.session.played_motion import Played
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import REGION, scale_colours

@@ -10,10 +10,11 @@ from workbench.extras.trajectories.session import (
     MAX_TIME,
     MIN_TIME,
     PlanTrack,
+    Track,
     corrected,
     deviating_robot,
+    planned_track,
 )
-from workbench.extras.trajectories.track import Track, planned_track
 from workbench.report.chart import Chart, Marks
 from workbench.session.commands.playing import SLOWEST, LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
 from workbench.session.page_state import Tab

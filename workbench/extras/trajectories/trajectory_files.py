@@ -23,8 +23,7 @@ from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_un
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import ENDINGS, write_measurements
-from workbench.extras.trajectories.compensation import Compensation, CorrectionMethod
-from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.correction import Compensation, CorrectionMethod, correct
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 from workbench.extras.trajectories.planning import Planned
 
