@@ -23,7 +23,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.hand_eye import base_and_tool, nearest_rotation
+from workbench.base.hand_eye import base_and_tool, mean_base
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
@@ -224,8 +224,10 @@ def placed(
         """In closed form by some pictures."""
         past, alone = carried[rows], sight[rows]
         held = board if any(is_known) else base_and_tool(past, alone)[1]
-        there = eye if is_known[0] else _mean(past @ held @ se3.inverse(alone))
-        return there, held if np.isfinite(held).all() else _mean(se3.inverse(past) @ there @ alone)
+        there = eye if is_known[0] else mean_base(alone, past @ held)
+        if np.isfinite(held).all():
+            return there, held
+        return there, mean_base(np.tile(np.eye(4), (len(rows), 1, 1)), se3.inverse(past) @ there @ alone)
 
     def suiting(there: Pose, held: Pose) -> Bool[np.ndarray, " rows"]:
         """Which pictures suit these poses."""
@@ -242,11 +244,3 @@ def placed(
         tried = suiting(*by(draw.choice(every, fewest, replace=False)))
         best = max(best, tried, key=np.count_nonzero)
     return by(np.flatnonzero(best)) if best.sum() >= fewest else found
-
-
-def _mean(poses: Float[np.ndarray, "n 4 4"]) -> Pose:
-    """One pose of many that should be the same: of the better half of them in rotation."""
-    turns = poses[:, :3, :3]
-    off = np.linalg.norm(turns - nearest_rotation(turns.sum(0)), axis=(1, 2))
-    turn = nearest_rotation(turns[off <= np.median(off)].sum(0))
-    return se3.pose(turn, np.median(poses[:, :3, 3], axis=0))
