@@ -23,8 +23,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
 from workbench.extras.katana.pencil import plotted_errors, plotted_profile
-from workbench.extras.trajectories.compensation import CorrectionMethod
-from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.correction import CorrectionMethod, correct
 from workbench.extras.trajectories.curves import Circle, circle_through
 from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import Planned, plan

@@ -33,8 +33,7 @@ from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import JointRows, Poses
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.extras.trajectories.compensation import CorrectionMethod
-from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.correction import CorrectionMethod, correct
 from workbench.extras.trajectories.curves import Curve, circle_through, line
 from workbench.extras.trajectories.path import command_joints
 from workbench.extras.trajectories.planning import Planned, plan

@@ -11,8 +11,7 @@ from refusals import refuses
 from workbench.base.errors import DataError
 from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.folder import packed
-from workbench.extras.camera.panels import _identified, camera_json
-from workbench.extras.camera.picture_html import thumbnails
+from workbench.extras.camera.panels import _identified, camera_json, thumbnails
 from workbench.extras.camera.printed import Board
 from workbench.extras.camera.session_commands import CameraAlone, LoadPictures, Previews
 from workbench.identification.identify import identify

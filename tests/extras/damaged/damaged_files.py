@@ -139,7 +139,7 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     from workbench.data.readers.read import read_fields
     from workbench.extras.live.sample import parse_sample
     from workbench.extras.pendant.displayed import read_display
-    from workbench.extras.pendant.own_robot.check import read_joint_table
+    from workbench.extras.pendant.own_robot.table_meanings import read_joint_table
     from workbench.extras.pendant.touching.touches import read_touches
     from workbench.extras.trajectories.programs import read_program
     from workbench.identification.prior import read_prior

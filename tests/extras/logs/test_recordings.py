@@ -11,7 +11,8 @@ from refusals import mentions, refuses
 import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError
-from workbench.extras.logs import mocap
+from workbench.data.readers.orientation import read_orientation
+from workbench.extras.logs.mocap import Mocap
 from workbench.extras.logs.standstills import still
 
 POSES, RATE = 8, 25.0
@@ -247,8 +248,8 @@ def test_angles_of_qualisys_are_those_of_a_real_export(tmp_path):
     nine = "1 .00099 -.00165 -.00101 .99993 -.01145 .00164 .01145 .99993"
     row = "\t".join(["-194.91974", "2.24150", "0.99661", *map(str, angles), "4.98536", *nine.split()])
     head = "NO_OF_FRAMES\t1\nFREQUENCY\t100\nDATA_INCLUDED\t6D\nBODY_NAMES\tPSVH\n"
-    rows = [line.split("\t") for line in (head + row).splitlines()]
-    _, turns = mocap._qualisys(rows, tmp_path / "take.tsv").bodies["PSVH"]
+    (tmp_path / "take.tsv").write_text(head + row)
+    turns, _ = read_orientation(Mocap().read(tmp_path / "take.tsv", None), usable=np.ones(1, bool))
     blank = np.zeros(3)
     x, y, z = (se3.rpy_to_matrix(np.where(np.arange(3) == k, np.deg2rad(angles), blank)) for k in range(3))
     assert np.abs(turns[0] - x @ y @ z).max() < 0.7e-5 < 1.5e-5 < np.abs(turns[0] - z @ y @ x).max()

@@ -24,9 +24,8 @@ from workbench.base import se3
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.displayed import Displayed
-from workbench.extras.pendant.own_robot.check import read_joint_table
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
-from workbench.extras.pendant.own_robot.table_meanings import TableReading, table_readings
+from workbench.extras.pendant.own_robot.table_meanings import TableReading, read_joint_table, table_readings
 
 ANGLES = (se3.matrix_to_rpy, lambda r: se3.matrix_to_rpy(r)[..., ::-1], se3.matrix_to_rotvec)
 

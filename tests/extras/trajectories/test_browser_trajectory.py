@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.extras.trajectories.session import KATANA
-from workbench.extras.trajectories.track import planned_track
+from workbench.extras.trajectories.session import KATANA, planned_track
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.played_motion import Played
 from workbench.session.start import default_circle, start

@@ -10,7 +10,6 @@ from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.trajectories.curves import circle_through, line, smooth_shares
 from workbench.extras.trajectories.planning import plan
-from workbench.extras.trajectories.trajectory_files import planned_moments
 
 THESIS = 1e-3 * np.array(
     [[100, -300, 139.2893], [0, -370.7107, 210], [-100, -300, 139.2893], [0, -229.2893, 68.5786]]
@@ -103,7 +102,7 @@ def test_speeds_are_the_derivatives_of_the_joints(circle):
 def test_loads_at_the_circles_speed_are_the_generators_weights(robots, circle):
     """Within the few hundredths of N m of inertia of so slow a motion; joint 1 carries moments across it."""
     arm = robots["katana"][2]
-    moments = planned_moments(circle)
+    moments = circle.moments
     held = arm.moments(circle.q)
     np.testing.assert_allclose(moments.about, held[:, :, 2], atol=0.05)
     np.testing.assert_allclose(np.abs(moments.across[:, 0]), np.abs(held[:, 0, :2]), atol=0.05)

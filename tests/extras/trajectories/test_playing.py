@@ -6,8 +6,7 @@ import pytest
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.extras.trajectories.session import PlanTrack
-from workbench.extras.trajectories.track import planned_track
+from workbench.extras.trajectories.session import PlanTrack, planned_track
 from workbench.session import Worker
 from workbench.session.commands.arm import Jog, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.extras.trajectories.session import PlanTrack
-from workbench.extras.trajectories.track import planned_track
+from workbench.extras.trajectories.session import PlanTrack, planned_track
 from workbench.session import Worker
 from workbench.session.commands.playing import PlaceTrack
 from workbench.session.journal.folder import begin

@@ -14,8 +14,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.urdf import read_urdf
 from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError
-from workbench.extras.trajectories.compensation import CorrectionMethod
-from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.correction import CorrectionMethod, correct
 from workbench.extras.trajectories.path import command_joints, command_poses
 
 SOFT = np.zeros((6, 3))

@@ -19,7 +19,7 @@ PARTS = Parts(
     },
     observations=("workbench.extras.camera.observation:PixelObservation",),
     preparations=("workbench.extras.camera.preparation:PicturePreparation",),
-    sources=("workbench.extras.camera.options:PixelSource",),
+    sources=("workbench.extras.camera.commands:PixelSource",),
     session_commands=("workbench.extras.camera.session_commands:LoadPictures",),
     panels=("workbench.extras.camera.panels:CamerasPanel",),
 )

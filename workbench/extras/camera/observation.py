@@ -26,7 +26,7 @@ from workbench.data.dataset import Dataset, Labels
 from workbench.data.observation import AbstractObservation, Channel, Linearised, OwnErrors, Unknown
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
 from workbench.extras.camera.likelihood import of_residuals
-from workbench.extras.camera.placing import placed
+from workbench.extras.camera.resection import placed
 from workbench.extras.camera.rig import PictureReadings, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
 

@@ -1,6 +1,8 @@
 """Pictures of a board on the page: given or taken, what was found in them, and what they may identify."""
 
+import base64
 import json
+from collections.abc import Mapping
 
 import viser
 
@@ -9,7 +11,6 @@ from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import ON
 from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.folder import says_target
-from workbench.extras.camera.picture_html import thumbnails
 from workbench.extras.camera.printed import Board, across_down, board_pdf
 from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.extras.camera.session_commands import LARGEST_FOLDER, CameraAlone, LoadPictures, Previews
@@ -33,6 +34,8 @@ PICTURES = (
     "Choose the robot, then its pictures, with a table of the joints beside them. None yet? Look around: the "
     "Measure tab has a board to print."
 )
+TELLING_CORNERS = 8
+"""Corners from which on a picture tells much."""
 
 
 class PictureFields:
@@ -139,6 +142,22 @@ def camera_json(session: Session) -> tuple[str, bytes]:
     if found is None:
         raise DataError("camera and target are not identified yet")
     return "camera.json", json.dumps(identification_json(found), indent=1).encode()
+
+
+def thumbnails(data: Dataset, pictures: Mapping[tuple[str, str], bytes]) -> str:
+    """Small pictures, framed green, amber with few corners, or red."""
+    own, found = PictureReadings.of(data), []
+    seen = dict(zip(map(str, own.image), own.seen.sum(2), strict=True))
+    number = {camera.name: c for c, camera in enumerate(own.rig.cameras)}
+    for (camera, image), content in pictures.items():
+        count = int(seen[image][number[camera]]) if image in seen else 0
+        colour = GOOD if count >= TELLING_CORNERS else CAREFUL if count else BAD
+        source = f"data:image/jpeg;base64,{base64.b64encode(content).decode()}"
+        style = f"width:100%;border-radius:4px;display:block;outline:2px solid {colour}"
+        label = f'<div style="font-size:12px;text-align:center">{text(image)} · {count}</div>'
+        found.append(f'<div><img src="{source}" alt="rings: corners" style="{style}">{label}</div>')
+    grid = "display:grid;grid-template-columns:repeat(4,1fr);gap:6px;margin:4px 0 8px"
+    return block("".join(found), testid="thumbnails", style=grid)
 
 
 def _identified(result: Identification | None, *, is_alone: bool = False) -> str:

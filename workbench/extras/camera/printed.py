@@ -11,9 +11,14 @@ from PIL import Image, ImageDraw, ImageFont
 from workbench.base.errors import OptionError
 from workbench.base.files import write_text
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.corner_detection import BoardFinder, a_few
+from workbench.extras.camera.corner_detection import (
+    COMMON_NAMES,
+    BoardFinder,
+    a_few,
+    has_markers_for,
+    opencv_board,
+)
 from workbench.extras.camera.folder import has_target
-from workbench.extras.camera.markers import COMMON_NAMES, has_markers_for, opencv_board
 from workbench.extras.camera.picture_files import ENDINGS, read_picture, readable
 from workbench.extras.camera.target import USUAL_DICTIONARY, Charuco, charuco_target, target_toml
 

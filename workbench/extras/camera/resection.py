@@ -1,10 +1,16 @@
-"""Pose of the target in each picture, from that picture alone; contradicting corners are excluded.
+"""Poses from pictures: of the target in each picture alone, then of camera and board in what carries them.
 
 Every plane of the target that is in view (a board, or each tag) gives a pose and the one mirrored in depth by
 OpenCV's IPPE; all its points give another by RANSAC. The pose that suits most corners, refined on those that
-suit it, is taken. No arm takes part, so that a corner is judged by its picture and not by the joints.
+suit it, is taken. No arm takes part, so that a corner is judged by its picture and not by the joints, and one
+that contradicts its picture is excluded.
 
-Source: Collins, Bartoli, Infinitesimal plane-based pose estimation, Int. J. Comput. Vis. 109, 2014.
+Hand–eye in closed form then gives the poses of camera and board. If some pictures contradict that, it is
+found from any three of them, so that wrong pictures spoil some only, and then from all that suit the best of
+these.
+
+Sources: Collins, Bartoli, Infinitesimal plane-based pose estimation, Int. J. Comput. Vis. 109, 2014;
+Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
 """
 
 from collections.abc import Collection, Iterator
@@ -17,6 +23,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.base import se3
 from workbench.base.errors import DataError
+from workbench.base.hand_eye import base_and_tool, mean_base
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
@@ -178,3 +185,62 @@ def _without_empty(data: Dataset) -> Dataset:
     """The pictures without a corner kept out, with the reason."""
     empty = data.included & ~PictureReadings.of(data).seen.any((1, 2))
     return data.kept_out({int(i): NOTHING_USED for i in np.flatnonzero(empty)})
+
+
+ROUGH = 20.0
+"""Errors [px] beyond which a picture does not suit poses of camera and board."""
+SAMPLES, MIN_POSES = 60, 3
+"""Draws of so many pictures, from which camera and board are placed."""
+
+Pose = Float[np.ndarray, "4 4"]
+Poses = Float[np.ndarray, "rows 4 4"]
+
+
+def placed(
+    camera: Camera,
+    points: Float[np.ndarray, "points 3"],
+    *,
+    seen: Float[np.ndarray, "rows points 2"],
+    carried: Poses,
+    sight: Poses,
+    eye: Pose,
+    board: Pose,
+) -> tuple[Pose, Pose]:
+    """Poses of camera and board that suit most pictures.
+
+    Args:
+        camera: Its intrinsics.
+        points: Of the board, in its own frame [m].
+        seen: Where they were seen [px]; NaN where they were not.
+        carried: What carries the board past the camera.
+        sight: Pose of the board in the camera by each picture alone.
+        eye: Pose of the camera, if known; else NaN …
+        board: … and of the board.
+    """
+    is_known = [np.isfinite(pose).all() for pose in (eye, board)]
+    fewest = 1 if any(is_known) else MIN_POSES
+
+    def by(rows: np.ndarray) -> tuple[Pose, Pose]:
+        """In closed form by some pictures."""
+        past, alone = carried[rows], sight[rows]
+        held = board if any(is_known) else base_and_tool(past, alone)[1]
+        there = eye if is_known[0] else mean_base(alone, past @ held)
+        if np.isfinite(held).all():
+            return there, held
+        return there, mean_base(np.tile(np.eye(4), (len(rows), 1, 1)), se3.inverse(past) @ there @ alone)
+
+    def suiting(there: Pose, held: Pose) -> Bool[np.ndarray, " rows"]:
+        """Which pictures suit these poses."""
+        at = se3.inverse(there) @ carried @ held
+        predicted = project(se3.apply(at[:, None], points), camera.intrinsics).pixel
+        return np.nanmean(np.linalg.norm(predicted - seen, axis=2), axis=1) <= ROUGH
+
+    every = np.arange(len(sight))
+    found = by(every)
+    if (best := suiting(*found)).all() or len(every) < fewest:
+        return found
+    draw = np.random.default_rng(0)
+    for _ in range(SAMPLES):
+        tried = suiting(*by(draw.choice(every, fewest, replace=False)))
+        best = max(best, tried, key=np.count_nonzero)
+    return by(np.flatnonzero(best)) if best.sum() >= fewest else found

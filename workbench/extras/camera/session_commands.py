@@ -1,17 +1,22 @@
 """What pictures are in the session, and the command that loads a folder of them as a ZIP archive."""
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple, final
 
-from workbench.base.errors import DataError, WorkbenchError
+import numpy as np
+
+from workbench.base.errors import DataError, FileError, WorkbenchError
 from workbench.base.progress import part_of, progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.camera import ON
+from workbench.extras.camera.camera import ON, opencv
 from workbench.extras.camera.folder import only_folder, packed, read_folder, unpacked
-from workbench.extras.camera.picture_html import small_pictures
+from workbench.extras.camera.picture_files import ENDINGS, picture_files, read_picture
+from workbench.extras.camera.pixel_table import plain_names
 from workbench.extras.camera.printed import Board
 from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.identification.identify import identify
@@ -27,6 +32,14 @@ LARGEST_FOLDER = 256 * 1024 * 1024
 """Archives beyond this size are refused [bytes]."""
 SEARCH = 0.9
 """Part of the work that is the search for corners."""
+FOUND = (94, 197, 34)
+"""Colour (blue, green, red) of corners as found."""
+WIDTH = 160
+"""Of a picture [px]."""
+MAX_PICTURES = 200
+"""Pictures that are shown."""
+SUBPIXEL = 4
+"""Binary digits of parts of a pixel in OpenCV's drawings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +86,30 @@ def _measured(session: Session, data: Dataset) -> Loaded:
         ("Target", f"{own.rig.text}, {ON[own.rig.mounted]}"),
     )
     return matched_to_arm(session.robot, Loaded(data, data.source, facts, data.notes, read=data))
+
+
+def small_pictures(folder: Path, data: Dataset) -> dict[tuple[str, str], bytes]:
+    """Small JPEG of every picture, or an empty one, by camera and image, with rings about its corners."""
+    cv2, own = opencv(), PictureReadings.of(data)
+    cameras = {camera.name: c for c, camera in enumerate(own.rig.cameras)}
+    place, rows = only_folder(folder), {str(image): k for k, image in enumerate(own.image)}
+    is_table = not any(p.suffix.lower() in ENDINGS for p in place.rglob("*"))
+    files = [] if is_table else picture_files(place, own.rig)
+    paths = {(camera, plain_names([path.name])[0]): path for camera, path in files}
+    found = {}
+    for camera, image in list(dict.fromkeys([*product(cameras, rows), *paths]))[:MAX_PICTURES]:
+        size = own.rig.cameras[cameras[camera]].size
+        scale, small = WIDTH / size[0], np.full((round(size[1] * WIDTH / size[0]), WIDTH), 41, np.uint8)
+        with contextlib.suppress(FileError, KeyError):
+            small = cv2.resize(
+                read_picture(paths[camera, image], size), small.shape[::-1], interpolation=cv2.INTER_AREA
+            )
+        drawn = cv2.cvtColor(small, cv2.COLOR_GRAY2BGR)
+        pixels = own.pixels[rows[image], cameras[camera]] if image in rows else np.zeros((0, 2))
+        for u, v in np.round(pixels[np.isfinite(pixels).all(1)] * scale * 2.0**SUBPIXEL).astype(int).tolist():
+            cv2.circle(drawn, (u, v), 4 << SUBPIXEL, FOUND, 1, cv2.LINE_AA, SUBPIXEL)
+        found[camera, image] = cv2.imencode(".jpg", drawn)[1].tobytes()
+    return found
 
 
 class LoadPictures(AbstractLoad[Read]):

@@ -83,7 +83,8 @@ class Placing:
         chain: Those that the arm's joints move.
         is_named: Whether they were found by their names.
         base: The arm's base in the file's root.
-        moves: What the calibration does before the arm, behind each joint, and to what is fixed to the last.
+        moves: What the calibration does before the arm, behind each joint, and to what is fixed to the last;
+            all else stays where it is in the link that it hangs on.
     """
 
     root: Any
@@ -93,19 +94,16 @@ class Placing:
     base: Matrix4
     moves: list[Matrix4]
 
-    def number(self, link: UrdfLink | None) -> int:
-        """Which of the moves takes a link along."""
-        if link is None:
-            return 0
-        if link in self.chain:
-            return self.chain.index(link) + 1
-        above = self.number(link.parent)
-        return above + (above == len(self.chain))
+    @property
+    def ends(self) -> list[UrdfLink]:
+        """What is fixed to the last joint's link: it takes the flange's correction."""
+        return [link for link in self.links if link.parent is self.chain[-1]]
 
     @property
-    def end(self) -> int | None:
-        """Place of a link that is fixed to the last one: it takes the flange's correction."""
-        return next((k for k, link in enumerate(self.links) if self.number(link) > len(self.chain)), None)
+    def moved(self) -> Iterable[tuple[UrdfLink, Matrix4, Matrix4]]:
+        """Links that may move in their parents, and how the calibration moves them and these."""
+        before = zip(self.chain, self.moves[1:], self.moves, strict=False)
+        return (*before, *((link, self.moves[-1], self.moves[-2]) for link in self.ends))
 
 
 @final
@@ -119,12 +117,10 @@ class Urdf(AbstractForm):
 
     def write(self, job: Job) -> str:
         placing = _placing(job)
-        for link in placing.links:
-            own, other = placing.number(link), placing.number(link.parent)
-            here, before = (placing.moves[k] @ link.at_zero for k in (own, other))
-            if np.abs(here - before).max() > SAME:
-                around = placing.moves[other] @ (np.eye(4) if link.parent is None else link.parent.at_zero)
-                new = se3.inverse(around) @ here
+        for link, own, other in placing.moved:
+            if np.abs((own - other) @ link.at_zero).max() > SAME:
+                around = other if link.parent is None else other @ link.parent.at_zero
+                new = se3.inverse(around) @ own @ link.at_zero
                 origin = link.node.find("origin")
                 origin = etree.SubElement(link.node, "origin") if origin is None else origin
                 origin.set("xyz", numbers_text(new[:3, 3]))
@@ -146,9 +142,9 @@ class Urdf(AbstractForm):
             joints.append(JointFrame(joint.joint, frozen(se3.inverse(here) @ at), frozen(now.axis)))
             here = at
         flange = own.at_zero[-1]
-        if (end := placing.end) is not None:
+        for end in placing.ends[:1]:
             nominal = joint_frames(job.require_before(self.name)).at_zero[-1]
-            moved = new[end].at_zero @ se3.inverse(placing.links[end].at_zero)
+            moved = new[placing.links.index(end)].at_zero @ se3.inverse(end.at_zero)
             flange = base @ moved @ placing.base @ nominal
         return JointFrames(tuple(joints), frozen(se3.inverse(here) @ flange)).robot(job.robot)
 
@@ -161,7 +157,7 @@ class Urdf(AbstractForm):
             yield f"the arm's base is at {_text(placing.base)} of the file's root"
         if not np.array_equal(robot.base.pose, np.eye(4)):
             yield "the calibrated base frame is not written: the file's root stays where it is"
-        if placing.end is None or not np.allclose(robot.tool.pose, np.eye(4), atol=SAME):
+        if not placing.ends or not np.allclose(robot.tool.pose, np.eye(4), atol=SAME):
             last = placing.moves[len(names)] @ placing.chain[-1].at_zero
             tool = se3.inverse(last) @ placing.base @ job.frames.at_zero[-1] @ robot.tool.pose
             where = f"in the frame of the file's joint '{names[-1]}' it is at {_text(tool)}"

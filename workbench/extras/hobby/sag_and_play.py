@@ -24,7 +24,7 @@ from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.effects.gravity_sag import GravitySag, sags
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.kinematics.forward import geometric_jacobian
+from workbench.arm.kinematics.forward import geometric_jacobian, identification_jacobian
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -33,8 +33,6 @@ from workbench.identification.problem import Noise
 
 MIN_GAIN = 2.0
 """By how much an effect must beat the criterion; play by four times that, what acts upwards by seven."""
-UNIT = 1e-4
-"""Size of an effect for its derivative: far below what is found [rad, rad/(N m)]."""
 MASS, TOLERANCE = 0.1, 0.2
 """Of a link whose mass is unknown [kg]; standard deviation of first moments, as a part of the largest."""
 SOFT = 0.03
@@ -70,7 +68,7 @@ def sag_and_play(
     count = clear.count
     left = clear(se3.pose_error(poses, shown))
     joints = tuple(range(1, robot.dof - 1))
-    twists = {kind: _twists(robot, [kind((j,), (UNIT,)) for j in joints], q, shown) for kind in known}
+    twists = {kind: _twists(robot, kind(joints), q) for kind in known}
     lowest, chosen = count * np.log(left @ left) - MIN_GAIN, dict[type[AbstractEffect], np.ndarray]()
     for kinds, shares in _models(known, len(joints)):
         units = [np.tensordot(share, twists[kind], 1) for kind, share in zip(kinds, shares, strict=True)]
@@ -90,34 +88,28 @@ def sag_and_play(
         found.append(Backlash(joints, tuple(play.tolist())))
         left = left - clear(np.tensordot(play, twists[Backlash], 1))
     if (soft := chosen.get(JointCompliance)) is not None:
-        sags, error = _sags(robot, q, shown, soft, clear, left, noise_left)
+        sags, error = _sags(robot, q, soft, clear, left, noise_left)
         found += sags
     return SagAndPlay(tuple(found), up, error)
 
 
 def _sags(
-    robot: Robot,
-    q: np.ndarray,
-    shown: np.ndarray,
-    soft: np.ndarray,
-    clear: "_Cleared",
-    left: np.ndarray,
-    noise: float,
+    robot: Robot, q: np.ndarray, soft: np.ndarray, clear: "_Cleared", left: np.ndarray, noise: float
 ) -> tuple[list[AbstractEffect], float]:
     """Sag of each joint by the first moments that it carries, expected near the file's times compliance."""
     own = [s for s in sags(robot, Motion(q)) if 0 < s.joints[0] < robot.dof - 1]
     terms = list(dict.fromkeys(term for sag in own for term in sag.terms.split()))
     share = soft / soft.mean()
 
-    def columns(q: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    def columns(q: np.ndarray) -> np.ndarray:
         """Twists by a unit of each term."""
         out = np.zeros((len(terms), len(q), 6))
         for sag, part in zip(own, share, strict=True):
-            for term, twist in zip(sag.terms.split(), _twists(robot, _units(sag), q, shown), strict=True):
+            for term, twist in zip(sag.terms.split(), _twists(robot, sag, q), strict=True):
                 out[terms.index(term)] += part * twist
         return out
 
-    known, seen = _known(robot, own[0], terms), columns(q, shown)
+    known, seen = _known(robot, own[0], terms), columns(q)
     spread = TOLERANCE * np.abs(known).max() * abs(soft.mean())
     design = np.column_stack([np.zeros_like(left), *(clear(column) for column in seen)]) / noise
     expected = np.column_stack([-known, np.eye(len(terms))]) / spread
@@ -127,8 +119,7 @@ def _sags(
     by_term = dict(zip(terms, size[1:].tolist(), strict=True))
     low, high = robot.search_limits.T
     fresh = np.random.default_rng(0).uniform(low, high, (FRESH, robot.dof))
-    at = robot.predict(fresh)
-    off = columns(fresh, at) - clear.absorbed(seen, fresh, at)
+    off = columns(fresh) - clear.absorbed(seen, fresh, robot.predict(fresh))
     covariance = np.linalg.inv(rows.T @ rows)[1:, 1:]
     error = np.einsum("tri,tu,uri->r", off[..., :3], covariance, off[..., :3]).mean() ** 0.5
     return [
@@ -141,18 +132,10 @@ def _known(robot: Robot, sag: GravitySag, terms: Sequence[str]) -> np.ndarray:
     """First moments by the file's masses, times gravity [N m]; of a joint that carries all of them."""
     low, high = robot.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (20 * len(terms), robot.dof))
-    shown = robot.predict(q)
-    whole = _twists(robot, [JointCompliance(sag.joints, (UNIT,))], q, shown)[0]
-    units = _twists(robot, _units(sag), q, shown)
+    whole, units = _twists(robot, JointCompliance(sag.joints), q)[0], _twists(robot, sag, q)
     found = np.linalg.lstsq(units.reshape(len(units), -1).T, whole.ravel(), rcond=1e-9)[0]
     by_term = dict(zip(sag.terms.split(), found.tolist(), strict=True))
     return np.array([by_term[term] for term in terms])
-
-
-def _units(sag: GravitySag) -> list[AbstractEffect]:
-    """The sag by each of its terms alone."""
-    one = UNIT * np.eye(len(sag.terms.split()))
-    return [replace(sag, coefficients=tuple(row)) for row in one.tolist()]
 
 
 def _still(robot: Robot, q: np.ndarray, shown: np.ndarray) -> Float[np.ndarray, "rows 6 p"]:
@@ -196,6 +179,6 @@ def _models(known: Kinds, joints: int) -> Iterator[tuple[Kinds, list[np.ndarray]
             yield kinds, list(shares)
 
 
-def _twists(robot: Robot, effects: Sequence[AbstractEffect], q: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    """What a unit of each effect does to the poses (effects, rows, 6)."""
-    return np.stack([se3.pose_error(robot.with_effects(e).predict(q), shown) / UNIT for e in effects])
+def _twists(robot: Robot, effect: AbstractEffect, q: np.ndarray) -> np.ndarray:
+    """What a unit of each coefficient of an effect does to the poses (coefficients, rows, 6)."""
+    return identification_jacobian(robot.with_effects(effect), Motion(q), effect.names)[1].transpose(2, 0, 1)

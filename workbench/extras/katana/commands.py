@@ -23,7 +23,6 @@ def loading(
 ) -> None:
     """Postures in which inclinometers reveal clearance, backlash and stiffness, tried on a virtual arm."""
     from workbench.extras.katana.load_test.experiment import run_load_test
-    from workbench.extras.katana.load_test.report import load_test_blocks, load_test_json
 
     opt.check_writable(json, out)
     found = run_load_test(
@@ -33,7 +32,6 @@ def loading(
         centre_tolerance=opt.length(centre_tolerance),
         seed=seed,
     )
-    opt.show(load_test_blocks(found))
+    opt.give(found, json)
     if out is not None:
         opt.say(f"postures, readings: {wb.write_measurements(found.data, out)}")
-    opt.write_result(json, load_test_json(found))

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
+from jaxtyping import Float, UInt8
 from PIL import Image as Pictures
 from PIL import UnidentifiedImageError
 from scipy.ndimage import map_coordinates
@@ -109,16 +109,10 @@ class PlottedProfile:
         out: How far outside the printed circle the pencil was at each of `ANGLES` from the beginning,
             counter-clockwise for who looks at the paper [m]; NaN where it drew nothing.
         scale: Size of a dot [m].
-        oval: By how much the scan's axes differ, as a share.
     """
 
     out: Float[np.ndarray, " rays"]
     scale: float
-    oval: float
-
-    @property
-    def drawn(self) -> Bool[np.ndarray, " rays"]:
-        return np.isfinite(self.out)
 
     def at(self, angle: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """How far outside at other angles [m]; NaN where one of the two rays beside has nothing."""
@@ -188,7 +182,7 @@ def plotted_profile(scan: Image, radius: float, *, source: str = "the scan") -> 
     begin = _beginning(inked, middle, line[0], source)
     out = radius * (crossed / ring - 1.0)
     out = np.interp(ANGLES, (ANGLES - begin) % (2.0 * np.pi), out, period=2.0 * np.pi)
-    return PlottedProfile(out=frozen(out), scale=radius / float(line[0]), oval=oval)
+    return PlottedProfile(out=frozen(out), scale=radius / float(line[0]))
 
 
 def plotted_errors(

@@ -15,14 +15,12 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.types import frozen
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes, instrument_named
-from workbench.data.simulation.simulate import simulate_targets, virtual_arm
+from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.extras.live.sample import Sample
 from workbench.plate.plate import Plate
 from workbench.plate.simulated_measurement import DESIGNED, measure_plate
@@ -35,8 +33,6 @@ SEAT = "plate"
 """No instrument: the seat constrains the tool where the plate says."""
 STEERING = (3e-4, float(np.deg2rad(0.03)))
 """How near an operator steers to a target's pose: standard deviations [m], [rad]."""
-
-
 TURNING, SLIDING = 1.0, 0.25
 """Peak speeds of revolute [rad/s] and prismatic joints [m/s]."""
 DWELL = 1.0
@@ -78,14 +74,15 @@ def _samples(actual, targets, rng, instrument, rate) -> Iterator[Sample]:
     count, dwell, here = 0, max(int(np.ceil(DWELL * rate)), 1), np.clip(0.0, *actual.search_limits.T)
     for target in targets:
         path = np.concatenate([_approach(actual, here, target, rate), np.tile(target, (dwell, 1))])
-        poses = None if instrument is None else tool_poses(actual, Motion(path))
-        for k, q in enumerate(path):
-            position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
+        exact = INSTRUMENTS["ideal"] if instrument is None else instrument
+        rows = simulate(actual, Motion(path), instrument=exact, rng=rng, joint_noise=JOINT_NOISE)
+        position, rotation = (None, None) if instrument is None else (rows.position, rows.rotation)
+        for k, q in enumerate(rows.q):
             yield Sample(
                 time=count / rate,
-                q=frozen(q + rng.normal(0.0, JOINT_NOISE, len(q))),
-                position=position,
-                rotation=rotation,
+                q=q,
+                position=None if position is None else position[k],
+                rotation=None if rotation is None else rotation[k],
                 capture=k == len(path) - 1,
             )
             count += 1
@@ -98,17 +95,6 @@ def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, rate: float) ->
     steps = int(np.ceil(lasts * rate))
     s = np.arange(1, steps + 1) / steps
     return start + (end - start) * (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None]
-
-
-def _seen(pose, instrument, rng) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Position and orientation as the instrument sees them."""
-    if pose is None:
-        return None, None
-    position = frozen(pose[:3, 3] + rng.normal(0.0, instrument.sigma_position, 3))
-    if instrument.observes is Observes.POINT:
-        return position, None
-    turn = se3.rotvec_to_matrix(rng.normal(0.0, instrument.sigma_rotation or 0.0, 3))
-    return position, frozen(turn @ pose[:3, :3])
 
 
 def drive_plate(

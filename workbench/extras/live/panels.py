@@ -17,6 +17,7 @@ from workbench.extras.live.session import (
     StoreRow,
     TakeAgain,
     UseRows,
+    acquisition_of,
 )
 from workbench.extras.live.standstill import ArmState
 from workbench.session.page_state import Tab
@@ -99,7 +100,7 @@ class MeasuringPanel(AbstractPanel):
             lambda: StoreRow(anywhere=True),
             icon.ALERT_TRIANGLE,
             "Store the row for the current target although the tool is not there.",
-            visible=lambda s: _goes_on(s) and not _acquisition(s).place().is_known,
+            visible=lambda s: _goes_on(s) and not acquisition_of(s).place().is_known,
             disabled=lambda s: not _can(s, StoreRow(anywhere=True)),
         )
         hint = "Discard this target's row, or the last one, and measure again."
@@ -132,23 +133,17 @@ def _is_on(session: Session) -> bool:
     return session.part(Measuring) is not None
 
 
-def _acquisition(session: Session) -> Acquisition:
-    measuring = session.part(Measuring)
-    assert measuring is not None  # a mode's controls are asked while it is on
-    return measuring.acquisition
-
-
 def _goes_on(session: Session) -> bool:
-    return _is_on(session) and not _acquisition(session).is_done
+    return _is_on(session) and not acquisition_of(session).is_done
 
 
 def _has_no_row(session: Session) -> bool:
-    return not _acquisition(session).rows
+    return not acquisition_of(session).rows
 
 
 def _other_target(session: Session) -> int | None:
     """The plate's target at which the tool is instead of the current one, counted from 0."""
-    return _acquisition(session).place().looks_like if _goes_on(session) else None
+    return acquisition_of(session).place().looks_like if _goes_on(session) else None
 
 
 def _can(session: Session, command: StoreRow) -> bool:
@@ -160,7 +155,7 @@ def _can(session: Session, command: StoreRow) -> bool:
 
 
 def _measuring(session: Session) -> str:
-    return _source(session.part(Source)) + status(_acquisition(session)) if _is_on(session) else ""
+    return _source(session.part(Source)) + status(acquisition_of(session)) if _is_on(session) else ""
 
 
 def _source(source: Source | None) -> str:

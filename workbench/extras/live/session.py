@@ -84,7 +84,7 @@ def _source(session: Session) -> Source:
     return source
 
 
-def _acquisition(session: Session) -> Acquisition:
+def acquisition_of(session: Session) -> Acquisition:
     if (measuring := session.part(Measuring)) is None:
         raise OptionError("no guided measurement is running; begin one first")
     return measuring.acquisition
@@ -143,7 +143,7 @@ class TakeSample(AbstractChange):
     def apply(self, session: Session) -> Session:
         source = session.part(Source)
         if session.part(Measuring) is not None:
-            session = _with(session, _acquisition(session).with_sample(Sample.of(self), self.arm_state))
+            session = _with(session, acquisition_of(session).with_sample(Sample.of(self), self.arm_state))
         elif source is None or not source.is_followed:
             return session
         if session.drag is not None:
@@ -176,7 +176,7 @@ class StoreRow(AbstractChange):
         return _with(session, self._stored(session))
 
     def _stored(self, session: Session) -> Acquisition:
-        acquisition = _acquisition(session)
+        acquisition = acquisition_of(session)
         if self.target is not None and not 0 <= self.target < len(acquisition.targets):
             raise OptionError(f"target must be 1 to {len(acquisition.targets)}, got {self.target + 1}")
         return acquisition.stored(self.target, anywhere=self.anywhere)
@@ -188,10 +188,10 @@ class TakeAgain(AbstractChange):
     title = "Retake a row"
 
     def check(self, session: Session) -> None:
-        _acquisition(session).again()
+        acquisition_of(session).again()
 
     def apply(self, session: Session) -> Session:
-        return _with(session, _acquisition(session).again())
+        return _with(session, acquisition_of(session).again())
 
 
 class NextWanted(AbstractChange):
@@ -202,7 +202,7 @@ class NextWanted(AbstractChange):
     by: int = 1
 
     def apply(self, session: Session) -> Session:
-        return _with(session, _acquisition(session).step(self.by))
+        return _with(session, acquisition_of(session).step(self.by))
 
 
 class UseRows(AbstractChange):
@@ -212,11 +212,11 @@ class UseRows(AbstractChange):
     key = "use"
 
     def check(self, session: Session) -> None:
-        if not _acquisition(session).rows:
+        if not acquisition_of(session).rows:
             raise DataError("no row has been stored yet; drive the arm to a target and store a row")
 
     def apply(self, session: Session) -> Session:
-        acquisition, name = _acquisition(session), "Real arm, live"
+        acquisition, name = acquisition_of(session), "Real arm, live"
         rows = acquisition.dataset(source=name)
         facts = (
             ("Measured at", f"{len(rows)} of {len(acquisition.targets)} targets, stored one by one"),
@@ -234,7 +234,7 @@ class EndMeasuring(AbstractChange):
     key = "stop"
 
     def check(self, session: Session) -> None:
-        _acquisition(session)
+        acquisition_of(session)
 
     def apply(self, session: Session) -> Session:
         return session.without_part(Measuring).updated("playback", focus=Focus.TARGET)
@@ -263,7 +263,7 @@ class TellSource(AbstractChange):
         is_followed = former is None or former.is_followed
         session = session.with_part(Source(self.name, self.is_open, self.silence, is_followed))
         if session.part(Measuring) is not None and self.silence:
-            session = _with(session, replace(_acquisition(session), silence=self.silence))
+            session = _with(session, replace(acquisition_of(session), silence=self.silence))
         return session if self.is_open else session.with_message(Severity.WARNING, f"{self.name}: {ENDED}")
 
 

@@ -6,7 +6,7 @@ PARTS = Parts(
     layouts=(
         "workbench.extras.logs.matlab:Matlab",
         "workbench.extras.logs.mocap:Mocap",
-        "workbench.extras.logs.mukca:Mukca",
+        "workbench.extras.logs.tables:Mukca",
         "workbench.extras.logs.ros_bag:RosBag",
         "workbench.extras.logs.tables:IpaGrid",
         "workbench.extras.logs.tables:Rtde",

@@ -23,7 +23,7 @@ from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts import AbstractFileLayout
-from workbench.extras.logs.recording import Logged, chosen
+from workbench.extras.logs.recording import chosen
 from workbench.extras.logs.standstills import join_by_time
 
 MEMORY = 400 * MEBIBYTE
@@ -61,8 +61,16 @@ class RosBag(AbstractFileLayout):
         turns = se3.quaternion_to_matrix(
             numbers[:, 3:] / np.linalg.norm(numbers[:, 3:], axis=1, keepdims=True)
         )
-        measured = Logged(time=time, bodies={pose: (numbers[:, :3], turns)})
-        return join_by_time(measured.fields(path, self.name, None), joints, one_clock=True)
+        measured = Fields(
+            source=str(path),
+            lines=tuple(range(1, len(time) + 1)),
+            values={"time": time, **dict(zip("xyz", numbers[:, :3].T, strict=True))},
+            headings=dict.fromkeys("xyz", pose),
+            units=dict.fromkeys("xyz", "m") | {"time": "s"},
+            rotation=turns,
+            notes=(f"layout '{self.name}'", f"the tool is the body '{pose}'"),
+        )
+        return join_by_time(measured, joints, one_clock=True)
 
 
 def _joints(path: Path, topic: str, rows: list[tuple[float, Any]], naming: Naming | None) -> Fields:

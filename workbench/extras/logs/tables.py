@@ -1,17 +1,24 @@
-"""Tables whose headings don't say what they mean: a controller's log, and two public sets of measurements."""
+"""Data whose headings don't say what they mean: a controller's log, and three public sets of measurements."""
 
 import re
 from dataclasses import replace
-from datetime import datetime
+from pathlib import Path
 from typing import final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from workbench.base.errors import FileError
 from workbench.base.units import Quantity, to_si
+from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, to_numbers
-from workbench.data.readers.layouts import AbstractTableLayout, named
-from workbench.data.readers.table import Table
+from workbench.data.readers.file_kind import read_bytes
+from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout, named
+from workbench.data.readers.table import Table, with_names
+from workbench.data.readers.text import read_text
+
+STAMP = r"(\d{4})(\d\d)(\d\d)(\d\d)(\d\d)(\d\d)"
+"""YYYYMMDDhhmmss."""
 
 
 @final
@@ -88,36 +95,89 @@ class IpaGrid(AbstractTableLayout):
         names |= {heading: f"{axis}[mm]" for axis, heading in zip("xyz", self.position, strict=True)}
         if "measurement_temperature" in table.headings:
             names["measurement_temperature"] = "temperature[degC]"
+        at = table.headings.index("Timestamp")
+        dates = tuple(re.sub(STAMP, r"\1-\2-\3T\4:\5:\6", stamp) for stamp in table.columns[at])
+        columns = (*table.columns[:at], dates, *table.columns[at + 1 :])
         fields = named(
-            table,
-            names,
+            replace(table, columns=columns),
+            names | {"Timestamp": "time"},
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",
             "the goal columns are commanded, not measured; equal goal positions make a group",
             "time counts from the first row",
         )
-        stamps, *goals = (table.columns[table.headings.index(h)] for h in ("Timestamp", *self.goals))
+        goals = (table.columns[table.headings.index(heading)] for heading in self.goals)
         places = list(zip(*goals, strict=True))
         numbers = {goal: str(k) for k, goal in enumerate(dict.fromkeys(places))}
-        added = {"time": _seconds(table, stamps), "group": np.array([numbers[goal] for goal in places], str)}
         turned = np.stack([to_numbers(table, heading) for heading in self.angles], axis=-1)
         turns = {f"orientation {axis}": heading for axis, heading in zip("xyz", self.angles, strict=True)}
         return replace(
             fields,
-            values={**fields.values, **added},
+            values={**fields.values, "group": np.array([numbers[goal] for goal in places], str)},
             rotation=Rotation.from_euler("XYZ", turned, degrees=True).as_matrix(),
-            headings={**fields.headings, **turns, "time": "Timestamp"},
-            units={**fields.units, **dict.fromkeys(turns, "deg"), "time": "YYYYMMDDhhmmss"},
+            headings={**fields.headings, **turns},
+            units={**fields.units, **dict.fromkeys(turns, "deg")},
         )
 
 
-def _seconds(table: Table, stamps: tuple[str, ...]) -> np.ndarray:
-    """Seconds from the first row of `YYYYMMDDhhmmss` stamps."""
-    times = []
-    for row, stamp in enumerate(stamps):
-        try:
-            times.append(datetime.fromisoformat(f"{stamp[:8]}T{stamp[8:]}" if len(stamp) == 14 else ""))
-        except ValueError:
-            index = table.headings.index("Timestamp")
-            raise table.error(f"'{stamp}' is not a time YYYYMMDDhhmmss", index, row) from None
-    return np.array([(time - times[0]).total_seconds() for time in times])
+SPACING = 0.05
+"""Distance of the two sockets' centres [m]."""
+_POSE = re.compile(r"hole_\d+_pose\.csv")
+
+
+@final
+class Mukca(AbstractFileLayout):
+    """A ball put into two sockets 50 mm apart: a robot's folder with placements, one placement, or a file.
+
+    `<placement>/hole_0.csv` and `hole_1.csv` hold joint angles only. Each placement of the sockets is a
+    session with a frame of its own: socket 0 at its origin, socket 1 at (0.05, 0, 0) m. Where that frame lies
+    in the robot's base is unknown, and its rotation about the line through both sockets can't be seen.
+    """
+
+    name = "mukca"
+
+    def matches(self, path: Path, head: bytes) -> bool:
+        return bool(_sockets(path) if path.is_dir() else _POSE.fullmatch(path.name))
+
+    def read(self, path: Path, naming: Naming | None) -> Fields:
+        if _POSE.fullmatch(path.name):
+            raise FileError(
+                "these poses are the controller's own forward kinematics, not measurements: read the "
+                "folder with hole_0.csv and hole_1.csv",
+                path=str(path),
+            )
+        files = [path] if path.is_file() else _sockets(path)
+        if not files:
+            raise FileError("there are no hole_0.csv or hole_1.csv in this folder", path=str(path))
+        tables = [_table(file) for file in files]
+        width = len(tables[0].headings)
+        if odd := next((table for table in tables if len(table.headings) != width), None):
+            raise FileError(
+                f"it has {len(odd.headings)} joints, the first file {width}: read one robot at a time",
+                path=odd.source,
+            )
+        counts = [table.rows for table in tables]
+        q = np.vstack([np.stack([to_numbers(t, i) for i in range(width)], axis=1) for t in tables])
+        socket = np.repeat([int(file.name[5]) for file in files], counts)
+        values = {f"q{i + 1}": q[:, i] for i in range(width)}
+        units = dict.fromkeys(values, "rad")
+        values |= {"x": SPACING * socket, "y": np.zeros(len(q)), "z": np.zeros(len(q))}
+        values["session"] = np.repeat([file.parent.name for file in files], counts)
+        values["point"] = np.array([f"socket{s}" for s in socket], dtype=str)
+        notes = (
+            "layout 'mukca': joint angles in rad, one session per placement",
+            f"positions are not measured: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a "
+            "frame that differs between sessions, so base frames must be free per session",
+        )
+        lines = tuple(line for table in tables for line in table.lines)
+        return Fields(source=str(path), lines=lines, values=values, units=units, notes=notes)
+
+
+def _sockets(path: Path) -> list[Path]:
+    """Files of sockets in a folder, or in those right below it."""
+    return sorted((*path.glob("hole_[01].csv"), *path.glob("*/hole_[01].csv")))
+
+
+def _table(path: Path) -> Table:
+    grid = read_text(read_bytes(path), path)
+    return with_names(grid, tuple(f"q{i}[rad]" for i in range(1, len(grid.rows[0]) + 1)))

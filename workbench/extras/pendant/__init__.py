@@ -19,6 +19,6 @@ PARTS = Parts(
         "table_readings": "workbench.extras.pendant.own_robot.table_meanings:table_readings",
         "tcp": "workbench.extras.pendant.touching.tool_tip:tcp",
     },
-    robot_checks=("workbench.extras.pendant.own_robot.check:robot_that_gives",),
+    robot_checks=("workbench.extras.pendant.own_robot.find_convention:robot_that_gives",),
     panels=("workbench.extras.pendant.own_robot.panel:OwnRobotPanel",),
 )

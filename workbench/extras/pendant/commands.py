@@ -150,7 +150,7 @@ def new(
 
     from workbench.arm.built_in_arms import check_robot_file, save_robot
     from workbench.extras.pendant.displayed import read_display
-    from workbench.extras.pendant.own_robot.check import check_robot, convention_notes, readings_of
+    from workbench.extras.pendant.own_robot.find_convention import check_robot, readings_of
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
@@ -169,7 +169,7 @@ def new(
         shown = pose or [] if poses is None else read_display(poses, first, columns=columns)
         found = check_robot(source, shown, tip=tip)
         arm, reading = found.robot, found.reading
-        for text in convention_notes(found):
+        for text in found.notes:
             opt.say(text)
         content |= {"words": list(found.assumptions), "changes": list(reading.changes), "tried": found.tried}
         content |= {"position_m": reading.position, "rotation_rad": reading.rotation}

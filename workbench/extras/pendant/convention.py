@@ -33,7 +33,7 @@ COMMANDED = 0.5
 """Joint positions that are all whole multiples of this many degrees were commanded, not rounded."""
 
 
-def find_convention(robot: Robot, shown: Displayed) -> RowReading:
+def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
     """The reading under which what is shown is this arm's.
 
     Raises:

@@ -25,7 +25,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.diagnose import diagnose
-from workbench.extras.pendant.convention import as_dataset, find_convention, with_displayed_frames
+from workbench.extras.pendant.convention import as_dataset, reading_of_display, with_displayed_frames
 from workbench.extras.pendant.displayed import DisplayMeaning, of_dataset, read_display, typed
 from workbench.identification.identify import identify
 from workbench.identification.report.document import errors_table
@@ -181,7 +181,7 @@ def extract(
         shown = read_display(readings, robot, columns=columns)
     else:
         shown = of_dataset(readings, robot) if isinstance(readings, Dataset) else typed(readings, robot.dof)
-    reading = find_convention(robot, shown)
+    reading = reading_of_display(robot, shown)
     counted = reading.on(robot.bare) or robot
     arm, data = with_displayed_frames(counted, reading), as_dataset(counted, shown, reading)
     with part_of(0.0, 0.7):

@@ -35,17 +35,14 @@ class PlanOptions:
     def make(self, curve) -> None:
         """Plan, show and write."""
         from workbench.extras.trajectories.planning import plan
-        from workbench.extras.trajectories.report import path_blocks, path_json
-        from workbench.extras.trajectories.trajectory_files import planned_moments, write_plan
+        from workbench.extras.trajectories.trajectory_files import write_plan
 
         opt.check_writable(self.out, self.json)
         pointing = None if self.axis is None else _point(self.axis, "--axis")
         arm = wb.load_robot(self.robot)
         planned = plan(arm, curve, duration=self.duration, rows=self.rows, axis=pointing)
-        moments = planned_moments(planned)
-        opt.show(path_blocks(planned, moments))
+        opt.give(planned, self.json)
         opt.say(f"trajectory: {write_plan(planned, self.out)}")
-        opt.write_result(self.json, path_json(planned, moments))
 
 
 @path.command()
@@ -119,7 +116,6 @@ def compensate(
     """Correct a joint trajectory with a calibrated robot, its effects included."""
     from workbench.data.readers.trajectory import read_trajectory
     from workbench.extras.trajectories.programs import read_program
-    from workbench.extras.trajectories.report import compensation_json
     from workbench.extras.trajectories.trajectory_files import write_trajectory
 
     arm = wb.load_robot(robot)
@@ -143,7 +139,7 @@ def compensate(
         if program is None or error.row is None:
             raise
         raise FileError(str(error), path=str(trajectory), line=program.lines[error.row]) from error
-    opt.show(found.blocks())
+    opt.give(found, json)
     if program is not None:
         change = f"{57.29577951308232 * abs(found.q - program.q).max():.4f}°"
         opt.say(f"maximum change: {change}, in {plural(len(program.q), 'joint target')}")
@@ -153,4 +149,3 @@ def compensate(
         opt.say(f"corrected program: {program.save(found.q, out)}")
     else:
         opt.say(f"corrected joints: {write_trajectory(found, out, rows.units)}")
-    opt.write_result(json, compensation_json(found))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.extras.trajectories.track import Track, planned_track
+from workbench.extras.trajectories.session import Track, planned_track
 from workbench.session.played_motion import Played
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import REGION, scale_colours
@@ -33,10 +33,10 @@ def arm_on_trajectory(session: Session) -> Iterator[Item]:
         return
     at, overlay = played.at, session.choices.overlay
     is_shown = session.playback.focus is Focus.TRACK
-    if planned.actual is not None:
-        inputs = planned.robot, planned.actual, None, planned.at(at), None, overlay.exaggeration
+    if planned.sent is not None:
+        inputs = planned.robot, planned.sent.calibrated, None, planned.at(at), None, overlay.exaggeration
         yield Item("track/arm", real_arm, inputs, shown=is_shown and overlay.calibrated)
-    place = np.array([np.interp(at, planned.time, c) for c in planned.wanted.T])
+    place = np.array([np.interp(at, planned.planned.time, c) for c in planned.wanted.T])
     yield Item("track/mark", mark, (0.008, place), shown=is_shown)
 
 

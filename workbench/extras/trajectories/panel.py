@@ -10,10 +10,11 @@ from workbench.extras.trajectories.session import (
     MAX_TIME,
     MIN_TIME,
     PlanTrack,
+    Track,
     corrected,
     deviating_robot,
+    planned_track,
 )
-from workbench.extras.trajectories.track import Track, planned_track
 from workbench.report.chart import Chart, Marks
 from workbench.session.commands.playing import SLOWEST, LeaveTrack, PauseTrack, PlaceTrack, PlayTrack, SetPace
 from workbench.session.page_state import Tab
@@ -125,7 +126,7 @@ def result(track: Track, times: float) -> str:
         return block(f"<div>{PLANNED}</div>{tail}", testid="track", style="margin:4px 0")
     errors = track.errors
     rows = [("Error, mean", in_mm(errors.mean())), ("maximum", in_mm(errors.max()))]
-    chart = Marks(track.time, np.round(1e3 * errors, ERROR_DECIMALS), "currentColor", is_line=True)
+    chart = Marks(track.planned.time, np.round(1e3 * errors, ERROR_DECIMALS), "currentColor", is_line=True)
     ends = "0 s", f"{track.duration:g} s"
     drawn = f"<div>Error [mm]</div>{Chart([chart], ERROR_HEIGHT, ends, floor=0.0).svg()}"
     if track.is_corrected:

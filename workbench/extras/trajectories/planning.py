@@ -10,6 +10,8 @@ velocities and accelerations.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -19,16 +21,25 @@ from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
+from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import JointRows, Poses, Rotations, Vector3, frozen
+from workbench.base.wording import plural
 from workbench.extras.trajectories.curves import Circle, Curve, smooth_shares
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 from workbench.extras.trajectories.tool_direction import follow_near_direction
+from workbench.report.blocks import Block, ResultTable, headed
+from workbench.report.json import Json, document
+from workbench.report.numbers import short
+from workbench.report.result_display import AbstractShown
 
+SCHEMA = "workbench.path/1"
+LOADS = ("joint", "minimum", "maximum", "max speed [/s]", "torque [N m]", "moment across axis [N m]")
 DOWN = np.array([0.0, 0.0, -1.0])
 """Default tool direction for a line, and sense of a plane's normal."""
 UPRIGHT = 1e-6
@@ -45,8 +56,9 @@ MIN_CURVE_ROWS = 8
 """Minimum number of rows of a trajectory."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Planned:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Planned(AbstractShown):
     """A trajectory as an arm's controller would run it.
 
     Args:
@@ -70,6 +82,43 @@ class Planned:
     def q(self) -> JointRows:
         """Joint positions [rad or m]."""
         return self.motion.q
+
+    @cached_property
+    def moments(self) -> JointMoments | None:
+        """Torques, and moments across the axes; None if the arm has no masses."""
+        return joint_moments(self.robot, self.motion) if self.robot.has_masses else None
+
+    def blocks(self) -> list[Block]:
+        """Range, maximum speed and maximum loads of every joint, and decisions."""
+        speed = np.abs(np.asarray(self.motion.velocity)).max(axis=0)
+        loads = np.full((self.robot.dof, 2), np.nan)
+        if self.moments is not None:
+            loads = np.column_stack([np.abs(self.moments.about).max(0), self.moments.tipping.max(0)])
+        sizes = shown_joints(self.robot, np.stack([self.q.min(0), self.q.max(0), speed])).T
+        rows = [
+            (f"{j}", *(f"{v:.2f}{unit}" for v in size), *map(short, load))
+            for j, (size, unit, load) in enumerate(zip(sizes, shown_units(self.robot), loads, strict=True), 1)
+        ]
+        head = f"{self.robot.name}: {plural(len(self.time), 'row')}, {self.time[-1]:g} s"
+        return headed(head, ResultTable("", LOADS, rows), notes=self.notes)
+
+    def json(self) -> Json:
+        """The trajectory as plain data, SI; moments are null if the arm has no masses."""
+        moments = self.moments
+        return document(
+            SCHEMA,
+            robot=self.robot.name,
+            task=self.task.name.lower(),
+            axis=self.axis,
+            time=self.time,
+            q=self.q,
+            velocity=self.motion.velocity,
+            acceleration=self.motion.acceleration,
+            torque=None if moments is None else moments.about,
+            moment_x=None if moments is None else moments.across[:, :, 0],
+            moment_y=None if moments is None else moments.across[:, :, 1],
+            notes=self.notes,
+        )
 
 
 def plan(

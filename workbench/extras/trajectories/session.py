@@ -1,11 +1,14 @@
-"""The command that plans a trajectory: a circle or a straight line in the region that matters.
+"""A planned trajectory, and the command that plans it: a circle or a line in the region that matters.
 
 The Katana's are those of its thesis (§5.5.1), the line being a diameter of the circle.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
@@ -13,17 +16,15 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import progress
-from workbench.base.types import frozen
+from workbench.base.types import JointRows, Positions, frozen
 from workbench.base.wording import in_mm
-from workbench.extras.trajectories.compensation import ACCEPTED_ERROR
-from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.correction import ACCEPTED_ERROR, correct
 from workbench.extras.trajectories.curves import Curve, circle_through, line
-from workbench.extras.trajectories.path import command_joints
-from workbench.extras.trajectories.planning import plan
-from workbench.extras.trajectories.track import Track
+from workbench.extras.trajectories.path import Commanded, command_joints
+from workbench.extras.trajectories.planning import Planned, plan
 from workbench.session.command import AbstractTask, computed
 from workbench.session.page_state import Severity
-from workbench.session.played_motion import Played
+from workbench.session.played_motion import AbstractMotion, Played
 from workbench.session.real_arm import bending_robot
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import check_free
@@ -39,6 +40,79 @@ KATANA = 1e-3 * np.array(
 """Four points of the Katana thesis's circle on the plane at 45° (§5.5.1) [m]."""
 MIN_TIME, MAX_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Track(AbstractMotion):
+    """A trajectory with its tools, a row each moment, in the robot's base frame.
+
+    Args:
+        kind: `circle` or `line`.
+        robot: The arm that is drawn along it.
+        planned: As its controller runs it, with the nominal arm.
+        q: Joint positions that are sent [rad or m]: as planned, or corrected with the arm that errs.
+        sent: What the planned joints mean for the arm that errs; None where none is known beside the nominal.
+    """
+
+    kind: str
+    robot: Robot
+    planned: Planned
+    q: Float[np.ndarray, "rows n"]
+    sent: Commanded | None
+
+    @property
+    def is_corrected(self) -> bool:
+        return self.q is not self.planned.q
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was decided, one sentence each."""
+        return tuple(dict.fromkeys([*self.planned.notes, *(self.sent.notes if self.sent else ())]))
+
+    @property
+    def duration(self) -> float:
+        return float(self.planned.time[-1])
+
+    @cached_property
+    def wanted(self) -> Positions:
+        """Where the tool is meant to be [m]."""
+        return frozen((self.sent or self.planned).poses[:, :3, 3])
+
+    @cached_property
+    def reached(self) -> Positions:
+        """Where the erring tool is [m]; the wanted places where none is known."""
+        return self._reached(self.q)
+
+    @property
+    def errors(self) -> Float[np.ndarray, " rows"]:
+        return np.linalg.norm(self.reached - self.wanted, axis=1)
+
+    @cached_property
+    def before(self) -> Float[np.ndarray, " rows"] | None:
+        """Errors without a correction [m]; None where nothing is known."""
+        plain = self._reached(self.planned.q)
+        return None if self.sent is None else np.linalg.norm(plain - self.wanted, axis=1)
+
+    def _reached(self, q: JointRows) -> Positions:
+        if self.sent is None:
+            return self.wanted
+        return frozen(tool_poses(self.sent.calibrated, Motion(q))[:, :3, 3])
+
+    def at(self, time: float) -> Float[np.ndarray, " n"]:
+        return np.array([np.interp(time, self.planned.time, column) for column in self.q.T])
+
+    def view(self) -> Float[np.ndarray, "rows 3"]:
+        return self.wanted
+
+    def looks_like(self, other: AbstractMotion) -> bool:
+        return isinstance(other, Track) and (other.kind, other.robot) == (self.kind, self.robot)
+
+
+def planned_track(session: Session) -> Track | None:
+    """The trajectory that was planned last, if there is one."""
+    played = session.part(Played)
+    return played.motion if played is not None and isinstance(played.motion, Track) else None
 
 
 def deviating_robot(session: Session) -> Robot | None:
@@ -86,36 +160,13 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
     def compute(self, session: Session) -> tuple[Robot, Track]:
         progress(0.2, "solving for joint positions along it")
         curve, deviating = curve_of(session, self.kind), deviating_robot(session)
-        planned = plan(session.robot, curve, duration=self.duration, rows=TRAJECTORY_ROWS)
-        track = Track(
-            kind=self.kind,
-            robot=session.robot,
-            time=planned.time,
-            q=planned.q,
-            wanted=frozen(planned.poses[:, :3, 3]),
-            reached=frozen(planned.poses[:, :3, 3]),
-            notes=planned.notes,
-        )
-        return session.robot, track if deviating is None else self._followed(track, deviating, planned.task)
-
-    def _followed(self, track: Track, deviating: Robot, task: Task) -> Track:
-        """What a deviating arm makes of it."""
-        is_place, nominal = task is Task.POSITION, track.robot.with_effects()
-        sent = command_joints(deviating, nominal, track.q, positions_only=is_place, time=track.time)
-        q = correct(sent).q if self.is_corrected else track.q
-        wanted = sent.poses[:, :3, 3]
-        plain, reached = (tool_poses(sent.calibrated, Motion(joints))[:, :3, 3] for joints in (track.q, q))
-        return replace(
-            track,
-            actual=sent.calibrated,
-            is_corrected=self.is_corrected,
-            q=frozen(q),
-            wanted=frozen(wanted),
-            reached=frozen(reached),
-            before=frozen(np.linalg.norm(plain - wanted, axis=1)),
-            model_error=None if sent.expected is None else sent.expected.position,
-            notes=tuple(dict.fromkeys([*track.notes, *sent.notes])),
-        )
+        planned, sent = plan(session.robot, curve, duration=self.duration, rows=TRAJECTORY_ROWS), None
+        q = planned.q
+        if deviating is not None:
+            nominal, is_place = session.robot.with_effects(), planned.task is Task.POSITION
+            sent = command_joints(deviating, nominal, q, positions_only=is_place, time=planned.time)
+            q = correct(sent).q if self.is_corrected else q
+        return session.robot, Track(kind=self.kind, robot=session.robot, planned=planned, q=q, sent=sent)
 
     def finish(self, session: Session, result: tuple[Robot, Track]) -> Session:
         robot, track = result
@@ -130,7 +181,8 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
 
 def corrected(track: Track) -> str:
     """What is left with a correction: a model has no error against itself."""
-    own = "not measured" if track.model_error is None else f"{in_mm(track.model_error)} on held-out rows"
+    expected = track.sent and track.sent.expected
+    own = f"{in_mm(expected.position)} on held-out rows" if expected else "not measured"
     left = float(track.errors.max())
     beside = f", plus up to {in_mm(left)} that can't be corrected" if left > ACCEPTED_ERROR else ""
     return f"with correction, the model's own error remains ({own}){beside}"

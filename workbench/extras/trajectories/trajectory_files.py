@@ -9,7 +9,6 @@ import numpy as np
 from workbench.arm.joint_units import sliding, sliding_numbers
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import OptionError
@@ -24,8 +23,7 @@ from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_un
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import ENDINGS, write_measurements
-from workbench.extras.trajectories.compensation import Compensation, CorrectionMethod
-from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.correction import Compensation, CorrectionMethod, correct
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 from workbench.extras.trajectories.planning import Planned
 
@@ -121,11 +119,6 @@ def path_state(
     given = {name: np.full(len(q), value) for name, value in instead.items() if value is not None}
     drivers = {**trajectory.drivers, **given}
     return replace(Motion.with_drivers(q, drivers), direction=path.direction, time=trajectory.time)
-
-
-def planned_moments(planned: Planned) -> JointMoments | None:
-    """Torques, and moments across the axes, along a trajectory; None if the arm has no masses."""
-    return joint_moments(planned.robot, planned.motion) if planned.robot.has_masses else None
 
 
 def write_plan(planned: Planned, path: Path | str) -> Path:

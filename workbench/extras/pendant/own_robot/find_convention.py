@@ -5,17 +5,21 @@ couplings of the joints, and whether the table is standard or modified DH.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.extras.pendant.displayed import Displayed, of_dataset
-from workbench.extras.pendant.own_robot.table_meanings import TableReading
+from workbench.extras.pendant.displayed import Displayed, of_dataset, typed
+from workbench.extras.pendant.own_robot.table_meanings import TableReading, read_joint_table, table_readings
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import HELD_ROWS, read_held
 from workbench.identification.meaning.reading import RowReading
@@ -24,6 +28,7 @@ MAX_ERROR = (0.005, float(np.deg2rad(0.5)))
 """Maximum error of a reading that fits: position, as a share of the arm's reach, and angle [rad]."""
 HARDLY = float(np.deg2rad(5.0))
 """Range below which a joint hardly moves [rad]."""
+UNKNOWN = Frame(free=Freedom.AUTO)
 CHECK = "check every number, and that the pendant shows the flange (no tool) in the base (no user frame)"
 
 
@@ -42,6 +47,15 @@ class FoundConvention:
     reading: RowReading
     assumptions: tuple[str, ...]
     tried: int
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What fits, what differs from the arm as it was given, and how well, one sentence each."""
+        return (
+            f"it fits: {', '.join(self.assumptions) or 'as it was given'}",
+            *(f"change: {change}" for change in self.reading.changes),
+            f"errors at the typed poses: {self.reading.size}; {self.tried} readings tried",
+        )
 
 
 @checked_arguments()
@@ -106,3 +120,36 @@ def _checked(found: RowMeaning, data: Dataset, assumed: str) -> RowReading:
             "pose"
         )
     return best
+
+
+def check_robot(
+    source: Path | str, poses: Sequence[str] | Displayed | Dataset, *, tip: str | None = None, name: str = ""
+) -> FoundConvention:
+    """The reading of an arm or its table that gives the poses of the pendant.
+
+    Its base and tool are decided from the data: the pendant's are not those of a later measurement.
+
+    Args:
+        source: A joint table (.csv), a file of a robot, or a built-in arm by name.
+        poses: `q1,…,qn = x,y,z,a,b,c` (or a quaternion) each, whose units are found; or rows.
+        tip: Last link of the chain, for a URDF with several.
+        name: Of the arm in what is found; its own, or that of the table's file, if empty.
+    """
+    readings = readings_of(source, tip=tip, name=name)
+    shown = poses if isinstance(poses, Displayed | Dataset) else typed(poses, readings[0].robot.dof)
+    found = find_convention(readings, shown)
+    return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
+
+
+def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -> list[TableReading]:
+    """What a file or a built-in arm may mean: a table in several ways, everything else in one."""
+    path = Path(source)
+    if path.suffix.lower() != ".csv":
+        return [TableReading(load_robot(source, tip=tip).bare)]
+    return table_readings(**read_joint_table(path)._asdict(), name=name or path.stem)
+
+
+def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:
+    """The arm that gives typed poses, with what was found in its notes."""
+    found = check_robot(source, poses)
+    return replace(found.robot, notes=(*found.robot.notes, *found.notes))
