@@ -35,7 +35,10 @@ DESCRIBING = (
 NUMBERS = (
     *("diagnosis.claims.standard_errors.", "identification.errors.row_errors.", "report.json."),
     *("identification.errors.saved_arm.", "identification.errors.expected_deviation."),
-    *("identification.result.judged", "identification.result.Identification.best"),
+    *(
+        "identification.errors.row_errors.AbstractValidation.judged",
+        "identification.result.Identification.best",
+    ),
     "identification.result.Identification.identifiability",
     *("identification.result.Identification.robot", "identification.result.Run."),
     *("diagnosis.result.Diagnosis.identification", "diagnosis.result.Diagnosis.calibrated"),

@@ -25,7 +25,6 @@ from workbench.identification.algorithms import (
     AbstractIdentifier,
 )
 from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
-from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.meaning.as_read import as_read
@@ -115,7 +114,7 @@ def identify(
         held_out_data=ready.held_out_data,
         excluded=ready.excluded,
         notes=(*ready.notes, *_prior_note(problem, deviation)),
-        nominal_rows=ready.nominal_rows,
+        nominal=ready.nominal,
         runs=runs,
         ready=ready,
         outlying=outlying,
@@ -139,18 +138,11 @@ def _runs(
         fit, decided = _fit(problem, algorithm, loss, begin), ready.identifiability
         if decided is not None:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)
-        train, held = ready.errors(fit.arm, fit.problem.instrument(fit.x))
+        found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
+        errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
         if decided is not None:
-            train, held = (errors.widened(*decided.uncertainty) for errors in (train, held))
-        runs[algorithm.name] = Run(
-            fit,
-            Errors.of(train),
-            held.summary,
-            train,
-            held,
-            ready.held_out_data,
-            new_sessions=ready.new_mountings(fit.arm),
-        )
+            errors = (errors[0].widened(*decided.uncertainty), errors[1].widened(*decided.uncertainty))
+        runs[algorithm.name] = Run(*errors, fit, ready.held_out_data, new_sessions=new)
     return runs
 
 

@@ -29,8 +29,8 @@ def before_after(result: Identification) -> Chart:
     place, fitted, best = order_of_measuring(result), len(result.train_rows), result.best
     train, held = place[:fitted], place[fitted:]
     models = (
-        ("nominal", NOMINAL, train, result.nominal_rows[0]),
-        ("", NOMINAL, held, result.nominal_rows[1]),
+        ("nominal", NOMINAL, train, result.nominal.train_rows),
+        ("", NOMINAL, held, result.nominal.held_out_rows),
         ("fitted rows", CALIBRATED, train, best.train_rows),
         ("held-out rows", GEOMETRY, held, best.held_out_rows),
     )
