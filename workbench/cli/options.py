@@ -189,10 +189,10 @@ class FitOptions:
         return FitChoices(
             held_out=held_out_of(self.held_out, arm, files),
             frames=self.frames,
-            free=names_of(self.free),
+            free=self.free,
             exclude=dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand"),
-            region=None if self.region is None else wb.load_plate(self.region).region,
-            noise=None if self.noise is None else noise_of(self.noise),
+            region=self.region,
+            noise=self.noise,
             levelled=self.levelled,
             reading="given" if self.force else self.reading,
             seed=self.seed,
@@ -222,11 +222,6 @@ def held_out_of(text: str, arm, files: FileOptions):
         return 0.01 * float(share[:-1]) if share.endswith("%") else float(share)
     except ValueError:
         return files.read_whole(Path(text), arm)
-
-
-def names_of(text: str | None) -> tuple[str, ...] | None:
-    """Comma-separated names; None if not given."""
-    return None if text is None else tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
@@ -263,14 +258,9 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
 
 def noise_of(text: str):
     """Standard deviations from values with units."""
-    parts = [part.strip() for part in text.split(",")]
-    if len(parts) not in (1, 2):
-        raise OptionError(f'--noise must be like "0.05mm,0.01deg" or "0.05mm", got \'{text}\'')
-    position = length(parts[0])
-    rotation = angle(parts[1]) if len(parts) == 2 else wb.Noise().rotation
-    if position <= 0 or rotation <= 0:
-        raise OptionError(f"--noise must be positive, got '{text}'")
-    return wb.Noise(position, rotation)
+    from workbench.identification.fit_choices import FitChoices
+
+    return FitChoices(noise=text).noise
 
 
 def _quantity(name: str, text: str) -> float:
