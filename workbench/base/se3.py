@@ -184,15 +184,3 @@ def pose_error(
     """[p − p̂; log(R R̂ᵀ)]: what has to be added to the prediction, in base axes [m, rad]."""
     rotation = measured[..., :3, :3] @ np.swapaxes(predicted[..., :3, :3], -1, -2)
     return np.concatenate([measured[..., :3, 3] - predicted[..., :3, 3], matrix_to_rotvec(rotation)], axis=-1)
-
-
-def pose_error_eq16(
-    measured: Float[np.ndarray, "*lead 4 4"], predicted: Float[np.ndarray, "*lead 4 4"]
-) -> Float[np.ndarray, "*lead 6"]:
-    """[p − p̂; φ] with S(φ) the skew part of (R − R̂) R̂ᵀ, as the paper's figures show it.
-
-    Source: ARIA eqs. (15), (16); agrees with `pose_error` to second order in the angle.
-    """
-    s = measured[..., :3, :3] @ np.swapaxes(predicted[..., :3, :3], -1, -2)
-    phi = 0.5 * (s - np.swapaxes(s, -1, -2))[..., [2, 0, 1], [1, 2, 0]]
-    return np.concatenate([measured[..., :3, 3] - predicted[..., :3, 3], phi], axis=-1)

@@ -184,18 +184,23 @@ class FitOptions:
 
     def choices(self, arm, files: FileOptions):
         """These choices in SI."""
+        from workbench.base.files import exists
         from workbench.identification.fit_choices import FitChoices
 
+        other = self.held_out
+        texts: dict[str, Any] = {
+            "held_out": files.read_whole(Path(other), arm) if exists(other) else other,
+            "region": self.region,
+            "noise": self.noise,
+        }
         return FitChoices(
-            held_out=held_out_of(self.held_out, arm, files),
             frames=self.frames,
             free=self.free,
             exclude=dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand"),
-            region=self.region,
-            noise=self.noise,
             levelled=self.levelled,
             reading="given" if self.force else self.reading,
             seed=self.seed,
+            **texts,
         )
 
 
@@ -211,17 +216,6 @@ class OutputOptions:
         """Refuse unwritable outputs before the work begins."""
         check_robot_file(self.save)
         check_writable(self.save, self.json, folder=self.report)
-
-
-def held_out_of(text: str, arm, files: FileOptions):
-    """A share, rows of another file, or sessions."""
-    if text.startswith("session:"):
-        return tuple(text.removeprefix("session:").split(","))
-    try:
-        share = text.rstrip()
-        return 0.01 * float(share[:-1]) if share.endswith("%") else float(share)
-    except ValueError:
-        return files.read_whole(Path(text), arm)
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
@@ -256,7 +250,7 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
     return bounds
 
 
-def noise_of(text: str):
+def noise_of(text: Any):
     """Standard deviations from values with units."""
     from workbench.identification.fit_choices import FitChoices
 
@@ -417,19 +411,6 @@ def fail(sentence: str) -> NoReturn:
     """End with exit status 2 and the reason on standard error: there is a result that should not be used as
     is."""
     raise Unusable(sentence)
-
-
-def not_written(path: Path | None, *, forced: bool) -> str:
-    """What `fail` adds if a robot was to be saved."""
-    if path is None:
-        return ""
-    return f"; {path} is written because of --force" if forced else f"; {path} is not written without --force"
-
-
-def check_converged(fit) -> None:
-    """End with status 2 if a fit did not end at an optimum."""
-    if not fit.outcome.ok:
-        fail(f"the fit ({fit.algorithm.title}) did not converge: {fit.outcome}; the best iterate was kept")
 
 
 def say(text: str) -> None:

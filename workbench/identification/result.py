@@ -1,6 +1,6 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
@@ -456,16 +456,6 @@ class Evaluation(AbstractReported):
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""
         return residuals_frame(self.robot, self.data)
-
-
-def error_rows(models: Iterable[tuple[str, AbstractValidation]]) -> list[tuple[str, str, Errors]]:
-    """Lines of a table of models: its title on the first one, which rows, and their errors."""
-    return [
-        (title if rows == "fitted" else "", rows, errors)
-        for title, validated in models
-        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
-        if errors is not None
-    ]
 
 
 def implausible_text(doubts: tuple[str, ...]) -> str:

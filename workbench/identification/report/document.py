@@ -11,7 +11,7 @@ from workbench.identification.errors.row_errors import AbstractValidation, Error
 from workbench.identification.fit import Fit
 from workbench.identification.report.charts import before_after, constant_bars, errors_of_rows
 from workbench.identification.report.parameters import parameter_blocks
-from workbench.identification.result import Evaluation, Identification, Run, error_rows
+from workbench.identification.result import Evaluation, Identification, Run
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
 from workbench.report.numbers import short
 from workbench.report.result_display import blocks_of
@@ -91,7 +91,12 @@ def evaluation_blocks(result: Evaluation) -> list[Block]:
 
 def errors_table(models: Iterable[tuple[str, AbstractValidation]]) -> ResultTable:
     """Errors of several models on fitted and held-out rows, in mm and degrees."""
-    return table_of(error_rows(models))
+    return table_of(
+        (title if rows == "fitted" else "", rows, errors)
+        for title, validated in models
+        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
+        if errors is not None
+    )
 
 
 def table_of(found: Iterable[tuple[str, str, Errors]]) -> ResultTable:
