@@ -15,7 +15,6 @@ from workbench.base.arguments import Like, checked_arguments, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
-from workbench.base.types import Outcome
 from workbench.base.wording import plural
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.identification.algorithms import (
@@ -33,10 +32,7 @@ from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Run
 from workbench.identification.rows.excluded_outliers import prepare_without_outliers
-from workbench.identification.rows.outlying_rows import Loss, row_weights
-
-MAX_REWEIGHTINGS = 10
-"""Maximum number of rounds of a robust loss."""
+from workbench.identification.rows.outlying_rows import Loss, robust_fit
 
 
 @checked_arguments(FitChoices)
@@ -166,14 +162,10 @@ def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
 def _fit(problem, algorithm, loss, begin) -> Fit:
     began = perf_counter()
     search = algorithm.search(problem, begin=begin)
-    for _ in range(MAX_REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
-        fit = Fit(algorithm=algorithm, problem=problem, search=search)
-        old, new = problem.row_weights, row_weights(fit.row_residuals, loss)
-        change = new - (1.0 if old is None else old)
-        if np.abs(change).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
-            break
-        problem = problem.with_row_weights(new)
-        search = algorithm.search(problem, begin=search.x)
+    if loss in (Loss.HUBER, Loss.TUKEY) and not cancelled():
+        x, weights = robust_fit(problem, search.x, loss)
+        problem = problem.with_row_weights(weights)
+        search = algorithm.search(problem, begin=x)
     fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
     return replace(fit, warnings=_warnings(fit))
 

@@ -93,7 +93,7 @@ def prepare_without_outliers(
         if problem.count <= len(problem.names):
             break
         wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        out = find_outliers(wide, robust_fit(wide, first.x), everything)
+        out = find_outliers(wide, robust_fit(wide, first.x)[0], everything)
         if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
             out &= np.convolve(out, np.ones(5), "same") < 4.0
         found = ready.train_rows[out & _is_tested(problem, problem.data)]
