@@ -140,10 +140,6 @@ class FileOptions:
             text = f"{error}, or its chain of {error.found} joints by --tip {tip}"
             raise ShapeError(text, expected=error.expected, found=error.found) from None
 
-    def read_whole(self, path: Path, arm):
-        """Measurements from another file with its own joint readings: --joints is not applied."""
-        return replace(self, joints=None).read(path, arm)
-
 
 @dataclass(frozen=True)
 class PageOptions:
@@ -187,9 +183,9 @@ class FitOptions:
         from workbench.base.files import exists
         from workbench.identification.fit_choices import FitChoices
 
-        other = self.held_out
+        other, alone = self.held_out, replace(files, joints=None)  # --joints are of the other file
         texts: dict[str, Any] = {
-            "held_out": files.read_whole(Path(other), arm) if exists(other) else other,
+            "held_out": alone.read(Path(other), arm) if exists(other) else other,
             "region": self.region,
             "noise": self.noise,
         }
@@ -295,9 +291,7 @@ def _two(text: str, option: str, kinds, wanted: str) -> tuple[float, float]:
 
 def fits_frames(text: str) -> bool:
     """Whether base and tool are fitted, from `given` or `fit`."""
-    if text not in ("given", "fit"):
-        raise OptionError(f"--frames must be given or fit, got '{text}'")
-    return text == "fit"
+    return choice_of({"given": False, "fit": True}, text, "--frames")
 
 
 def choice_of(kinds, text: str, option: str):

@@ -124,7 +124,7 @@ def _run(run: Run) -> Json:
         "outcome": str(fit.outcome),
         "iterations": fit.iterations,
         "seconds": fit.seconds,
-        "condition": fit.condition,
+        "condition": fit.rows_factor.condition,
         "parameters": IDENTIFIED.each(identified(fit)),
         "implausible": list(run.implausible),
         "suspicious_rows": fit.problem.data.row[fit.suspicious],
