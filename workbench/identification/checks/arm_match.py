@@ -6,7 +6,6 @@ mean.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -81,9 +80,8 @@ class ArmMatch:
         return "choose the robot that was measured" if self.meaning is None else remedy(self.meaning)
 
 
-@lru_cache(maxsize=2)
 def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
-    """Compare rows with the arm to which they are said to belong; fast unless something is wrong, and kept.
+    """Compare rows with the arm to which they are said to belong; fast unless something is wrong.
 
     Args:
         data: Rows; if their number of joints differs, built-in arms and choices of columns are searched.
