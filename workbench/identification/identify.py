@@ -77,8 +77,6 @@ def identify(
     if robot is None:
         raise OptionError("give a robot; it may be omitted only for rows with tool poses instead of joints")
     chosen = _algorithms(algorithms)
-    if not chosen:
-        raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
     choices = with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading)
     choices = choices_as_read(robot, choices)
@@ -96,9 +94,8 @@ def identify(
         if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.seen.all():
             begin = first.x  # several are compared, and what is hardly observable stays where it starts
     runs = _runs(ready, problem, chosen, loss, begin)
-    if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
-        not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
-    ):
+    alone = next(iter(runs.values())).fit
+    if tuple(algorithms) == DEFAULT_ALGORITHMS and (not alone.outcome.ok or alone.beyond_bounds):
         runs |= _runs(ready, problem, _algorithms(FURTHER_ALGORITHMS), loss)
     progress(1.0, "done")
     return Identification(
@@ -153,9 +150,10 @@ def _prior_note(problem: Problem, deviation: float | str) -> tuple[str, ...]:
 
 
 def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
-    if other := next((name for name in names if name not in ALGORITHMS), None):
-        text = f"unknown algorithm '{other}'; choose from {', '.join(ALGORITHMS)}"
-        raise OptionError(text, option="algorithms", found=other)
+    wrong = [name for name in names if name not in ALGORITHMS]
+    if wrong or not names:
+        what = f"unknown algorithm '{wrong[0]}'" if wrong else "no algorithm is given"
+        raise OptionError(f"{what}; choose from {', '.join(ALGORITHMS)}", option="algorithms", found=names)
     return [ALGORITHMS[name] for name in names]
 
 
@@ -177,8 +175,7 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
     if not fit.outcome.ok:
         found.append(f"{title}: {fit.outcome}")
     if fit.at_bounds:
-        known = ", ".join(fit.at_bounds)
-        found.append(f"{title}: at a bound: {known}; widen the bounds if they are too tight")
+        found.append(f"{title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if too tight")
     if fit.beyond_bounds:
         found.append(f"{title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
     return tuple(found)
