@@ -42,7 +42,7 @@ BUDGETS = {
     "report": 833,
     "arm": 9_919,
     "data": 5_464,
-    "plate": 5_707,
+    "plate": 5_708,
     "identification": 9_694,
     "diagnosis": 7_228,
     "exports": 357,

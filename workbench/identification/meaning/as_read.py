@@ -77,7 +77,7 @@ def as_read(
 
 
 @dataclass(frozen=True)
-class _Rows:
+class _SameRows:
     """Rows that equal others with the same columns, whatever was noted of them."""
 
     columns: tuple[object, ...]
@@ -91,7 +91,7 @@ def _content(value: object) -> object:
 
 
 @lru_cache(maxsize=2)
-def _meaning(robot: Robot, rows: _Rows) -> RowMeaning | None:
+def _meaning(robot: Robot, rows: _SameRows) -> RowMeaning | None:
     """What rows mean, kept: what fits, what judges the fit, and the page ask it of the same ones."""
     meaning = read_rows(robot, rows.data)
     if meaning is None or rows.data.missing_units:
@@ -102,7 +102,7 @@ def _meaning(robot: Robot, rows: _Rows) -> RowMeaning | None:
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
     columns = (getattr(data, f.name) for f in fields(data) if f.name not in ("notes", "read_as"))
-    meaning = _meaning(robot, _Rows(tuple(map(_content, columns)), data))
+    meaning = _meaning(robot, _SameRows(tuple(map(_content, columns)), data))
     if meaning is None or meaning.kept is None:
         return data, meaning
     lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
