@@ -45,7 +45,7 @@ def test_held_out_errors(name, shared_data):
     for train, held in splits(data):
         run = identify(robot, train, held_out=held, algorithms=("opt2",))
         assert run.best.fit.outcome.ok
-        before.append(1e3 * run.nominal_rows[1].position.mean())
+        before.append(1e3 * run.nominal.held_out_rows.position.mean())
         after.append(1e3 * run.best.held_out_rows.position.mean())
         turned.append(np.rad2deg(run.best.held_out_rows.rotation.mean()))
     assert np.mean(before) == pytest.approx(nominal, rel=0.06)

@@ -35,8 +35,7 @@ DESCRIBING = (
 NUMBERS = (
     *("diagnosis.claims.standard_errors.", "identification.errors.row_errors.", "report.json."),
     *("identification.errors.saved_arm.", "identification.errors.expected_deviation."),
-    *("identification.result.judged", "identification.result.Identification.best"),
-    "identification.result.Identification.identifiability",
+    *("identification.result.Identification.best", "identification.result.Identification.identifiability"),
     *("identification.result.Identification.robot", "identification.result.Run."),
     *("diagnosis.result.Diagnosis.identification", "diagnosis.result.Diagnosis.calibrated"),
     *("diagnosis.result.Diagnosis.robot", "diagnosis.report.results_json.diagnosis_json"),

@@ -131,7 +131,7 @@ def saved_in_python(measured: Measured, diagnosed: bool) -> trip.Saved:
 
 
 def refitted_rows(found: Identification) -> np.ndarray | None:
-    return None if found.best.judged is None else found.best.fit.problem.data.row
+    return None if found.best.before_refit is None else found.best.fit.problem.data.row
 
 
 def to_the_last_digit(found: Identification, toml: Path, urdf: Path, rows: trip.Rows) -> None:

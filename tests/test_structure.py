@@ -38,17 +38,17 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 LONGEST = 600
 BUDGETS = {
     "root": 255,
-    "base": 2_179,
+    "base": 2_177,
     "report": 833,
     "arm": 9_919,
     "data": 5_464,
     "plate": 5_708,
-    "identification": 9_695,
-    "diagnosis": 7_253,
+    "identification": 9_694,
+    "diagnosis": 7_228,
     "exports": 357,
-    "session": 7_120,
-    "views": 8_496,
-    "cli": 1_812,
+    "session": 7_113,
+    "views": 8_495,
+    "cli": 1_768,
     "extras": 1,
     "extras/camera": 4_347,
     "extras/controllers": 1_069,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 41_937,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 19_718
+READING_SET = 19_614
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -159,15 +159,3 @@ def test_pose_error_is_what_has_to_be_added(six, shift, turn):
     error = se3.pose_error(measured, predicted)
     np.testing.assert_allclose(error[:3], shift, atol=1e-13)
     np.testing.assert_allclose(error[3:], turn, atol=1e-11)
-
-
-@given(sixes, rotvecs)
-@settings(max_examples=60)
-def test_equation_16_is_the_sine(six, turn):
-    predicted = at(six)
-    measured = se3.pose(se3.rotvec_to_matrix(turn) @ predicted[:3, :3], predicted[:3, 3])
-    angle = np.linalg.norm(turn)
-    expected = turn * np.sinc(angle / PI)
-    np.testing.assert_allclose(se3.pose_error_eq16(measured, predicted)[3:], expected, atol=1e-14)
-    # to second order in the angle it is the rotation vector
-    assert np.abs(expected - turn).max() <= angle**3 / 6 + 1e-15

@@ -140,11 +140,12 @@ def test_what_was_not_measured_is_null(nothing):
 def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):
     """By more than the standard error of the mean score, row by row."""
     assert diagnosed.harm is None
-    train, held = diagnosed.before_rows
+    held = diagnosed.before.held_out_rows
     rng = np.random.default_rng(0)
     for more, is_worse in ((0.0, False), (3.0, True)):
         noise = diagnosed.noise.position * (rng.standard_normal(len(held.position)) + more)
-        found = replace(diagnosed, after_rows=(train, replace(held, position=held.position + noise)))
+        worse = replace(diagnosed.after, held_out_rows=replace(held, position=held.position + noise))
+        found = replace(diagnosed, after=worse)
         assert (found.harm is not None) is is_worse
         assert found.is_good is not is_worse
     assert replace(found, effects=()).harm is None

@@ -34,10 +34,6 @@ def the_law_of_the_cause_follows_the_errors(session):
     assert written == pytest.approx(found.measure_next, abs=1e-5)
 
 
-def judged_errors(validation):
-    return (validation.held_out or validation.train).position_mm.mean
-
-
 @pytest.fixture(scope="module", params=["direction", *map(slow, ("payload", "temperature", "time"))])
 def measured(request, tmp_path_factory):
     return driven_file(request.param, tmp_path_factory.mktemp("driven"))
@@ -54,15 +50,15 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     judged = rows.held_out if rows.held_out.any() else ~rows.held_out
     nominal, geometry, causes = 1e3 * rows.stage_errors[judged].mean(0)
     assert nominal > geometry > causes
-    assert geometry == pytest.approx(judged_errors(session.results.geometry), rel=1e-9)
-    assert causes == pytest.approx(judged_errors(session.results.diagnosis.after), rel=1e-9)
+    assert geometry == pytest.approx(session.results.geometry.judged.position_mm.mean, rel=1e-9)
+    assert causes == pytest.approx(session.results.diagnosis.after.judged.position_mm.mean, rel=1e-9)
     the_law_of_the_cause_follows_the_errors(session)
     report = zipfile.ZipFile(io.BytesIO(report_zip(session)[1])).read("report/report.html").decode()
     assert session.results.diagnosis.causes[0].label in report
     run = session.results.identification.runs[session.results.fit]
     diagnosed = session.results.diagnosis.robot
     assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
-    expected = evaluate(run.judged, read_measurements(path))
+    expected = evaluate(run.before_refit, read_measurements(path))
     errors = rows.stage_errors[:, 2]
     place = {int(number): i for i, number in enumerate(expected.row_numbers)}
     by_row = expected.rows.position[[place[int(number)] for number in rows.number]]
@@ -74,5 +70,5 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     if name == "joint-compliance":
         assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.1347), rel=5e-3)
     again = do(Identify()).results.identification  # the same nominal arm, and the same model
-    assert judged_errors(again.nominal) == pytest.approx(nominal, rel=1e-6)
-    assert judged_errors(again.best) == pytest.approx(judged_errors(run), rel=0.05)
+    assert again.nominal.judged.position_mm.mean == pytest.approx(nominal, rel=1e-6)
+    assert again.best.judged.position_mm.mean == pytest.approx(run.judged.position_mm.mean, rel=0.05)

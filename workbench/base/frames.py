@@ -1,6 +1,7 @@
 """Tables as data frames of pandas, or of polars where only that is installed; imported when one is needed."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from workbench.base.errors import MissingExtraError
@@ -15,17 +16,13 @@ def data_frame(columns: Mapping[str, Any], *, index: str | None = None) -> "Data
     Args:
         index: The column that numbers or names the rows; polars has no index and keeps it as a column.
     """
-    try:
+    with suppress(ImportError):
         import pandas
-    except ImportError:
-        return _polars_frame(columns)
-    frame = pandas.DataFrame(dict(columns))
-    return frame if index is None else frame.set_index(index)
 
-
-def _polars_frame(columns: Mapping[str, Any]) -> Any:
+        frame = pandas.DataFrame(dict(columns))
+        return frame if index is None else frame.set_index(index)
     try:
         import polars
     except ImportError:
         raise MissingExtraError("a data frame", extra="pandas") from None
-    return polars.DataFrame(dict(columns))
+    return polars.DataFrame(dict(columns))  # type: ignore[return-value]

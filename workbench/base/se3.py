@@ -120,12 +120,25 @@ def left_jacobian_inverse(rotvec: Float[np.ndarray, "*lead 3"]) -> Float[np.ndar
 
     Source: Barfoot, State Estimation for Robotics (2017), eq. (7.77b); series below `SMALL_ANGLE`.
     """
-    angle = np.linalg.norm(rotvec, axis=-1)[..., None, None]
-    safe = np.where(angle < SMALL_ANGLE, 1.0, angle)
-    half = 0.5 * safe
-    quadratic = np.where(angle < SMALL_ANGLE, 1.0 / 12.0, (1.0 - half / np.tan(half)) / safe**2)
-    cross = skew(rotvec)
-    return np.eye(3) - 0.5 * cross + quadratic * (cross @ cross)
+    flat = frozen(np.reshape(np.asarray(rotvec, float), (-1, 3)))
+    matrices = np.empty((len(flat), 3, 3))
+    _left_jacobian_inverses(flat, matrices)
+    return matrices.reshape(*np.shape(rotvec), 3)
+
+
+@njit(cache=True)
+@no_type_check
+def _left_jacobian_inverses(rotvec, out):
+    """1 − ½ [φ]x + k [φ]x², with [φ]x² = φ φᵀ − |φ|² 1."""
+    for row in range(rotvec.shape[0]):
+        v, j = rotvec[row], out[row]
+        square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+        half = 0.5 * np.sqrt(square)
+        k = 1.0 / 12.0 if 2.0 * half < SMALL_ANGLE else (1.0 - half / np.tan(half)) / square
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            j[a, a] = 1.0 - k * (square - v[a] * v[a])
+            j[a, b], j[b, a] = k * v[a] * v[b] + 0.5 * v[c], k * v[a] * v[b] - 0.5 * v[c]
 
 
 def pose(
@@ -171,15 +184,3 @@ def pose_error(
     """[p − p̂; log(R R̂ᵀ)]: what has to be added to the prediction, in base axes [m, rad]."""
     rotation = measured[..., :3, :3] @ np.swapaxes(predicted[..., :3, :3], -1, -2)
     return np.concatenate([measured[..., :3, 3] - predicted[..., :3, 3], matrix_to_rotvec(rotation)], axis=-1)
-
-
-def pose_error_eq16(
-    measured: Float[np.ndarray, "*lead 4 4"], predicted: Float[np.ndarray, "*lead 4 4"]
-) -> Float[np.ndarray, "*lead 6"]:
-    """[p − p̂; φ] with S(φ) the skew part of (R − R̂) R̂ᵀ, as the paper's figures show it.
-
-    Source: ARIA eqs. (15), (16); agrees with `pose_error` to second order in the angle.
-    """
-    s = measured[..., :3, :3] @ np.swapaxes(predicted[..., :3, :3], -1, -2)
-    phi = 0.5 * (s - np.swapaxes(s, -1, -2))[..., [2, 0, 1], [1, 2, 0]]
-    return np.concatenate([measured[..., :3, 3] - predicted[..., :3, 3], phi], axis=-1)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any
 
 import workbench as wb
 from workbench.base.errors import OptionError
@@ -69,13 +69,14 @@ def identify(
             deviation=_deviation(deviation),
             prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
         )
-    saved = _save(run, out.save, force=fit.force)
-    opt.write_result(out.json, identification_json(run))
-    opt.describe("tables", lambda: opt.show(identification_blocks(run, wanted=requested)))
-    _say_files(out.report, partial(write_identification, run, wanted=requested), saved, run.best)
-    if saved.reason:
-        opt.fail(saved.reason)
-    opt.check_converged(run.best.fit)
+    _finish(
+        run,
+        out,
+        force=fit.force,
+        json=partial(identification_json, run),
+        blocks=partial(identification_blocks, run, wanted=requested),
+        write=partial(write_identification, run, wanted=requested),
+    )
 
 
 def _algorithms(given: str | None) -> tuple[str, ...]:
@@ -116,50 +117,55 @@ def diagnose(
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
-    whole = run.identification()
-    saved = _save(whole, out.save, force=fit.force)
-    opt.write_result(out.json, diagnosis_json(run))
-    opt.describe("tables", lambda: opt.show(run.blocks()))
-    _say_files(out.report, partial(write_diagnosis, run), saved, whole.best)
-    opt.check_converged(run.final_fit)
-    if saved.reason:
-        opt.fail(saved.reason)
+    _finish(
+        run.identification(),
+        out,
+        force=fit.force,
+        json=partial(diagnosis_json, run),
+        blocks=run.blocks,
+        write=partial(write_diagnosis, run),
+    )
 
 
-class _Saved(NamedTuple):
-    """What became of a calibrated arm's file: its path, why it should not be used, and notes."""
-
-    path: Path | None
-    reason: str
-    notes: list[str]
-
-
-def _save(run, path: Path | None, *, force: bool) -> _Saved:
-    """Write the calibrated arm before anything is said of it, unless there are reasons not to."""
+def _finish(
+    run,
+    out: opt.OutputOptions,
+    *,
+    force: bool,
+    json: Callable[[], Any],
+    blocks: Callable[[], Any],
+    write: Callable[[Path], Path],
+) -> None:
+    """Write the calibrated arm, unless there are reasons not to, before anything is said; then the rest."""
     from workbench.arm.built_in_arms import refusal
+    from workbench.identification.errors.file_errors import file_text
 
+    path, report, best, done = out.save, out.report, run.best, None
     held = path.suffix[1:].upper() if path is not None else "TOML"
     unknown = run.identifiability.refused if run.identifiability is not None else ""
     if unknown:
-        return _Saved(None, f"{path} is not written: {unknown}" if path is not None else "", [])
-    reason = refusal(run.robot, f".{held}")
-    notes = [text for form, text in run.refused(run.best).items() if form not in ("", held)]
-    if path is None:
-        return _Saved(None, reason, notes)
-    done = opt.save_robot(run.robot, path, force=True) if force or not reason else None
-    return _Saved(done, reason and reason + opt.not_written(path, forced=force), notes)
-
-
-def _say_files(report: Path | None, write: Callable[[Path], Path], saved: _Saved, best) -> None:
-    """Write the report if a folder is given, and say where it and the calibrated arm are, with its errors."""
-    from workbench.identification.errors.file_errors import file_text
-
+        reason, notes = f"{path} is not written: {unknown}" if path is not None else "", []
+    else:
+        reason = refusal(run.robot, f".{held}")
+        notes = [text for form, text in run.refused(best).items() if form not in ("", held)]
+        if path is not None and (force or not reason):
+            done = opt.save_robot(run.robot, path, force=True)
+        if path is not None and reason:
+            reason += f"; {path} is {'written because of' if force else 'not written without'} --force"
+    if out.json is not None:
+        opt.write_result(out.json, json())
+    opt.describe("tables", lambda: opt.show(blocks()))
     if report is not None:
         opt.describe("report", lambda: opt.say(f"report: {write(report)}"))
-    if saved.path is not None:
-        opt.say(f"calibrated robot ({best.fit.algorithm.title}): {saved.path}")
+    if done is not None:
+        opt.say(f"calibrated robot ({best.fit.algorithm.title}): {done}")
         opt.describe("files' errors", lambda: opt.say(f"mean error of the files on {file_text(best)}"))
-    opt.say_notes(saved.notes)
+    opt.say_notes(notes)
+    if reason:
+        opt.fail(reason)
+    if not best.fit.outcome.ok:
+        title = best.fit.algorithm.title
+        opt.fail(f"the fit ({title}) did not converge: {best.fit.outcome}; the best iterate was kept")
 
 
 @opt.flattened

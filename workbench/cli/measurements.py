@@ -1,7 +1,7 @@
 """The commands about measurements: simulate, preview."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import workbench as wb
 from workbench.base.errors import DataError, OptionError
@@ -42,29 +42,14 @@ def simulate(
     opt.check_writable(out, actual)
     arm = wb.load_robot(robot)
     measured = None if of is None else wb.load_robot(of)
+    how: dict[str, Any] = {"actual": measured, "effects": effect or (), "errors": errors, "seed": seed}
     with opt.progress_bar("simulate"):
         if plate is not None:
-            hidden, rows = wb.measure_plate(
-                arm,
-                wb.load_plate(plate),
-                branch=branch,
-                instrument=instrument or "plate",
-                actual=measured,
-                effects=effect or (),
-                errors=opt.pair_of(errors, "--errors"),
-                seed=seed,
-            )
+            how |= {"branch": branch, "instrument": instrument or "plate"}
+            hidden, rows = wb.measure_plate(arm, wb.load_plate(plate), **how)
         elif poses is not None:
-            hidden, rows = wb.measure_poses(
-                arm,
-                poses,
-                index=index,
-                instrument=instrument or "tracker-6d",
-                actual=measured,
-                effects=effect or (),
-                errors=opt.pair_of(errors, "--errors"),
-                seed=seed,
-            )
+            how |= {"index": index, "instrument": instrument or "tracker-6d"}
+            hidden, rows = wb.measure_poses(arm, poses, **how)
     wb.write_measurements(rows, out, prismatic=sliding_numbers(arm))
     opt.say(f"{plural(len(rows), 'row')} simulated on a virtual {arm.name}: {out}")
     for note in rows.notes:

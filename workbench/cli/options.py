@@ -140,10 +140,6 @@ class FileOptions:
             text = f"{error}, or its chain of {error.found} joints by --tip {tip}"
             raise ShapeError(text, expected=error.expected, found=error.found) from None
 
-    def read_whole(self, path: Path, arm):
-        """Measurements from another file with its own joint readings: --joints is not applied."""
-        return replace(self, joints=None).read(path, arm)
-
 
 @dataclass(frozen=True)
 class PageOptions:
@@ -184,18 +180,23 @@ class FitOptions:
 
     def choices(self, arm, files: FileOptions):
         """These choices in SI."""
+        from workbench.base.files import exists
         from workbench.identification.fit_choices import FitChoices
 
+        other, alone = self.held_out, replace(files, joints=None)  # --joints are of the other file
+        texts: dict[str, Any] = {
+            "held_out": alone.read(Path(other), arm) if exists(other) else other,
+            "region": self.region,
+            "noise": self.noise,
+        }
         return FitChoices(
-            held_out=held_out_of(self.held_out, arm, files),
             frames=self.frames,
-            free=names_of(self.free),
+            free=self.free,
             exclude=dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand"),
-            region=None if self.region is None else wb.load_plate(self.region).region,
-            noise=None if self.noise is None else noise_of(self.noise),
             levelled=self.levelled,
             reading="given" if self.force else self.reading,
             seed=self.seed,
+            **texts,
         )
 
 
@@ -211,22 +212,6 @@ class OutputOptions:
         """Refuse unwritable outputs before the work begins."""
         check_robot_file(self.save)
         check_writable(self.save, self.json, folder=self.report)
-
-
-def held_out_of(text: str, arm, files: FileOptions):
-    """A share, rows of another file, or sessions."""
-    if text.startswith("session:"):
-        return tuple(text.removeprefix("session:").split(","))
-    try:
-        share = text.rstrip()
-        return 0.01 * float(share[:-1]) if share.endswith("%") else float(share)
-    except ValueError:
-        return files.read_whole(Path(text), arm)
-
-
-def names_of(text: str | None) -> tuple[str, ...] | None:
-    """Comma-separated names; None if not given."""
-    return None if text is None else tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
@@ -261,16 +246,11 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
     return bounds
 
 
-def noise_of(text: str):
+def noise_of(text: Any):
     """Standard deviations from values with units."""
-    parts = [part.strip() for part in text.split(",")]
-    if len(parts) not in (1, 2):
-        raise OptionError(f'--noise must be like "0.05mm,0.01deg" or "0.05mm", got \'{text}\'')
-    position = length(parts[0])
-    rotation = angle(parts[1]) if len(parts) == 2 else wb.Noise().rotation
-    if position <= 0 or rotation <= 0:
-        raise OptionError(f"--noise must be positive, got '{text}'")
-    return wb.Noise(position, rotation)
+    from workbench.identification.fit_choices import FitChoices
+
+    return FitChoices(noise=text).noise
 
 
 def _quantity(name: str, text: str) -> float:
@@ -311,9 +291,7 @@ def _two(text: str, option: str, kinds, wanted: str) -> tuple[float, float]:
 
 def fits_frames(text: str) -> bool:
     """Whether base and tool are fitted, from `given` or `fit`."""
-    if text not in ("given", "fit"):
-        raise OptionError(f"--frames must be given or fit, got '{text}'")
-    return text == "fit"
+    return choice_of({"given": False, "fit": True}, text, "--frames")
 
 
 def choice_of(kinds, text: str, option: str):
@@ -427,19 +405,6 @@ def fail(sentence: str) -> NoReturn:
     """End with exit status 2 and the reason on standard error: there is a result that should not be used as
     is."""
     raise Unusable(sentence)
-
-
-def not_written(path: Path | None, *, forced: bool) -> str:
-    """What `fail` adds if a robot was to be saved."""
-    if path is None:
-        return ""
-    return f"; {path} is written because of --force" if forced else f"; {path} is not written without --force"
-
-
-def check_converged(fit) -> None:
-    """End with status 2 if a fit did not end at an optimum."""
-    if not fit.outcome.ok:
-        fail(f"the fit ({fit.algorithm.title}) did not converge: {fit.outcome}; the best iterate was kept")
 
 
 def say(text: str) -> None:

@@ -60,12 +60,12 @@ def row_components(robot: Robot, data: Dataset) -> RowComponents:
 
     Rows that were observed in another way (markers, distances, contacts) have no such components: NaN.
 
-    Source: ARIA eqs. (15), (16).
+    Source: ARIA eqs. (15), (16), with the angle in place of its sine.
     """
     predicted = predict(robot, data)
     missing = np.full((len(data), 3), np.nan)
     position = missing if data.position is None else data.position
     if data.rotation is None:
         return RowComponents(position - predicted[:, :3, 3], missing)
-    error = se3.pose_error_eq16(se3.pose(data.rotation, position), predicted)
+    error = se3.pose_error(se3.pose(data.rotation, position), predicted)
     return RowComponents(error[:, :3], error[:, 3:])

@@ -8,7 +8,6 @@ if the joints' speed explains most: then joints and places are of different time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool
@@ -34,21 +33,9 @@ from workbench.diagnosis.search.rounds import (
     rounds,
     under_gravity,
 )
-from workbench.identification.errors.row_errors import Errors, RowErrors, explains_little
+from workbench.identification.errors.row_errors import Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.result import Validation
-
-
-class JudgedArm(NamedTuple):
-    """An arm on the fitted rows and on the held-out ones."""
-
-    errors: Validation
-    rows: tuple[RowErrors, RowErrors]
-
-    def without(self, suspects: Bool[np.ndarray, " held"]) -> Errors:
-        """Errors on the other held-out rows; on the fitted ones if there are none."""
-        return self.rows[1].take(~suspects).summary or self.errors.train
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +60,9 @@ class CauseSearch:
     rounds: Sequence[Searched]
     judged_fit: Fit
     too_few: str | None
-    before: JudgedArm
-    after: JudgedArm
-    nominal: JudgedArm
+    before: Validation
+    after: Validation
+    nominal: Validation
 
     @property
     def last(self) -> Searched:
@@ -117,7 +104,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         laws = tuple(t for t in turned.last.model if driver_of(t.candidate.effect) is Driver.LOAD)
         wins = laws and turned.drivers and turned.drivers.challenges([laws])[0].cap >= PROBABLE
         search = turned if gain > np.log(CERTAIN) and wins else search
-    if explains_little(search.nominal.errors.train, search.after.errors.train, robot.reach):
+    if explains_little(search.nominal.train, search.after.train, robot.reach):
         search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
 
@@ -153,7 +140,7 @@ def _validated_search(
         _judged(ready.errors(f.arm, {**f.problem.known, **f.problem.instrument(f.x)}), keep)
         for f in (geometry, fit)
     )
-    nominal, model = _judged(ready.nominal_rows, keep), found[-1].model
+    nominal, model = _judged(ready.nominal, keep), found[-1].model
     search = CauseSearch(robot, ready, first, found, fit, too_few, before, after, nominal)
     drivers = search.drivers if model else None
     kept = model if drivers is None else ask("what lasts", lambda: drivers.lasting(undecided(drivers)), model)
@@ -162,7 +149,6 @@ def _validated_search(
     return _validated_search(robot, whole, first, too_few, (*found, reduced(found[-1], kept)))
 
 
-def _judged(rows: tuple[RowErrors, RowErrors], keep: Bool[np.ndarray, " rows"]) -> JudgedArm:
+def _judged(errors: Validation, keep: Bool[np.ndarray, " rows"]) -> Validation:
     """The same without outliers, so that all arms are compared on the same rows."""
-    fitted, held = rows[0].take(keep), rows[1]
-    return JudgedArm(Validation(Errors.of(fitted), held.summary), (fitted, held))
+    return Validation(errors.train_rows.take(keep), errors.held_out_rows)

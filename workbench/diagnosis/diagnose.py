@@ -29,7 +29,7 @@ from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
-from workbench.diagnosis.result import Diagnosis, Verdict, harm_done, judged
+from workbench.diagnosis.result import Diagnosis, Verdict, harm_done
 from workbench.diagnosis.saved_model import ModelComparison, SavedModel, best_geometry, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
@@ -129,8 +129,8 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
             remaining,
             robot=search.robot,
             sure=(search.nominal.without(saved.suspects), search.after.without(saved.suspects)),
-            before=judged(search.before.errors),
-            after=judged(search.after.errors),
+            before=search.before.judged,
+            after=search.after.judged,
         )
     message = " ".join(filter(None, (message, *_additions(search, saved, remaining.noise))))
     return _Claims(causes, followed, residual_map, remaining, verdict, message)
@@ -178,7 +178,7 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     if not others:
         return None
     named = tuple(t for t in search.last.model if t.candidate.names in claimed)
-    alone, after = (judged(v.errors) for v in (search.before, search.after))
+    alone, after = search.before.judged, search.after.judged
     with_causes = (
         ask("the error with causes alone", lambda: saved.trial.errors(named), alone) if named else alone
     )
@@ -195,9 +195,9 @@ def _additions(search: CauseSearch, saved: SavedModel, noise: Noise) -> Iterator
     """Sentences that follow the verdict: undecided flanks, degradation, which arm is saved."""
     if missing := ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
-    if worse := degradation_warning(search.nominal.rows, search.after.rows):
+    if worse := degradation_warning(search.nominal, search.after):
         yield f"Warning: {worse}."
-    if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1], noise)):
+    if saved.effects and (worse := harm_done(search.before.held_out_rows, search.after.held_out_rows, noise)):
         yield f"Warning: {worse}."
     others = search.after.without(saved.suspects).text("mean")
     if others and saved.suspects.any() and not saved.suspects.all():
@@ -258,17 +258,14 @@ def _diagnosis(
             None,
         ),
         suspects=np.flatnonzero(saved.suspects),
-        nominal=search.nominal.errors,
+        nominal=search.nominal,
         before_fit=search.first.fit if search.last.model else fit,
         after_fit=fit,
         final_fit=saved.fit,
         geometries=(geometries[fit], geometries[saved.fit]),
         aligned=ready.aligned,
-        nominal_rows=search.nominal.rows,
-        before=search.before.errors,
-        after=search.after.errors,
-        before_rows=search.before.rows,
-        after_rows=search.after.rows,
+        before=search.before,
+        after=search.after,
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
         causes=claims.causes,
         residual_map=claims.residual_map,

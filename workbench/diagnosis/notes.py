@@ -16,7 +16,6 @@ from workbench.diagnosis.saved_model import SavedModel
 from workbench.diagnosis.undetectable import describe
 from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.fit import Fit
-from workbench.identification.result import judged
 from workbench.identification.rows.exchanged_rows import exchange_note, exchanged_rows
 from workbench.identification.rows.excluded_outliers import stand_out_note, suspect_note
 from workbench.identification.rows.two_places import two_places
@@ -53,9 +52,9 @@ def notes(
         for text in extrapolation_notes(effects, chain, ready.held_out_data.q, ready.held_out_data.row)
     )
     if saved.suspects.any():
-        yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), judged(search.after.errors))
+        yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), search.after.judged)
     others = ready.held_out_data.row[~saved.suspects]
-    if far := stand_out_note(others, search.after.rows[1].position[~saved.suspects]):
+    if far := stand_out_note(others, search.after.held_out_rows.position[~saved.suspects]):
         yield far
     yield from [saved.note] if saved.note is not None else []
     if search.too_few is None and saved.undetectable and any(e.loads for e in effects):

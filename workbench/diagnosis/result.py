@@ -20,11 +20,11 @@ from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.undetectable import Undetectable
-from workbench.identification.errors.row_errors import Errors, RowErrors
+from workbench.identification.errors.row_errors import Errors, RowErrors, Validation
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import STUDENT_FREEDOM, Readings
 from workbench.identification.problem import Noise
-from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
+from workbench.identification.result import BeforeAfter, Identification, Run
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
@@ -141,18 +141,15 @@ class Diagnosis(AbstractReported):
         outliers: Rows excluded as outliers, indices into data.
         outlier_errors: Errors of the identified arm on them; None if there are none.
         suspects: Held-out rows that no arm explains, indices into held_out_data.
-        nominal: Errors of the nominal arm with the best base and tool.
         before_fit: Geometry alone.
         after_fit: Geometry with the accepted effects, on the fitted rows; shown in the figures.
         final_fit: The same on all rows, held-out ones of the same file too: what is saved.
         geometries: The best arms without effects on the rows of `after_fit` and `final_fit`; None if there
             are none.
         aligned: The nominal arm with the best base and tool.
-        nominal_rows: Its errors row by row, as `after_rows`.
+        nominal: Its errors; of fitted rows those that are no outliers, as in the two that follow.
         before: Errors of `before_fit`.
         after: Errors of `after_fit`.
-        before_rows: Row by row: fitted rows (without outliers), held-out rows.
-        after_rows: Likewise.
         effects: Accepted effects, the largest contribution first.
         causes: Physical causes of significant size among them, largest first.
         residual_map: The other effects, which only predict; None if there are none.
@@ -179,17 +176,14 @@ class Diagnosis(AbstractReported):
     outliers: np.ndarray
     outlier_errors: Errors | None
     suspects: np.ndarray
-    nominal: Validation
     before_fit: Fit
     after_fit: Fit
     final_fit: Fit
     geometries: tuple[Robot | None, Robot | None]
     aligned: Robot
-    nominal_rows: tuple[RowErrors, RowErrors]
+    nominal: Validation
     before: Validation
     after: Validation
-    before_rows: tuple[RowErrors, RowErrors]
-    after_rows: tuple[RowErrors, RowErrors]
     effects: tuple[Accepted, ...]
     causes: tuple[Cause, ...]
     residual_map: ResidualMap | None
@@ -223,7 +217,8 @@ class Diagnosis(AbstractReported):
     @beside("whether the effects do harm", None)
     def harm(self) -> str | None:
         """A warning if held-out rows are predicted worse with the effects than without."""
-        return harm_done(self.before_rows[1], self.after_rows[1], self.noise) if self.effects else None
+        rows = self.before.held_out_rows, self.after.held_out_rows
+        return harm_done(*rows, self.noise) if self.effects else None
 
     @property
     def events(self) -> tuple[AbstractEvent, ...]:
@@ -263,18 +258,17 @@ class Diagnosis(AbstractReported):
     @property
     def error(self) -> BeforeAfter:
         """Errors of the geometry alone and with the accepted effects."""
-        return BeforeAfter(judged(self.before), judged(self.after))
+        return BeforeAfter(self.before.judged, self.after.judged)
 
     def identification(self) -> Identification:
         """The arm as the result of an identification, with the errors before the refit to all rows."""
         is_outlier = np.isin(self.train_rows, self.outliers)
         run = Run(
+            self.after.train_rows,
+            self.after.held_out_rows,
             self.final_fit,
-            self.after.train,
-            self.after.held_out,
-            *self.after_rows,
             self.held_out_data,
-            judged=None
+            before_refit=None
             if self.after_fit is self.final_fit
             else self.after_fit.calibrated.recorded(geometry=self.geometries[0]),
             geometry=self.geometries[1],
@@ -289,7 +283,7 @@ class Diagnosis(AbstractReported):
             held_out_data=self.held_out_data,
             excluded=(*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),
             notes=self.notes,
-            nominal_rows=self.nominal_rows,
+            nominal=self.nominal,
             runs={self.final_fit.algorithm.name: run},
             harm=self.harm,
         )

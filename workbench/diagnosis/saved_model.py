@@ -26,7 +26,6 @@ from workbench.identification.errors.row_errors import UNKNOWN, Errors
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.result import judged
 from workbench.identification.rows.excluded_outliers import suspects
 
 MAX_EVALUATED = 12
@@ -105,7 +104,7 @@ def saved_model(search: CauseSearch) -> SavedModel:
     trial = ModelComparison(ready, last)
     missing = ask("unobservable effects", lambda: () if search.too_few else undetectable(last), ())
     std = StandardErrors(final, hidden_variance(last, missing))
-    alone, after = (judged(v.errors) for v in (search.before, search.after))
+    alone, after = search.before.judged, search.after.judged
     effects = _accepted(last, final, trial, std, alone=alone, after=after)
     now = arm_now(final)
     return SavedModel(final, suspect_rows, note, missing, std, effects, trial, now)

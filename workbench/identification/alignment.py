@@ -19,8 +19,8 @@ from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
-MAX_ALTERNATIONS = 20
-"""Alternations between base and tool for points; each is a closed form."""
+MAX_ALTERNATIONS, MAX_STEPS = 20, 100
+"""Alternations between base and tool for points, each a closed form; and steps of a search."""
 MAX_ALIGNED_ROWS = 500
 """Maximum number of rows for the closed forms; all rows take part in the final fit."""
 MAX_FIRST_ROWS = 1_500
@@ -39,7 +39,6 @@ def align(
     *,
     noise: Noise | None = None,
     known: Mapping[str, float] | None = None,
-    limit: int = 100,
 ) -> Robot:
     """The nominal arm with the base and tool that fit the rows best; the geometry is unchanged.
 
@@ -48,7 +47,6 @@ def align(
         freedom: Which parts of base and tool are unknown.
         noise: Weighs positions against rotations.
         known: Known places of anchors or contacts [m].
-        limit: Maximum number of steps of each search.
 
     Returns:
         The robot with its frames moved, per session where they are free per session.
@@ -58,15 +56,15 @@ def align(
     if len(data) > 2 * MAX_ALIGNED_ROWS:
         some = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
         if some.sessions == data.sessions:
-            rough = align(robot, some, freedom, noise=noise, known=known, limit=limit)
+            rough = align(robot, some, freedom, noise=noise, known=known)
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
-            return _with_gravity_of(robot, problem.robot_at(Opt2(limit=limit).search(problem).x))
+            return _with_gravity_of(robot, problem.robot_at(Opt2(limit=MAX_STEPS).search(problem).x))
     best, minimum, points = robot, np.inf, data.position
     if points is not None and (len(points) < MIN_CERTAIN_ROWS or not np.isfinite(points).all()):
         points = None
     for start in starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
-        search = Opt2(limit=limit).search(problem)
+        search = Opt2(limit=MAX_STEPS).search(problem)
         if search.history[-1] < minimum:
             best, minimum = problem.robot_at(search.x), search.history[-1]
         off = problem.physical(problem.residual(search.x))[~problem.component_channels]

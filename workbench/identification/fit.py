@@ -130,17 +130,13 @@ class Fit(AbstractReported):
         return factor_at(self.problem.without_deviation(), self.x)
 
     @cached_property
-    def whitened(self) -> Float[np.ndarray, " m"]:
-        """Whitened residual components at the solution."""
-        return self.problem.residual(self.x)[: self.problem.size]
-
-    @cached_property
     def variance_factor(self) -> float:
         """Residual variance per degree of freedom; 1 if the noise is as stated or no degree of freedom is
         left."""
         if self.spare < 1.0:
             return 1.0
-        return float(self.whitened @ self.whitened) / self.spare
+        whitened = self.problem.residual(self.x)[: self.problem.size]
+        return float(whitened @ whitened) / self.spare
 
     @cached_property
     def spare(self) -> float:
@@ -180,11 +176,6 @@ class Fit(AbstractReported):
         """Standard errors [rad or m]."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
-    @property
-    def condition(self) -> float:
-        """Condition number over the observable directions, in natural units."""
-        return self.rows_factor.condition
-
     @cached_property
     def unidentifiable(self) -> tuple[Combination, ...]:
         """Unobservable combinations of parameters, kept as near to nominal as possible."""
@@ -223,18 +214,10 @@ class Fit(AbstractReported):
     @cached_property
     def poorly_determined(self) -> tuple[str, ...]:
         """Constants that are observable, but with a standard error above 1° or 5 mm."""
+        limits = {"rad": POOR_ANGLE, "m": POOR_LENGTH}
+        known = [(p, s) for p, s in zip(self.parameters, self.std, strict=True) if p.is_plain]
         open_ones = {n for c in (*self.unidentifiable, *self.weakly_observable) for n in c.names}
-        return tuple(p.text for p in self.parameters if p.name in self.uncertain - open_ones)
-
-    @cached_property
-    def uncertain(self) -> frozenset[str]:
-        """Names of constants with a standard error above 1° or 5 mm."""
-        limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
-        return frozenset(
-            p.name
-            for p, s, limit in zip(self.parameters, self.std, limits, strict=True)
-            if s > limit and p.is_plain and p.unit in ("rad", "m")
-        )
+        return tuple(p.text for p, s in known if s > limits.get(p.unit, np.inf) and p.name not in open_ones)
 
     @cached_property
     def idle(self) -> frozenset[str]:

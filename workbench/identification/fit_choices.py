@@ -52,7 +52,7 @@ MAX_NOISE = 0.02
 
 def _noise(value: Any, given: Any) -> Any:
     if (pair := pair_of(value)) is not None and not min(pair) > 0.0:
-        raise ValueError
+        raise OptionError(f"noise must be positive, got {value}", option="noise", found=value)
     if pair is not None and not isinstance(value, str) and pair[0] > MAX_NOISE:
         raise OptionError(
             f"noise is in m: {pair[0]:g} would be {1e3 * pair[0]:g} mm; write '{pair[0]:g}mm', or a Noise",
@@ -72,7 +72,7 @@ def _noise(value: Any, given: Any) -> Any:
 
 
 NoiseLike = Annotated[
-    Noise, Reads('a length in m and an angle in rad, or text such as "0.05mm,0.01deg"', _noise)
+    Noise, Reads('a length in m and an angle in rad, or text with units such as "0.05mm,0.01deg"', _noise)
 ]
 HeldOut = Annotated[
     float | Dataset | tuple[str, ...],

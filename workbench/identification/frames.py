@@ -290,12 +290,16 @@ def _check_known_base(
         freedom: Of that arm.
     """
     base, tool = visible_parts(data, known)
-    if not base or not (off := _error(held, data, known)) > CLEAR_SHARE_OF_REACH * robot.reach:
+
+    def left(arm: Robot) -> float:
+        return Spread.of(row_errors(arm, data, known=known).position).rms
+
+    if not base or not (off := left(held)) > CLEAR_SHARE_OF_REACH * robot.reach:
         return
     free = tool if robot.tool.free is not Freedom.FIXED else ()
     freer = replace(freedom, base=base, tool=freedom.tool or free)
     aligned = align(robot, data, freer, noise=noise, known=known)
-    best, measured, unknown = _error(aligned, data, known), count_measured(data), len(base) + len(freer.tool)
+    best, measured, unknown = left(aligned), count_measured(data), len(base) + len(freer.tool)
     if off > MAX_BASE_ERROR_RATIO * best:
         if measured <= unknown:
             few = f"{plural(len(data), 'row')} can't tell the {unknown} unknowns of base and tool"
@@ -323,13 +327,6 @@ def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> 
         return (f"even the best base and tool leave {in_mm(best)} rms: the rows are hardly this arm's",)
     text = f"the best base and tool leave {in_mm(best)} rms, not {in_mm(off)}; fit them: --frames fit"
     return (text,) if off > min(far, MAX_BASE_ERROR_RATIO * best) else ()
-
-
-def _error(arm: Robot, data: Dataset, known: Mapping[str, float]) -> float:
-    """Root mean square distance of an arm from measured points [m]."""
-    problem = Problem.build(arm, data, free=(), known=known)
-    components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
-    return float(np.sqrt(3.0 * (components**2).mean()))
 
 
 def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:

@@ -15,7 +15,6 @@ from workbench.base.arguments import Like, checked_arguments, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
-from workbench.base.types import Outcome
 from workbench.base.wording import plural
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.identification.algorithms import (
@@ -25,7 +24,6 @@ from workbench.identification.algorithms import (
     AbstractIdentifier,
 )
 from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
-from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.meaning.as_read import as_read
@@ -34,10 +32,7 @@ from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Run
 from workbench.identification.rows.excluded_outliers import prepare_without_outliers
-from workbench.identification.rows.outlying_rows import Loss, row_weights
-
-MAX_REWEIGHTINGS = 10
-"""Maximum number of rounds of a robust loss."""
+from workbench.identification.rows.outlying_rows import Loss, robust_fit
 
 
 @checked_arguments(FitChoices)
@@ -82,8 +77,6 @@ def identify(
     if robot is None:
         raise OptionError("give a robot; it may be omitted only for rows with tool poses instead of joints")
     chosen = _algorithms(algorithms)
-    if not chosen:
-        raise OptionError(f"choose at least one algorithm from {', '.join(ALGORITHMS)}")
     choices = with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading)
     choices = choices_as_read(robot, choices)
@@ -101,9 +94,8 @@ def identify(
         if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.seen.all():
             begin = first.x  # several are compared, and what is hardly observable stays where it starts
     runs = _runs(ready, problem, chosen, loss, begin)
-    if tuple(algorithms) == DEFAULT_ALGORITHMS and any(
-        not r.fit.outcome.ok or r.fit.beyond_bounds for r in runs.values()
-    ):
+    alone = next(iter(runs.values())).fit
+    if tuple(algorithms) == DEFAULT_ALGORITHMS and (not alone.outcome.ok or alone.beyond_bounds):
         runs |= _runs(ready, problem, _algorithms(FURTHER_ALGORITHMS), loss)
     progress(1.0, "done")
     return Identification(
@@ -115,7 +107,7 @@ def identify(
         held_out_data=ready.held_out_data,
         excluded=ready.excluded,
         notes=(*ready.notes, *_prior_note(problem, deviation)),
-        nominal_rows=ready.nominal_rows,
+        nominal=ready.nominal,
         runs=runs,
         ready=ready,
         outlying=outlying,
@@ -139,18 +131,11 @@ def _runs(
         fit, decided = _fit(problem, algorithm, loss, begin), ready.identifiability
         if decided is not None:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)
-        train, held = ready.errors(fit.arm, fit.problem.instrument(fit.x))
+        found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
+        errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
         if decided is not None:
-            train, held = (errors.widened(*decided.uncertainty) for errors in (train, held))
-        runs[algorithm.name] = Run(
-            fit,
-            Errors.of(train),
-            held.summary,
-            train,
-            held,
-            ready.held_out_data,
-            new_sessions=ready.new_mountings(fit.arm),
-        )
+            errors = (errors[0].widened(*decided.uncertainty), errors[1].widened(*decided.uncertainty))
+        runs[algorithm.name] = Run(*errors, fit, ready.held_out_data, new_sessions=new)
     return runs
 
 
@@ -165,23 +150,20 @@ def _prior_note(problem: Problem, deviation: float | str) -> tuple[str, ...]:
 
 
 def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
-    if other := next((name for name in names if name not in ALGORITHMS), None):
-        text = f"unknown algorithm '{other}'; choose from {', '.join(ALGORITHMS)}"
-        raise OptionError(text, option="algorithms", found=other)
+    wrong = [name for name in names if name not in ALGORITHMS]
+    if wrong or not names:
+        what = f"unknown algorithm '{wrong[0]}'" if wrong else "no algorithm is given"
+        raise OptionError(f"{what}; choose from {', '.join(ALGORITHMS)}", option="algorithms", found=names)
     return [ALGORITHMS[name] for name in names]
 
 
 def _fit(problem, algorithm, loss, begin) -> Fit:
     began = perf_counter()
     search = algorithm.search(problem, begin=begin)
-    for _ in range(MAX_REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
-        fit = Fit(algorithm=algorithm, problem=problem, search=search)
-        old, new = problem.row_weights, row_weights(fit.row_residuals, loss)
-        change = new - (1.0 if old is None else old)
-        if np.abs(change).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
-            break
-        problem = problem.with_row_weights(new)
-        search = algorithm.search(problem, begin=search.x)
+    if loss in (Loss.HUBER, Loss.TUKEY) and not cancelled():
+        x, weights = robust_fit(problem, search.x, loss)
+        problem = problem.with_row_weights(weights)
+        search = algorithm.search(problem, begin=x)
     fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
     return replace(fit, warnings=_warnings(fit))
 
@@ -193,8 +175,7 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
     if not fit.outcome.ok:
         found.append(f"{title}: {fit.outcome}")
     if fit.at_bounds:
-        known = ", ".join(fit.at_bounds)
-        found.append(f"{title}: at a bound: {known}; widen the bounds if they are too tight")
+        found.append(f"{title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if too tight")
     if fit.beyond_bounds:
         found.append(f"{title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
     return tuple(found)

@@ -23,7 +23,7 @@ from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
-from workbench.identification.errors.row_errors import RowErrors, instrument_places, row_errors
+from workbench.identification.errors.row_errors import RowErrors, Validation, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import Sessions, choose_frames, visible_parts
 from workbench.identification.instrument_preparation import (
@@ -76,7 +76,7 @@ class Prepared(AbstractSplit):
     new_sessions: tuple[str, ...]
     identifiability: AbstractIdentifiability | None = None
 
-    def errors(self, robot: Robot, instrument: Mapping[str, float]) -> tuple[RowErrors, RowErrors]:
+    def errors(self, robot: Robot, instrument: Mapping[str, float]) -> Validation:
         """Errors of a model on the fitted and on the held-out rows.
 
         Args:
@@ -86,11 +86,11 @@ class Prepared(AbstractSplit):
         fitted, held = self.problem.data, self.held_out_data
         readings = None if fitted.readings is None else fitted.readings.joined(held.readings)
         if readings is None:
-            return self.errors_on(fitted, robot, instrument), self.errors_on(held, robot, instrument)
+            return Validation(*(self.errors_on(rows, robot, instrument) for rows in (fitted, held)))
         # such readings, like pictures of one rig, determine a tool's error only together
         both = replace(fitted, readings=None).joined(replace(held, readings=None))
         errors = self.errors_on(replace(both, readings=readings), robot, instrument)
-        return errors.take(np.arange(len(fitted))), errors.take(np.arange(len(fitted), len(both)))
+        return Validation(*map(errors.take, np.split(np.arange(len(both)), [len(fitted)])))
 
     def errors_on(self, data: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
@@ -112,8 +112,8 @@ class Prepared(AbstractSplit):
         return some, algorithm.search(some.with_deviation(MAX_DEVIATION), begin=self.near)
 
     @cached_property
-    def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
-        """Errors of the aligned nominal arm on fitted and on held-out rows."""
+    def nominal(self) -> Validation:
+        """Errors of the aligned nominal arm."""
         places = instrument_places(self.aligned, self.problem.data, known=self.problem.known)
         return self.errors(self.aligned, places)
 

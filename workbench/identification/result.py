@@ -1,6 +1,6 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
@@ -20,8 +20,10 @@ from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     KINDS,
+    AbstractValidation,
     Errors,
     RowErrors,
+    Validation,
     degradation_warning,
     errors_frame,
     explains_little,
@@ -61,14 +63,6 @@ SAME_DEVIATION = 1.01
 """Ratio of two deviations from nominal below which they count as equal."""
 
 
-@dataclass(frozen=True)
-class Validation:
-    """Errors of one model on the fitted rows and, if there are any, the held-out ones."""
-
-    train: Errors
-    held_out: Errors | None
-
-
 class BeforeAfter(NamedTuple):
     """Errors of the nominal and the calibrated arm, on held-out rows if there are any."""
 
@@ -86,28 +80,20 @@ class BeforeAfter(NamedTuple):
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(AbstractReported):
+class Run(AbstractReported, AbstractValidation):
     """One algorithm's fit and its errors.
 
     Args:
         fit: Parameters, standard errors, unobservable combinations.
-        train: Errors on the rows that were fitted.
-        held_out: Errors on the rows that were not.
-        train_rows: Errors row by row, in the order of `Identification.train_rows`.
-        held_out_rows: Likewise of the held-out rows.
-        held_out_data: These rows.
-        judged: The arm with these errors, if `fit` was afterwards made on all rows.
+        held_out_data: The held-out rows.
+        before_refit: The arm with these errors, if `fit` was afterwards made on all rows.
         new_sessions: Base and tool in held-out sessions that were not fitted, found from their own rows.
         geometry: The best arm without effects on the fitted rows, if the fit has some.
     """
 
     fit: Fit
-    train: Errors
-    held_out: Errors | None
-    train_rows: RowErrors
-    held_out_rows: RowErrors
     held_out_data: Dataset
-    judged: Robot | None = None
+    before_refit: Robot | None = None
     new_sessions: Mapping[str, Mounting] = field(default_factory=dict)
     geometry: Robot | None = None
 
@@ -131,7 +117,7 @@ class Run(AbstractReported):
     def judged_errors(self) -> Errors:
         """Its errors; after events those of its file, on the judging rows for which that is valid."""
         if not self.saved.events or self.new_sessions:
-            return judged(self)
+            return self.judged
         return SavedArm(self.as_measured, self.fit.problem.data).errors(self.judging, self.places)
 
     @cached_property
@@ -141,7 +127,7 @@ class Run(AbstractReported):
         A format is omitted where its error is unknown: held-out sessions without any fitted row.
         """
         if self.new_sessions:
-            return {"TOML": judged(self)}
+            return {"TOML": self.judged}
         return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
 
     def refusals(self, nominal: Errors, reach: float, *, rows: int) -> dict[str, str]:
@@ -158,7 +144,7 @@ class Run(AbstractReported):
     @property
     def as_measured(self) -> Robot:
         """The arm with these errors, including events during the measurements."""
-        robot = self.judged or self.fit.calibrated.recorded(geometry=self.geometry)
+        robot = self.before_refit or self.fit.calibrated.recorded(geometry=self.geometry)
         return (
             replace(robot, sessions={**robot.sessions, **self.new_sessions}) if self.new_sessions else robot
         )
@@ -227,7 +213,7 @@ class Identification(AbstractReported, AbstractSplit):
     Args:
         nominal_robot: The arm as given.
         aligned: The nominal arm with the best base and tool wherever those are free.
-        nominal_rows: Errors of `aligned` row by row: training, held out.
+        nominal: Errors of `aligned`.
         runs: One per algorithm, by name.
         ready: The rows and the problem that were prepared; None for the arm of a diagnosis.
         outlying: Excluded rows that no arm explains, indices into data; they are among `excluded`, too.
@@ -237,7 +223,7 @@ class Identification(AbstractReported, AbstractSplit):
     nominal_robot: Robot
     aligned: Robot
     data: Dataset
-    nominal_rows: tuple[RowErrors, RowErrors]
+    nominal: Validation
     runs: dict[str, Run]
     ready: Prepared | None = None
     outlying: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -258,11 +244,6 @@ class Identification(AbstractReported, AbstractSplit):
     def identifiability(self) -> AbstractIdentifiability | None:
         """What of the arm the rows may identify, and why; None if the kind of reading sets no limit."""
         return None if self.ready is None else self.ready.identifiability
-
-    @cached_property
-    def nominal(self) -> Validation:
-        """Errors of the aligned nominal arm."""
-        return Validation(Errors.of(self.nominal_rows[0]), self.nominal_rows[1].summary)
 
     @cached_property
     @beside("errors of outliers", ())
@@ -313,8 +294,9 @@ class Identification(AbstractReported, AbstractSplit):
     def refused(self, run: Run) -> dict[str, str]:
         """Why a file of a run's arm should not be used, by format, or "" for any; without those that may."""
         held, shown = run.judging is run.held_out_data, run.judging
-        again = run.judged is not None and not held  # all rows, after the final fit
-        rows = row_errors(self.aligned, shown) if again else self.nominal_rows[held]
+        again = run.before_refit is not None and not held  # all rows, after the final fit
+        nominal = self.nominal.held_out_rows if held else self.nominal.train_rows
+        rows = row_errors(self.aligned, shown) if again else nominal
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
@@ -326,7 +308,7 @@ class Identification(AbstractReported, AbstractSplit):
     @property
     def error(self) -> BeforeAfter:
         """Errors before and after, of the best run."""
-        return BeforeAfter(judged(self.nominal), judged(self.best))
+        return BeforeAfter(self.nominal.judged, self.best.judged)
 
     @property
     def transfer(self) -> Transfer:
@@ -342,7 +324,7 @@ class Identification(AbstractReported, AbstractSplit):
     @beside("whether the rows fit the arm", None)
     def match(self) -> ArmMatch | None:
         """Match between rows and nominal arm; None if its errors are too small for a check."""
-        errors = judged(self.nominal).position_mm
+        errors = self.nominal.judged.position_mm
         suspicious = errors.median > 1e3 * FITS * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
@@ -353,9 +335,8 @@ class Identification(AbstractReported, AbstractSplit):
 
     def to_frame(self) -> "DataFrame":
         """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""
-        best = (self.best.train_rows, self.best.held_out_rows)
         numbers = (self.data.row[self.train_rows], self.held_out_data.row)
-        return errors_frame(numbers, {"nominal": self.nominal_rows, "calibrated": best})
+        return errors_frame(numbers, {"nominal": self.nominal, "calibrated": self.best})
 
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""
@@ -401,7 +382,7 @@ class Identification(AbstractReported, AbstractSplit):
         if self.outliers:
             yield _set_apart(self.outliers, after)
         if self.suspects:
-            yield suspect_note(list(self.suspects), judged(best))
+            yield suspect_note(list(self.suspects), best.judged)
         if self.match is not None and self.match.is_foreign:
             yield self.match.text
         yield implausible_text(best.implausible)
@@ -420,7 +401,7 @@ class Identification(AbstractReported, AbstractSplit):
             yield from own.doubts
             yield own.refused and f"nothing of the arm was identified: {own.refused}"
         if own is None or not own.refused:
-            yield degradation_warning(self.nominal_rows, (best.train_rows, best.held_out_rows))
+            yield degradation_warning(self.nominal, best)
         yield self.transfer_warning()
 
     @beside("the expected error elsewhere", "")
@@ -475,21 +456,6 @@ class Evaluation(AbstractReported):
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""
         return residuals_frame(self.robot, self.data)
-
-
-def error_rows(models: Iterable[tuple[str, Validation | Run]]) -> list[tuple[str, str, Errors]]:
-    """Lines of a table of models: its title on the first one, which rows, and their errors."""
-    return [
-        (title if rows == "fitted" else "", rows, errors)
-        for title, validated in models
-        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
-        if errors is not None
-    ]
-
-
-def judged(errors: Validation | Run) -> Errors:
-    """Errors on the held-out rows; on the fitted ones if there are none."""
-    return errors.held_out or errors.train
 
 
 def implausible_text(doubts: tuple[str, ...]) -> str:

@@ -124,7 +124,10 @@ class Factor:
 
     def predicted_decrease(self, step: Float[np.ndarray, " p"] | None = None) -> float:
         """Decrease of |r|² predicted by the linear model for a step; for the undamped one if None."""
-        explained = self.r @ ((self.step() if step is None else step) / self.units)
+        if step is None:
+            explained = self.along[self.seen] if self.inverse is None else self.compressed
+            return float(explained @ explained)
+        explained = self.r @ (step / self.units)
         return float(explained @ (2.0 * self.compressed - explained))
 
     def covariance(self) -> Float[np.ndarray, "p p"]:

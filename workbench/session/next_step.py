@@ -13,7 +13,7 @@ import numpy as np
 from workbench.base.wording import capital, plural
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
-from workbench.identification.result import implausible_text, judged
+from workbench.identification.result import implausible_text
 from workbench.plate.plate import AUTO
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
@@ -189,7 +189,7 @@ def _diagnosed(session: Session) -> NextStep | None:
     found = session.results.diagnosis
     if found is None:
         return None
-    left = judged(session.results.run or found.before).text("mean")
+    left = (session.results.run or found.before).judged.text("mean")
     poses = POSES if len(found.measure_next) else MORE
     if steps := splittable(session):
         row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
@@ -209,9 +209,9 @@ def _diagnosed(session: Session) -> NextStep | None:
 
 def _promise(found: Diagnosis) -> str:
     """The first cause, and what would be left with all that was found."""
-    left = judged(found.after).text("mean").replace(", ", " and ") + " would be left."
+    left = found.after.judged.text("mean").replace(", ", " and ") + " would be left."
     if not found.causes:
-        rest = judged(found.before).text("mean").replace(", ", " and ")
+        rest = found.before.judged.text("mean").replace(", ", " and ")
         return f"The rest ({rest}) has no name. With a correction learned from your rows, {left}"
     first, more = found.causes[0], len(found.causes) - 1
     others = f" and {more} more" if more else ""

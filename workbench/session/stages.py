@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.identification.errors.row_errors import RowErrors
-from workbench.identification.result import Identification, Run, Validation, judged
+from workbench.identification.errors.row_errors import AbstractValidation
+from workbench.identification.result import Identification
 from workbench.report.numbers import compared
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Session
@@ -32,15 +32,11 @@ class StageErrors:
     rows: Float[np.ndarray, " rows"]
 
     @classmethod
-    def of(
-        cls, title: ModelStage, errors: Validation | Run, rows: tuple[RowErrors, RowErrors]
-    ) -> "StageErrors":
+    def of(cls, title: ModelStage, errors: AbstractValidation) -> "StageErrors":
         """Errors on held-out rows; on the fitted ones where none were held out."""
-        fitted, held_out = rows
-        chosen = fitted if errors.held_out is None else held_out
-        mean = judged(errors)
+        mean = errors.judged
         turned = None if mean.orientation_deg is None else mean.orientation_deg.mean
-        return cls(title, mean.position_mm.mean, turned, chosen.position)
+        return cls(title, mean.position_mm.mean, turned, errors.judged_rows.position)
 
 
 def stages(session: Session) -> tuple[StageErrors, ...]:
@@ -48,15 +44,12 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
     found, diagnosis = session.results.identification, session.results.diagnosis
     if found is None:
         return ()
-    out, title = [StageErrors.of(STAGES[0], found.nominal, found.nominal_rows)], ModelStage.GEOMETRY
+    out, title = [StageErrors.of(STAGES[0], found.nominal)], ModelStage.GEOMETRY
     if session.results.accepted:
-        if (geometry := session.results.geometry) is not None:
-            out.append(StageErrors.of(title, geometry, (geometry.train_rows, geometry.held_out_rows)))
-        elif diagnosis is not None:
-            out.append(StageErrors.of(title, diagnosis.before, diagnosis.before_rows))
+        if (geometry := session.results.geometry or (diagnosis and diagnosis.before)) is not None:
+            out.append(StageErrors.of(title, geometry))
         title = ModelStage.EFFECTS
-    run = found.runs[session.results.fit]
-    return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
+    return (*out, StageErrors.of(title, found.runs[session.results.fit]))
 
 
 def shown_stage(session: Session, rows: Comparison) -> ModelStage:
@@ -80,5 +73,5 @@ def noise_length(found: Identification) -> float:
 
 def share_of_noise(session: Session, found: Identification) -> float:
     """How many times the instrument's noise is left on average; NaN where that is unknown."""
-    left, noise = judged(found.runs[session.results.fit]).position_mm.mean, noise_length(found)
+    left, noise = found.runs[session.results.fit].judged.position_mm.mean, noise_length(found)
     return left / noise if noise > 0.0 else float("nan")

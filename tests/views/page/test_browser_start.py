@@ -73,6 +73,6 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
             download.value.save_as(path)
         shown = page.locator('[data-testid="file-errors"]:visible').first.text_content()
     found = app.worker.session.results.identification
-    refitted = None if found.best.judged is None else found.best.fit.problem.data.row
+    refitted = None if found.best.before_refit is None else found.best.fit.problem.data.row
     saved = Saved(*paths, shown=shown, held_out=found.held_out_data.row, refitted=refitted)
     saved.check(read_rows(rows))

@@ -43,7 +43,7 @@ def test_the_numbers_are_the_session_s(pictures, sample, replayed):
         assert pictures.values(path, "Scalars:scalars")[-1][1][0] == pytest.approx(value, rel=1e-12)
     seen = np.ravel([v for _, v in pictures.values("/error/geometry_mm", "Scalars:scalars")])
     assert np.isclose(seen, found.runs["opt2"].held_out.position_mm.mean, rtol=1e-12).any()
-    points = SimpleNamespace(nominal=SimpleNamespace(held_out=SimpleNamespace(orientation_deg=None)))
+    points = SimpleNamespace(nominal=SimpleNamespace(judged=SimpleNamespace(orientation_deg=None)))
     of_points = replace(session, results=replace(session.results, identification=points))
     assert [subject(each)[-1] for each in (session, of_points)] == [True, False]  # plots in degrees
 

@@ -9,7 +9,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import capital, first_of, plural
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.result import Diagnosis, Verdict, judged
+from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.charts import before_after
@@ -75,7 +75,7 @@ def models(result: Diagnosis) -> Iterator[Block]:
 
 def budget_bars(found: Diagnosis) -> Bars:
     """Size at the tool of each cause, of the unnamed part, and of the remaining error after the geometry."""
-    after = judged(found.after)
+    after = found.after.judged
     rows = [
         Bar(capital(cause.plain), cause.contribution_mm, CALIBRATED, str(cause.confidence))
         for cause in found.causes
@@ -128,7 +128,7 @@ def effects(result: Diagnosis) -> Iterator[Block]:
 
 def error_units(result: Diagnosis) -> list[tuple[str, str]]:
     """Position error in mm, and orientation error in degrees if measured."""
-    turned = judged(result.after).orientation_deg is not None
+    turned = result.after.judged.orientation_deg is not None
     return [("position_mm", "mm"), *([("orientation_deg", "°")] if turned else [])]
 
 

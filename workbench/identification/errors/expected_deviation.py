@@ -53,11 +53,9 @@ def with_expected_deviation(
             rows; infinite: no prior.
         x: Solution with `MAX_DEVIATION`, if known.
     """
-    if isinstance(deviation, str) and deviation != AUTO:
-        wanted = f"'{AUTO}' or a number in rad and m"
-        raise OptionError(f"the expected deviation must be {wanted}, got '{deviation}'")
-    if deviation != AUTO and not float(deviation) > 0.0:
-        raise OptionError(f"the expected deviation must be positive [rad, m], got {deviation:g}")
+    if deviation != AUTO and (isinstance(deviation, str) or not deviation > 0.0):
+        wanted = f"'{AUTO}' or a positive number in rad and m"
+        raise OptionError(f"the expected deviation must be {wanted}, got {deviation!r}")
     problem = problem.with_shares()
     if deviation == np.inf or not problem.geometry.any():
         return problem

@@ -13,7 +13,7 @@ from workbench.identification.result import Run
 @beside("errors of the files after the final fit", {})
 def refitted_errors(run: Run) -> dict[str, Errors]:
     """Errors of the files after the final fit to all rows, on these rows; empty if there was none."""
-    return {} if run.judged is None else run.saved.format_errors(run.fit.problem.data, run.places)
+    return {} if run.before_refit is None else run.saved.format_errors(run.fit.problem.data, run.places)
 
 
 def file_text(run: Run) -> str:

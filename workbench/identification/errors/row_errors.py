@@ -5,11 +5,11 @@ Errors and residuals row by row as data frames, fitted rows before held-out ones
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
@@ -95,23 +95,63 @@ class RowErrors:
         return Errors.of(self) if len(self.position) else None
 
 
+@dataclass(frozen=True, eq=False)
+class AbstractValidation:
+    """What errors of one model have: on the rows that were fitted, and on those that were not.
+
+    Args:
+        train_rows: Errors row by row, in the order of `Identification.train_rows`.
+        held_out_rows: Likewise of the held-out rows.
+    """
+
+    train_rows: RowErrors
+    held_out_rows: RowErrors
+
+    @cached_property
+    def train(self) -> "Errors":
+        """Errors on the rows that were fitted."""
+        return Errors.of(self.train_rows)
+
+    @cached_property
+    def held_out(self) -> "Errors | None":
+        """Errors on the rows that were not; None if there are none."""
+        return self.held_out_rows.summary
+
+    @property
+    def judged(self) -> "Errors":
+        """Errors on the held-out rows; on the fitted ones if there are none."""
+        return self.held_out or self.train
+
+    @property
+    def judged_rows(self) -> RowErrors:
+        """The same row by row."""
+        return self.train_rows if self.held_out is None else self.held_out_rows
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Validation(AbstractValidation):
+    """Errors of one model."""
+
+    def without(self, suspects: Bool[np.ndarray, " held"]) -> "Errors":
+        """Errors on the other held-out rows; on the fitted ones if there are none."""
+        return self.held_out_rows.take(~suspects).summary or self.train
+
+
 WORSE_ERRORS = 3.0
 """Standard errors by which a channel's mean must rise to count as worse."""
 
 
 @beside("whether errors grew", None)
-def degradation_warning(
-    nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]
-) -> str | None:
+def degradation_warning(nominal: AbstractValidation, calibrated: AbstractValidation) -> str | None:
     """A warning if positions or orientations are clearly worse than with the nominal arm.
 
     Args:
-        nominal: Errors of the nominal arm with the best base and tool: fitted rows, held-out rows.
-        calibrated: Errors of a calibrated arm on the same rows; the fitted ones are compared if none are held
-            out.
+        nominal: Errors of the nominal arm with the best base and tool.
+        calibrated: Errors of a calibrated arm on the same rows.
     """
-    held = bool(len(calibrated[1].position))
-    rows, old, new = ("held-out" if held else "fitted"), nominal[held], calibrated[held]
+    rows = "fitted" if calibrated.held_out is None else "held-out"
+    old, new = nominal.judged_rows, calibrated.judged_rows
     for name, field, _, scale, unit in KINDS:
         before, after = getattr(old, field), getattr(new, field)
         rise = (after - before)[np.isfinite(before) & np.isfinite(after)]
@@ -304,7 +344,7 @@ def instrument_places(
 
 
 def errors_frame(
-    numbers: tuple[np.ndarray, np.ndarray], models: Mapping[str, tuple[RowErrors, RowErrors]]
+    numbers: tuple[np.ndarray, np.ndarray], models: Mapping[str, AbstractValidation]
 ) -> "DataFrame":
     """Sizes of errors by row number.
 
@@ -313,7 +353,8 @@ def errors_frame(
         models: Errors of both by the model's title.
     """
     columns = _numbered(*numbers)
-    for title, pair in models.items():
+    for title, errors in models.items():
+        pair = errors.train_rows, errors.held_out_rows
         for name in {**pair[0].columns, **pair[1].columns}:
             parts = [rows.columns.get(name, np.full_like(rows.position, np.nan)) for rows in pair]
             columns[f"{title} {name}"] = np.concatenate(parts)

@@ -1,7 +1,9 @@
 """An arm and rows as a fit should take them: as given, as found, or not at all."""
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
+from functools import lru_cache
 
 import numpy as np
 
@@ -74,11 +76,33 @@ def as_read(
     return arm, with_holding_torques(arm, rows)
 
 
+@dataclass(frozen=True)
+class _SameRows:
+    """Rows that equal others with the same columns, whatever was noted of them."""
+
+    columns: tuple[object, ...]
+    data: Dataset = field(compare=False)
+
+
+def _content(value: object) -> object:
+    if isinstance(value, Mapping):
+        return tuple((name, _content(inner)) for name, inner in value.items())
+    return value.tobytes() if isinstance(value, np.ndarray) else repr(value)
+
+
+@lru_cache(maxsize=2)
+def _meaning(robot: Robot, rows: _SameRows) -> RowMeaning | None:
+    """What rows mean, kept: what fits, what judges the fit, and the page ask it of the same ones."""
+    meaning = read_rows(robot, rows.data)
+    if meaning is None or rows.data.missing_units:
+        return meaning
+    return told_by_column(robot, rows.data, meaning)
+
+
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
-    meaning = read_rows(robot, data)
-    if meaning is not None and not data.missing_units:
-        meaning = told_by_column(robot, data, meaning)
+    columns = (getattr(data, f.name) for f in fields(data) if f.name not in ("notes", "read_as"))
+    meaning = _meaning(robot, _SameRows(tuple(map(_content, columns)), data))
     if meaning is None or meaning.kept is None:
         return data, meaning
     lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()

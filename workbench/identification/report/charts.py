@@ -10,7 +10,7 @@ from workbench.arm.motion import Motion
 from workbench.identification.errors.row_errors import KINDS, RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import identified, unseen
-from workbench.identification.result import Evaluation, Identification, order_of_measuring
+from workbench.identification.result import Identification, order_of_measuring
 from workbench.report.chart import Bar, Bars, Chart, Marks
 from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
 
@@ -29,17 +29,12 @@ def before_after(result: Identification) -> Chart:
     place, fitted, best = order_of_measuring(result), len(result.train_rows), result.best
     train, held = place[:fitted], place[fitted:]
     models = (
-        ("nominal", NOMINAL, train, result.nominal_rows[0]),
-        ("", NOMINAL, held, result.nominal_rows[1]),
+        ("nominal", NOMINAL, train, result.nominal.train_rows),
+        ("", NOMINAL, held, result.nominal.held_out_rows),
         ("fitted rows", CALIBRATED, train, best.train_rows),
         ("held-out rows", GEOMETRY, held, best.held_out_rows),
     )
     return row_chart(models, "nominal and calibrated, in the order of measuring")
-
-
-def errors_of_rows(result: Evaluation) -> Chart:
-    """Error of every row of an evaluation."""
-    return row_chart([("", CALIBRATED, result.row_numbers, result.rows)], "by number")
 
 
 def row_chart(models: Sequence[tuple[str, str, np.ndarray, RowErrors]], order: str) -> Chart:

@@ -7,12 +7,13 @@ import numpy as np
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.errors.pass_or_fail import judge
-from workbench.identification.errors.row_errors import Errors
+from workbench.identification.errors.row_errors import AbstractValidation, Errors
 from workbench.identification.fit import Fit
-from workbench.identification.report.charts import before_after, constant_bars, errors_of_rows
+from workbench.identification.report.charts import before_after, constant_bars, row_chart
 from workbench.identification.report.parameters import parameter_blocks
-from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
+from workbench.identification.result import Evaluation, Identification, Run
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
+from workbench.report.colours import CALIBRATED
 from workbench.report.numbers import short
 from workbench.report.result_display import blocks_of
 
@@ -86,12 +87,18 @@ def evaluation_blocks(result: Evaluation) -> list[Block]:
     """Errors of a given model, and the decisions taken."""
     table = table_of([(result.robot.name, f"{len(result.row_numbers)}", result.errors)])
     warnings = lines("warning", result.warnings)
-    return [*warnings, table, errors_of_rows(result), *lines("note", result.notes)]
+    chart = row_chart([("", CALIBRATED, result.row_numbers, result.rows)], "by number")
+    return [*warnings, table, chart, *lines("note", result.notes)]
 
 
-def errors_table(models: Iterable[tuple[str, Validation | Run]]) -> ResultTable:
+def errors_table(models: Iterable[tuple[str, AbstractValidation]]) -> ResultTable:
     """Errors of several models on fitted and held-out rows, in mm and degrees."""
-    return table_of(error_rows(models))
+    return table_of(
+        (title if rows == "fitted" else "", rows, errors)
+        for title, validated in models
+        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
+        if errors is not None
+    )
 
 
 def table_of(found: Iterable[tuple[str, str, Errors]]) -> ResultTable:

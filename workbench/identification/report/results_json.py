@@ -11,10 +11,10 @@ import numpy as np
 from workbench.arm.joint_units import sliding
 from workbench.base.advice import ask
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
-from workbench.identification.errors.row_errors import Errors, Spread
+from workbench.identification.errors.row_errors import AbstractValidation, Errors, Spread
 from workbench.identification.prior import prior_json
 from workbench.identification.report.parameters import IDENTIFIED, identified
-from workbench.identification.result import Evaluation, Identification, Run, Validation
+from workbench.identification.result import Evaluation, Identification, Run
 from workbench.report.json import Json, document
 
 IDENTIFICATION = "workbench.identification/1"
@@ -104,7 +104,7 @@ def errors_json(errors: Errors | None) -> Json | None:
     return found | {name: _spread(spread) for name, spread in more.items() if spread is not None}
 
 
-def validation_json(validation: Validation | Run) -> Json:
+def validation_json(validation: AbstractValidation) -> Json:
     """Errors on the fitted and on the held-out rows."""
     return {"train": errors_json(validation.train), "held_out": errors_json(validation.held_out)}
 
@@ -124,7 +124,7 @@ def _run(run: Run) -> Json:
         "outcome": str(fit.outcome),
         "iterations": fit.iterations,
         "seconds": fit.seconds,
-        "condition": fit.condition,
+        "condition": fit.rows_factor.condition,
         "parameters": IDENTIFIED.each(identified(fit)),
         "implausible": list(run.implausible),
         "suspicious_rows": fit.problem.data.row[fit.suspicious],

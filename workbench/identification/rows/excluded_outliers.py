@@ -61,8 +61,11 @@ def prepare_without_gross_outliers(
     gross: list[int] = []
     ready = prepare(robot, data, choices, **options)
     for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
-        usual, limit = Spread.of(ready.nominal_rows[0].position).median, GROSS_REACH_SHARE * robot.reach
-        both = zip(ready.nominal_rows, (ready.problem.data, ready.held_out_data), strict=True)
+        usual, limit = Spread.of(ready.nominal.train_rows.position).median, GROSS_REACH_SHARE * robot.reach
+        both = (
+            (ready.nominal.train_rows, ready.problem.data),
+            (ready.nominal.held_out_rows, ready.held_out_data),
+        )
         fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
         limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
         far = ready.held_out_rows[held > limit] if ready.is_one_file else ready.held_out_rows
@@ -90,7 +93,7 @@ def prepare_without_outliers(
         if problem.count <= len(problem.names):
             break
         wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        out = find_outliers(wide, robust_fit(wide, first.x), everything)
+        out = find_outliers(wide, robust_fit(wide, first.x)[0], everything)
         if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
             out &= np.convolve(out, np.ones(5), "same") < 4.0
         found = ready.train_rows[out & _is_tested(problem, problem.data)]

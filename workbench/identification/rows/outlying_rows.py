@@ -65,8 +65,10 @@ LINEAR = 0.01
 """Error of a linearisation in stated standard deviations above which it is renewed."""
 
 
-def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
-    """A fit insensitive to outliers: Tukey's weights by the worse of position and rotation.
+def robust_fit(
+    problem: Problem, x: Float[np.ndarray, " p"], loss: Loss = Loss.TUKEY
+) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " rows"]]:
+    """A fit insensitive to outliers, and the rows' weights, by the worse of position and rotation.
 
     A change of the weights takes one step; only where the problem is not linear enough it is searched again.
 
@@ -78,7 +80,7 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
     step, residual, whole = np.zeros(len(x)), at.residual, np.ones(len(at.residual))
     for _ in range(ROBUST_ROUNDS):
         sizes = _sizes(problem, residual[: problem.size], np.ones(problem.size))
-        weights = row_weights((sizes / _typical(sizes)).max(1), Loss.TUKEY)
+        weights = row_weights((sizes / _typical(sizes)).max(1), loss)
         if np.abs(weights - old).max() < WEIGHT_TOLERANCE:
             break
         old, whole[: problem.size] = weights, weights[problem.component_rows]
@@ -91,7 +93,7 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         x = Opt2(limit=10).search(problem.with_row_weights(weights), begin=x + step).x
         at, step = problem.evaluate(x), np.zeros(len(x))
         residual = at.residual
-    return x + step
+    return x + step, old
 
 
 def find_outliers(

@@ -180,7 +180,8 @@ def _of_share(data: Dataset, fraction: float, *, rng: np.random.Generator) -> Bo
 def _of_sessions(data: Dataset, names: tuple[str, ...]) -> Bool[np.ndarray, " rows"]:
     """Which rows are held out, if it is whole sessions by name."""
     if data.session is None:
-        raise OptionError(f"{data.source} has no session column, so no session can be held out")
+        text = f"{data.source} has no session column, so no session '{', '.join(names)}' can be held out"
+        raise OptionError(f"{text}; give a share such as 0.2, or a file", option="held_out", found=names)
     if missing := [name for name in names if name not in data.sessions]:
         there = f"no usable row is of session '{missing[0]}', only of {', '.join(data.sessions)}"
         why = "rows that are excluded or far off any pose of the arm, as with another base, can't be held out"

@@ -14,7 +14,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import ReadAs
 from workbench.identification.prior import Prior
-from workbench.identification.result import Identification, judged
+from workbench.identification.result import Identification
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_comparison
@@ -108,7 +108,7 @@ def _known(fit: Fit, names: tuple[str, ...]) -> Prior | None:
 @beside("the summary", "")
 def _summary(found: Identification, fit: str) -> str:
     """Before and after in one sentence, on held-out rows where there are any."""
-    old, new = judged(found.nominal), judged(found.runs[fit])
+    old, new = found.nominal.judged, found.runs[fit].judged
     kind = "held-out" if found.runs[fit].held_out else "fitted"
     return (
         f"mean error on {kind} poses: {compared(old.position_mm.mean)} mm with the nominal arm, "

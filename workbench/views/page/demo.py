@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.base.assets import assets
-from workbench.diagnosis.result import Diagnosis, judged
+from workbench.diagnosis.result import Diagnosis
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot
@@ -205,7 +205,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
 
 def _found(found: Diagnosis, causes: str) -> str:
     """What the causes explain, and what is learned without a name: each with the error that it leaves."""
-    before, after = (compared(judged(e).position_mm.mean) for e in (found.before, found.after))
+    before, after = (compared(e.judged.position_mm.mean) for e in (found.before, found.after))
     if found.residual_map is None:
         return f"{causes}. With that, {before} mm fall to {after} mm."
     named = f"{causes} ({before} → {compared(found.residual_map.before.position_mm.mean)} mm)"

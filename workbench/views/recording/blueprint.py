@@ -7,7 +7,6 @@ from typing import Any
 
 import rerun.blueprint as rrb
 
-from workbench.identification.result import judged
 from workbench.session.state import Focus, Session
 from workbench.views.drawables.viewpoint import first_view, title, view_of_rows
 from workbench.views.recording.canvas import PATHS, ROW, STEP
@@ -38,7 +37,7 @@ def subject(session: Session) -> tuple[Any, ...]:
 def _in_front(session: Session) -> tuple[int, int, bool]:
     """Which plots and which table, by their place, show what was done last; whether errors have angles."""
     results, found = session.results, session.results.identification
-    has_angles = found is None or judged(found.nominal).orientation_deg is not None
+    has_angles = found is None or found.nominal.judged.orientation_deg is not None
     if found is None or (session.playback.focus is Focus.TARGET and session.shows_plate):
         return 0, 0, has_angles
     is_diagnosed = results.diagnosis is not None and not results.accepted
