@@ -24,10 +24,9 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
-from workbench.extras.poses.greedy import greedy_choice
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.collision import hits, mutually_blocking
-from workbench.plate.exchange import of_information
+from workbench.plate.exchange import by_determinant, of_information
 from workbench.plate.observability import AbstractIndex, O, goal_index
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.sampling import in_base
@@ -258,9 +257,9 @@ def _best_of_band(pool: _PoseCandidates, band: np.ndarray, number: int) -> np.nd
     clash = together = pool.cubes[band][:, None] == pool.cubes[band]
     if (solid := pool.limits.solid) is not None:
         clash = together | mutually_blocking(pool.robot, solid, pool.q[band])
-    start = greedy_choice(blocks, number, clash=clash)
+    start = by_determinant(blocks, clash=clash).fill(number)
     if len(start) < number:
-        clash, start = together, greedy_choice(blocks, number, clash=together)
+        clash, start = together, by_determinant(blocks, clash=together).fill(number)
     grams = blocks.transpose(0, 2, 1) @ blocks
     return band[of_information(grams, pool.index, number, clash=clash).descend(start).choice]
 
