@@ -208,11 +208,12 @@ def frames(
     *,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    first: int = 0,
 ) -> Float[np.ndarray, "rows f 4 4"]:
-    """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
-    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after, np.int64) + 1
-    part = slice(0, int(ends.max(initial=0)))
-    _walk(chain, q, values, shift, part, np.full(part.stop, -1), ends, out, np.empty((len(q), 6, 0)))
+    """Poses of the frames after the given elements, in increasing order, in that right before the `first`."""
+    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after, np.int64) + 1 - first
+    part = slice(first, first + int(ends.max(initial=0)))
+    _walk(chain, q, values, shift, part, np.full(part.stop - first, -1), ends, out, np.empty((len(q), 6, 0)))
     return out
 
 
