@@ -20,11 +20,9 @@ compare it with central differences.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import NO_SHIFT, WHOLE
@@ -132,7 +130,7 @@ def shift_of(arm: Robot | TrialArm, motion: Motion) -> Float[np.ndarray, "_ _"]:
     return deflected.shift
 
 
-def no_equilibrium(robot: Robot, found: Float[np.ndarray, "rows *values"]) -> DataError:
+def no_equilibrium(robot: Robot, found: Float[np.ndarray, "rows ..."]) -> DataError:
     """The refusal of a prediction that is NaN in rows without equilibrium."""
     row = int(np.flatnonzero(np.isnan(found.reshape(len(found), -1)).any(1))[0])
     names = " and ".join(dict.fromkeys(e.name for e in robot.effects if e.loads))
@@ -183,8 +181,8 @@ def effect_columns(
     by_mass = np.zeros((len(motion), len(moved), len(which)))
     if len(components):
         gain = _gain(arm, motion, deflected, rows, len(moved))
-        change = wrench_derivative(arm, motion, union, components, shift=deflected.shift)
-        by_column, by_moved = (gain @ change[:, :, part] for part in np.split(where, [len(columns)]))
+        by_union = gain @ wrench_derivative(arm, motion, union, components, shift=deflected.shift)
+        by_column, by_moved = (by_union[:, :, part] for part in np.split(where, [len(columns)]))
         back = np.eye(len(moved)) - by_moved  # Z = J_moved (1 − ∂s/∂v)⁻¹
         z = np.swapaxes(np.linalg.solve(np.swapaxes(back, 1, 2), np.swapaxes(z, 1, 2)), 1, 2)
         grown = by_column if grown is None else grown + by_column
@@ -327,17 +325,7 @@ def _gain(arm, motion, deflected, rows, size) -> np.ndarray:
     return gain
 
 
-@njit(cache=True, nogil=True)
-@no_type_check
-def _add_products(left, right, places, out):
-    """out[(row, component), place] += left · right, written into the rows of a table."""
-    rows, components, inner = left.shape
-    for i in range(rows):
-        for a in range(components):
-            line = out[i * components + a]
-            for c in range(inner):
-                factor = left[i, a, c]
-                if factor != 0.0:
-                    for k in range(places.shape[0]):
-                        if places[k] >= 0:
-                            line[places[k]] += factor * right[i, c, k]
+def _add_products(left: np.ndarray, right: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
+    """Add left · right, row by row, to the columns of a table with these indices, except negative ones."""
+    known = places >= 0
+    out[:, places[known]] += (left @ right[:, :, known]).reshape(len(out), -1)

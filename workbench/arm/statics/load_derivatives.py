@@ -66,8 +66,9 @@ def wrench_derivative(
         side = se3.cross(u, gravity)
         around = se3.cross(se3.cross(lever[:, held], u), gravity) - se3.cross(u, free)
         turned = np.where(is_moment, around, -mass[:, held, None] * side)
-        by_growth = (side * is_moment) @ np.swapaxes(grown, 1, 2)
-        return np.where(is_carried, by_growth, turned @ np.swapaxes(axis * turns, 1, 2))
+        out = turned @ np.swapaxes(axis * turns, 1, 2)
+        np.copyto(out, (side * is_moment) @ np.swapaxes(grown, 1, 2), where=is_carried)
+        return out
 
     weights = arm.masses
     mass, after = np.tile(weights.mass, (len(motion), 1)), weights.after
