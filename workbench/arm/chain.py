@@ -122,6 +122,11 @@ class Chain:
         return frozen(np.array([e.value for e in self.elements], float))
 
     @cached_property
+    def turned(self) -> Float[np.ndarray, "3 k"]:
+        """These constants, their sines and cosines."""
+        return frozen(np.array([self.values, np.sin(self.values), np.cos(self.values)]))
+
+    @cached_property
     def constants(self) -> Float[np.ndarray, "k 4 4"]:
         """Matrices of the constant elements; identities elsewhere."""
         out = np.tile(np.eye(4), (len(self.elements), 1, 1))
@@ -274,14 +279,13 @@ def _walk(
     twist_out: np.ndarray,
 ) -> None:
     """Fill poses after so many elements, and twists of those with a place; other arguments as of `twists`."""
-    values = (chain.values if values is None else values)[part]
+    chain = chain if values is None else chain.with_values(values)
     known = not len(shift) or shift.shape == (len(q), len(chain.elements))
-    if q.shape[1:] != (chain.dof,) or not known or len(values) != len(chain.axes[part]):
+    if q.shape[1:] != (chain.dof,) or not known or chain.values.shape != chain.axes.shape:
         raise IndexError("joints, constants or increments are not those of the chain")
-    fixed = np.array([values, np.sin(values), np.cos(values)])
     rows = frozen(chain.positions(q)), frozen(shift[:, part])
     given = chain.constants[part], place, ends, pose_out, twist_out
-    _lanes(chain.axes[part], chain.drivers[part], fixed, *rows, *given)
+    _lanes(chain.axes[part], chain.drivers[part], chain.turned[:, part].copy(), *rows, *given)
 
 
 @njit(cache=True, inline="always", error_model="numpy", fastmath={"contract"})
@@ -399,31 +403,3 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
             for i in range(6):
                 for column in range(size):
                     twist[start + n, i, column] = columns[i, column, n]
-
-
-@njit(cache=True, inline="always")
-@no_type_check
-def _advance(axis, value, constant, t):
-    """Multiply the 3×4 transform t of one row by one elementary transform, in place; for loops of statics."""
-    if axis < 3:
-        if abs(value) < 0.04:
-            # small angles (most constants and shifts): series to machine precision, in a third of the time
-            v = value * value
-            s = value * (1.0 - v / 6.0 * (1.0 - v / 20.0 * (1.0 - v / 42.0)))
-            c = 1.0 - v / 2.0 * (1.0 - v / 12.0 * (1.0 - v / 30.0 * (1.0 - v / 56.0)))
-        else:
-            s, c = np.sin(value), np.cos(value)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        for row in range(3):
-            a, b = t[row, i], t[row, j]
-            t[row, i] = a * c + b * s
-            t[row, j] = b * c - a * s
-    elif axis < 6:
-        for row in range(3):
-            t[row, 3] += t[row, axis - 3] * value
-    else:
-        for row in range(3):
-            a, b, c = t[row, 0], t[row, 1], t[row, 2]
-            t[row, 3] += a * constant[0, 3] + b * constant[1, 3] + c * constant[2, 3]
-            for column in range(3):
-                t[row, column] = a * constant[0, column] + b * constant[1, column] + c * constant[2, column]
