@@ -190,7 +190,6 @@ def poses(
     chain: Chain,
     q: Float[np.ndarray, "rows n"],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     part: slice = WHOLE,
 ) -> Float[np.ndarray, "rows 4 4"]:
@@ -199,11 +198,10 @@ def poses(
     Args:
         chain: K elements.
         q: Joint coordinates [rad or m].
-        values: Constants to use instead of the chain's own.
         shift: Increments by effects, per element; an empty array for none.
         part: Elements between the two frames, if not all.
     """
-    return twists(chain, q, chain.driven[:0], values=values, shift=shift, part=part)[0]
+    return twists(chain, q, chain.driven[:0], shift=shift, part=part)[0]
 
 
 def frames(
@@ -211,14 +209,13 @@ def frames(
     q: Float[np.ndarray, "rows n"],
     after: Int[np.ndarray, " f"],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     first: int = 0,
 ) -> Float[np.ndarray, "rows f 4 4"]:
     """Poses of the frames after the given elements, in increasing order, in that right before the `first`."""
     out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after, np.int64) + 1 - first
     part = slice(first, first + int(ends.max(initial=0)))
-    _walk(chain, q, values, shift, part, np.full(part.stop - first, -1), ends, out, np.empty((len(q), 6, 0)))
+    _walk(chain, q, shift, part, np.full(part.stop - first, -1), ends, out, np.empty((len(q), 6, 0)))
     return out
 
 
@@ -227,7 +224,6 @@ def twists(
     q: Float[np.ndarray, "rows n"],
     columns: Int[np.ndarray, " p"],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     out: tuple[np.ndarray, np.ndarray] | None = None,
     part: slice = WHOLE,
@@ -238,7 +234,6 @@ def twists(
         chain: K elements.
         q: Joint coordinates [rad or m].
         columns: Elements to differentiate by.
-        values: Constants to use instead of the chain's own.
         shift: Increments by effects, per element; an empty array for none.
         out: Arrays to write into, for loops over blocks of rows.
         part: Elements between the first frame and the one observed instead of the tool, if not all; elements
@@ -251,7 +246,7 @@ def twists(
     place = np.full(len(chain.elements), -1, np.int64)
     place[columns] = np.arange(len(columns))
     here = place[part]
-    _walk(chain, q, values, shift, part, here, np.array([len(here)]), pose_out[:, None], twist_out)
+    _walk(chain, q, shift, part, here, np.array([len(here)]), pose_out[:, None], twist_out)
     return pose_out, twist_out
 
 
@@ -270,7 +265,6 @@ def joint_twists(
 def _walk(
     chain: Chain,
     q: np.ndarray,
-    values: np.ndarray | None,
     shift: np.ndarray,
     part: slice,
     place: np.ndarray,
@@ -279,7 +273,6 @@ def _walk(
     twist_out: np.ndarray,
 ) -> None:
     """Fill poses after so many elements, and twists of those with a place; other arguments as of `twists`."""
-    chain = chain if values is None else chain.with_values(values)
     known = not len(shift) or shift.shape == (len(q), len(chain.elements))
     if q.shape[1:] != (chain.dof,) or not known or chain.values.shape != chain.axes.shape:
         raise IndexError("joints, constants or increments are not those of the chain")
