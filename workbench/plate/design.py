@@ -21,7 +21,6 @@ from workbench.plate.collision import table_height
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
-from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.optimiser.optimise import DesignRequest, RequestFields
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
