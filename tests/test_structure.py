@@ -40,11 +40,11 @@ BUDGETS = {
     "root": 255,
     "base": 2_177,
     "report": 833,
-    "arm": 9_919,
+    "arm": 9_545,
     "data": 5_464,
-    "plate": 5_708,
+    "plate": 5_706,
     "identification": 9_694,
-    "diagnosis": 7_228,
+    "diagnosis": 7_208,
     "exports": 357,
     "session": 7_113,
     "views": 8_495,
@@ -57,17 +57,17 @@ BUDGETS = {
     "extras/live": 1_394,
     "extras/logs": 991,
     "extras/pendant": 2_039,
-    "extras/poses": 1_169,
+    "extras/poses": 1_109,
     "extras/production": 472,
     "extras/reproduce": 91,
     "extras/review": 284,
     "extras/service": 1_365,
     "extras/trajectories": 1_914,
     "extras/workshop": 910,
-    "tests": 41_937,
+    "tests": 41_921,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 19_614
+READING_SET = 19_497
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

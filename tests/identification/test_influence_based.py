@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from studies.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from studies.katana_printed import CONSTANTS
 
 from workbench import Dataset, Motion, Noise, tool_poses
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.influence_based import RCOND, InfluenceBased, pose_weights
 from workbench.identification.algorithms.ols import Ols

@@ -12,8 +12,7 @@ from scipy.spatial import cKDTree
 from workbench import Frame, Motion, link_frames, load_robot
 from workbench.base import se3
 from workbench.plate.optimiser.capsules import capsule_arm
-from workbench.plate.optimiser.clearance import arm_shape
-from workbench.plate.optimiser.meshes import mesh_arm
+from workbench.plate.optimiser.meshes import arm_shape, mesh_arm
 from workbench.plate.optimiser.shapes import plate_hull
 
 NAMES = ("base", "shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")

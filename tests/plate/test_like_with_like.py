@@ -29,7 +29,7 @@ def searched(monkeypatch):
         return PlateDesign(plate=plate, cost=1e-4, rotation=1e-4, start_cost=2e-4)
 
     monkeypatch.setattr(optimise, "optimise_plate", search)
-    monkeypatch.setattr(design, "goal_poses", lambda robot, plate: np.zeros((1, robot.dof)))
+    monkeypatch.setattr(design, "plate_region_poses", lambda robot, plate: np.zeros((1, robot.dof)))
     return seen
 
 

@@ -18,12 +18,12 @@ from studies.finding import Finding
 from studies.influence_study import InfluenceStudy, influence_study
 from studies.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
 from studies.katana_experiment import Experiments, experiment_findings, experiments
+from studies.katana_influence import Influence, influence
 from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
 from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.katana_influence import Influence, influence
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.base.progress import part_of

@@ -21,8 +21,6 @@ TABLE_3_3 = frozen(_UNITS * (_IDENTIFIED[:, 2] - _IDENTIFIED[:, 0]))
 """Those identified with influences."""
 THETA_2, ALPHA_2_SHARE = 1e-3 * _PRINTED["influence"]["theta2"], _PRINTED["influence"]["alpha2_share"]
 """Mean influence of θ2 [m], and the share of it that α2 has, fig. 3.8 and §3.6."""
-PRINTED_INFLUENCE = {"joint2.theta": THETA_2, "joint3.alpha": ALPHA_2_SHARE * THETA_2}
-"""Mean influences [m]."""
 
 COMPONENTS = ("|ΔX| [mm]", "|ΔY| [mm]", "|ΔZ| [mm]", "|ΔP| [mm]", "|ΔΦ| [°]", "|Δθ| [°]", "|ΔΨ| [°]")
 """Rows of Tables 3.4 and 4.5; Φ, θ, Ψ are ZXZ Euler angles."""

@@ -122,6 +122,11 @@ class Chain:
         return frozen(np.array([e.value for e in self.elements], float))
 
     @cached_property
+    def turned(self) -> Float[np.ndarray, "3 k"]:
+        """These constants, their sines and cosines."""
+        return frozen(np.array([self.values, np.sin(self.values), np.cos(self.values)]))
+
+    @cached_property
     def constants(self) -> Float[np.ndarray, "k 4 4"]:
         """Matrices of the constant elements; identities elsewhere."""
         out = np.tile(np.eye(4), (len(self.elements), 1, 1))
@@ -185,7 +190,6 @@ def poses(
     chain: Chain,
     q: Float[np.ndarray, "rows n"],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     part: slice = WHOLE,
 ) -> Float[np.ndarray, "rows 4 4"]:
@@ -194,11 +198,10 @@ def poses(
     Args:
         chain: K elements.
         q: Joint coordinates [rad or m].
-        values: Constants to use instead of the chain's own.
         shift: Increments by effects, per element; an empty array for none.
         part: Elements between the two frames, if not all.
     """
-    return twists(chain, q, chain.driven[:0], values=values, shift=shift, part=part)[0]
+    return twists(chain, q, chain.driven[:0], shift=shift, part=part)[0]
 
 
 def frames(
@@ -206,13 +209,13 @@ def frames(
     q: Float[np.ndarray, "rows n"],
     after: Int[np.ndarray, " f"],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    first: int = 0,
 ) -> Float[np.ndarray, "rows f 4 4"]:
-    """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
-    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after, np.int64) + 1
-    part = slice(0, int(ends.max(initial=0)))
-    _walk(chain, q, values, shift, part, np.full(part.stop, -1), ends, out, np.empty((len(q), 6, 0)))
+    """Poses of the frames after the given elements, in increasing order, in that right before the `first`."""
+    out, ends = np.empty((len(q), len(after), 4, 4)), np.asarray(after, np.int64) + 1 - first
+    part = slice(first, first + int(ends.max(initial=0)))
+    _walk(chain, q, shift, part, np.full(part.stop - first, -1), ends, out, np.empty((len(q), 6, 0)))
     return out
 
 
@@ -221,7 +224,6 @@ def twists(
     q: Float[np.ndarray, "rows n"],
     columns: Int[np.ndarray, " p"],
     *,
-    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     out: tuple[np.ndarray, np.ndarray] | None = None,
     part: slice = WHOLE,
@@ -232,7 +234,6 @@ def twists(
         chain: K elements.
         q: Joint coordinates [rad or m].
         columns: Elements to differentiate by.
-        values: Constants to use instead of the chain's own.
         shift: Increments by effects, per element; an empty array for none.
         out: Arrays to write into, for loops over blocks of rows.
         part: Elements between the first frame and the one observed instead of the tool, if not all; elements
@@ -245,7 +246,7 @@ def twists(
     place = np.full(len(chain.elements), -1, np.int64)
     place[columns] = np.arange(len(columns))
     here = place[part]
-    _walk(chain, q, values, shift, part, here, np.array([len(here)]), pose_out[:, None], twist_out)
+    _walk(chain, q, shift, part, here, np.array([len(here)]), pose_out[:, None], twist_out)
     return pose_out, twist_out
 
 
@@ -264,7 +265,6 @@ def joint_twists(
 def _walk(
     chain: Chain,
     q: np.ndarray,
-    values: np.ndarray | None,
     shift: np.ndarray,
     part: slice,
     place: np.ndarray,
@@ -273,14 +273,12 @@ def _walk(
     twist_out: np.ndarray,
 ) -> None:
     """Fill poses after so many elements, and twists of those with a place; other arguments as of `twists`."""
-    values = (chain.values if values is None else values)[part]
     known = not len(shift) or shift.shape == (len(q), len(chain.elements))
-    if q.shape[1:] != (chain.dof,) or not known or len(values) != len(chain.axes[part]):
+    if q.shape[1:] != (chain.dof,) or not known or chain.values.shape != chain.axes.shape:
         raise IndexError("joints, constants or increments are not those of the chain")
-    fixed = np.array([values, np.sin(values), np.cos(values)])
     rows = frozen(chain.positions(q)), frozen(shift[:, part])
     given = chain.constants[part], place, ends, pose_out, twist_out
-    _lanes(chain.axes[part], chain.drivers[part], fixed, *rows, *given)
+    _lanes(chain.axes[part], chain.drivers[part], chain.turned[:, part].copy(), *rows, *given)
 
 
 @njit(cache=True, inline="always", error_model="numpy", fastmath={"contract"})
@@ -398,31 +396,3 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
             for i in range(6):
                 for column in range(size):
                     twist[start + n, i, column] = columns[i, column, n]
-
-
-@njit(cache=True, inline="always")
-@no_type_check
-def _advance(axis, value, constant, t):
-    """Multiply the 3×4 transform t of one row by one elementary transform, in place; for loops of statics."""
-    if axis < 3:
-        if abs(value) < 0.04:
-            # small angles (most constants and shifts): series to machine precision, in a third of the time
-            v = value * value
-            s = value * (1.0 - v / 6.0 * (1.0 - v / 20.0 * (1.0 - v / 42.0)))
-            c = 1.0 - v / 2.0 * (1.0 - v / 12.0 * (1.0 - v / 30.0 * (1.0 - v / 56.0)))
-        else:
-            s, c = np.sin(value), np.cos(value)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        for row in range(3):
-            a, b = t[row, i], t[row, j]
-            t[row, i] = a * c + b * s
-            t[row, j] = b * c - a * s
-    elif axis < 6:
-        for row in range(3):
-            t[row, 3] += t[row, axis - 3] * value
-    else:
-        for row in range(3):
-            a, b, c = t[row, 0], t[row, 1], t[row, 2]
-            t[row, 3] += a * constant[0, 3] + b * constant[1, 3] + c * constant[2, 3]
-            for column in range(3):
-                t[row, column] = a * constant[0, column] + b * constant[1, column] + c * constant[2, column]

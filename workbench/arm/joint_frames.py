@@ -120,16 +120,10 @@ def joint_frames(robot: Robot) -> JointFrames:
     return _of_urdf(robot) if robot.urdf is not None else _of_elements(robot)
 
 
-def _still(element: Element) -> Matrix4:
-    """The element's transform with its joint at 0."""
-    return chains.poses(chains.Chain((replace(element, joint=None),), 0), np.zeros((1, 0)))[0]
-
-
-def _product(elements: Sequence[Element]) -> Matrix4:
-    here = np.eye(4)
-    for element in elements:
-        here = here @ _still(element)
-    return here
+def _still(*elements: Element) -> Matrix4:
+    """The transform of elements with their joints at 0."""
+    still = chains.Chain(tuple(replace(element, joint=None) for element in elements), 0)
+    return chains.poses(still, np.zeros((1, 0)))[0]
 
 
 def _of_urdf(robot: Robot) -> JointFrames:
@@ -140,11 +134,11 @@ def _of_urdf(robot: Robot) -> JointFrames:
         mine = [e for e in robot.elements if e.link == link]
         own = [e for e in mine if e.joint is None and not e.name.endswith(("align", "unalign"))]
         if joint.kind is JointKind.FIXED:
-            before = before @ _product(own)
+            before = before @ _still(*own)
             continue
         drive = next(e for e in mine if e.joint is not None)
-        turned = _product([e for e in mine if e.name.endswith(".align")])
-        found.append(JointFrame(joint, _product(own), turned[:3, drive.axis % 3], before))
+        turned = _still(*(e for e in mine if e.name.endswith(".align")))
+        found.append(JointFrame(joint, _still(*own), turned[:3, drive.axis % 3], before))
         before = np.eye(4)
     return JointFrames(tuple(found), before)
 

@@ -87,12 +87,8 @@ def _assumed(robot: Robot, moving: int, entry: int, mass: float) -> Joint:
     elements = robot.elements
     driven = [i for i, e in enumerate(elements) if e.joint is not None]
     last = driven[moving + 1] - 1 if moving + 1 < len(driven) else len(elements) - 1
-    still = chains.Chain(tuple(replace(e, joint=None, follows=None) for e in elements), 0)
     places = np.array([driven[moving], robot.link_ends[entry], last])
-    order = np.argsort(places, kind="stable")
-    start, own, end = chains.frames(still, np.zeros((1, 0)), places[order])[0][
-        np.argsort(order, kind="stable")
-    ]
+    start, own, end = chains.frames(Chain(elements, robot.dof), np.zeros((1, robot.dof)), places)[0]
     tip = end[:3, 3] if moving + 1 < len(driven) else end[:3] @ [*robot.tool.xyz, 1.0]
     centre = se3.apply(se3.inverse(own), 0.5 * (start[:3, 3] + tip))
     length = max(float(np.linalg.norm(tip - start[:3, 3])), MIN_LENGTH)

@@ -13,7 +13,6 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import linalg
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import NO_WRENCHES
@@ -27,7 +26,7 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import observed_kinds
-from workbench.plate.exchange import Exchange
+from workbench.plate.exchange import by_determinant, covariance_of
 from workbench.report.numbers import readable_unit
 
 CANDIDATE_POSES = 400
@@ -112,16 +111,10 @@ def next_poses(
         rows = per_pose[chosen].reshape(-1, len(scale))
         return information + rows.T @ rows
 
-    def costs(chosen: list[int], slot: int) -> np.ndarray:
-        """log |M of the nuisance parameters| − log |M|, by each pose."""
-        now = after(chosen)
-        gain = _gain(_covariance(now), per_pose)
-        gain -= _gain(_covariance(now[:known, :known]), per_pose[:, :, :known])
-        gain[chosen] = -np.inf
-        return -gain
-
-    chosen = Exchange(costs, lambda chosen: 0.0).fill(count)
-    steps = pairwise(_covariance(after(chosen[:k])) for k in range(len(chosen) + 1))
+    alone = np.eye(len(pool), dtype=bool)
+    exchange = by_determinant(per_pose, clash=alone, before=information, nuisance=known)
+    chosen = exchange.fill(count)
+    steps = pairwise(covariance_of(after(chosen[:k])) for k in range(len(chosen) + 1))
     unknowns = _unknowns(problem, requested)
     reasons = tuple(_reason(*step, known=known, scale=scale, unknowns=unknowns) for step in steps)
     return pool.q[chosen], reasons
@@ -180,19 +173,6 @@ def _reason(
         fall = 1.0 - new[best] / old[best]
         text = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > MIN_FALL else f"{verb}, by less than 1 %"
     return NextReason(text, float(new[best] / old[best]))
-
-
-def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:
-    """Increase of the log determinant by each pose."""
-    seen = per_pose @ covariance @ per_pose.transpose(0, 2, 1)
-    return np.linalg.slogdet(np.eye(per_pose.shape[1]) + seen)[1]
-
-
-def _covariance(information: np.ndarray) -> np.ndarray:
-    """The inverse as a square, so that rounding leaves no negative variance along unobservable directions."""
-    root = np.linalg.cholesky(information)
-    half = linalg.solve_triangular(root, np.eye(len(root)), lower=True, check_finite=False)
-    return half.T @ half
 
 
 def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[AbstractEffect]) -> np.ndarray:

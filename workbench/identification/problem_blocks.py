@@ -287,17 +287,17 @@ class RowBlock:
         return deflect(arm.at(x, self.values(x)), arm.motion).wrenches
 
     def poses(self, x: np.ndarray) -> np.ndarray:
-        values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
+        chain, part, shift = self.chain.with_values(self.values(x)), self.watched.part, chains.NO_SHIFT
         if (arm := self.deflected) is not None:
-            shift = deflect(arm.at(x, values), arm.motion).shift
-        poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
+            shift = deflect(arm.at(x, chain.values), arm.motion).shift
+        poses = chains.poses(chain, self.q, shift=shift, part=part)
         return self.view(x).turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
     def twists(self, x: np.ndarray) -> tuple[np.ndarray, Twists]:
         """Poses of the observed frame at x, and its twists per unknown; plain ones ordered as `places`."""
         values, part, view = self.values(x), self.watched.part, self.view(x)
         if (arm := self.deflected) is None:
-            poses, plain = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
+            poses, plain = chains.twists(self.chain.with_values(values), self.q, self.elements, part=part)
             found = Twists(plain, plain[:, :, :0], ())
         else:
             trial, varying = arm.at(x, values), arm.varying

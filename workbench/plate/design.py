@@ -25,14 +25,12 @@ from workbench.plate.optimiser.optimise import DesignRequest, RequestFields
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.plate import Plate
-from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
+from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_readings import TargetReading, reading_named, usual_reading
 from workbench.plate.tolerances import PIN_PLAY
 
 NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
-DOWN = np.diag([1.0, -1.0, -1.0])
-"""Orientation of a tool that points straight down."""
 TRIAL_BLOCKS, TRIAL_TARGETS_SHARE = 150, 0.7
 """Random blocks, and share of the targets, of a search that tells places of the plate apart."""
 MIN_HEIGHT_ABOVE_TABLE = 0.06
@@ -101,7 +99,7 @@ def optimise_plate(
             names=names,
         )
 
-    goal, names = goal_poses(robot, plate), identified_names(robot, base=base, tool=tool)
+    goal, names = plate_region_poses(robot, plate), identified_names(robot, base=base, tool=tool)
     is_movable = moves and plate.anchors is None and not any(target.locked for target in plate.targets)
     places = (plate, *_moved(robot, plate)) if is_movable else (plate,)
     if not is_usual:
@@ -167,11 +165,3 @@ def _of_few_shapes(search: Callable[[DesignRequest], PlateDesign], request: Desi
     few, twice = limited(free, number), limited(free, 2 * number)
     other = twice if twice.plate_shapes <= number else limited(twice, number)
     return min(few, other, key=lambda design: design.cost)
-
-
-def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:
-    """Joint positions of poses that matter: turned from the targets by up to 60°, or from straight down."""
-    if len(plate):
-        return plate_region_poses(robot, plate)
-    rng, down = np.random.default_rng(0), (plate.pose[:3, :3] @ DOWN)[None]
-    return region_poses(robot, plate.region, PLATE_POSES, rng=rng, towards=down, cone=PLATE_CONE)

@@ -6,10 +6,12 @@ cost smallest with the other slots as they stand, and a local optimum is reached
 nothing. Several starts guard against poor ones. The cost never rises above that of the start.
 
 Where an index of summed information is maximised (`of_information`) and a slot has many options, its slope
-ranks them, and only the best few that promise any gain are tried.
+ranks them, and only the best few that promise any gain are tried. A choice filled up greedily by the
+determinant (`by_determinant`) starts it.
 
-Source: Fedorov, Theory of Optimal Experiments (1972), §3; coordinate form of Meyer & Nachtsheim,
-Technometrics 37(1), 1995.
+Sources: Fedorov, Theory of Optimal Experiments (1972), §3; coordinate form of Meyer & Nachtsheim,
+Technometrics 37(1), 1995; greedily: Dykstra, Technometrics 13(3), 1971; for some parameters alone: Atkinson,
+Donev & Tobias, Optimum Experimental Designs, with SAS (2007), §10.3.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -18,6 +20,7 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy import linalg
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, progress
@@ -30,6 +33,8 @@ OPTIONS_TRIED = 24
 """Options of a slot whose cost is computed, by information."""
 FITS_TRIED = 400
 """Maximum number of options that are asked whether they fit, best first."""
+RIDGE = 1e-10
+"""Information before anything is chosen, as a share of the options' mean."""
 Choice = Sequence[int] | Int[np.ndarray, " slots"]
 """Option of each slot."""
 
@@ -170,3 +175,48 @@ def of_information(
     return Exchange(
         costs, lambda chosen: -float(index.of_grams(options[chosen].sum(0)[None], measurements)[0])
     )
+
+
+def by_determinant(
+    blocks: Float[np.ndarray, "options r p"],
+    *,
+    clash: Bool[np.ndarray, "options options"],
+    before: Float[np.ndarray, "p p"] | None = None,
+    nuisance: int = 0,
+) -> Exchange:
+    """Choose options that multiply the determinant of the information M most, one by one (`Exchange.fill`).
+
+    The rows B of an option multiply it by det(I + B M⁻¹ Bᵀ).
+
+    Args:
+        blocks: Scaled, whitened Jacobian of each option.
+        clash: Which options must not be chosen together; each clashes with itself.
+        before: Information without any of them; so little that it only makes M regular if None.
+        nuisance: So many of the first parameters don't matter in themselves: what counts is the determinant
+            with these eliminated, |M| over that of their part of M (Ds-optimality).
+    """
+    _, rows, size = blocks.shape
+    if before is None:
+        before = RIDGE * (blocks**2).sum() / (len(blocks) * size) * np.eye(size)
+
+    def gains(information: Float[np.ndarray, "p p"], number: int) -> Float[np.ndarray, " options"]:
+        """Of the first parameters' log determinant, by each option."""
+        part = np.ascontiguousarray(blocks[:, :, :number])
+        spread = part.reshape(-1, number) @ covariance_of(information[:number, :number])
+        seen = spread.reshape(part.shape) @ part.transpose(0, 2, 1)
+        return np.linalg.slogdet(np.eye(rows) + seen)[1]
+
+    def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
+        known = blocks[chosen].reshape(-1, size)
+        information = before + known.T @ known
+        found = gains(information, size) - (gains(information, nuisance) if nuisance else 0.0)
+        return np.where(clash[chosen].any(0), np.inf, -found)
+
+    return Exchange(costs, lambda chosen: 0.0)
+
+
+def covariance_of(information: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+    """The inverse as a square, so that rounding leaves no negative variance along unobservable directions."""
+    root = np.linalg.cholesky(information)
+    half = linalg.solve_triangular(root, np.eye(len(root)), lower=True, check_finite=False)
+    return half.T @ half

@@ -29,6 +29,8 @@ PLATE_CONE = float(np.deg2rad(60.0))
 """Maximum rotation from the orientations of its targets [rad]."""
 NEARBY_CONE = float(np.deg2rad(20.0))
 """Maximum angle from the orientation of the measured pose whose place is nearest [rad]."""
+DOWN = np.diag([1.0, -1.0, -1.0])
+"""Orientation of a tool that points straight down on a plate, meant where it has no targets."""
 FEW_JOINTS_POSES = 150
 """Number of random postures in the region instead, for arms that can't reach any such orientation."""
 
@@ -78,7 +80,8 @@ def plate_region_poses(robot: Robot, plate: Plate, number: int = PLATE_POSES) ->
     predicted errors are comparable. An arm of fewer than six joints takes the orientations that it has there.
     """
     corners = np.stack([plate.region.min, plate.region.max])
-    return _plate_region_poses(robot, corners.tobytes(), plate.poses[:, :3, :3].tobytes(), number)
+    turns = plate.poses[:, :3, :3] if len(plate) else plate.pose[:3, :3] @ DOWN
+    return _plate_region_poses(robot, corners.tobytes(), turns.tobytes(), number)
 
 
 @lru_cache(maxsize=32)

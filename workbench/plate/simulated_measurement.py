@@ -28,8 +28,7 @@ from workbench.data.simulation.simulate import (
 from workbench.plate.arguments import PlateLike
 from workbench.plate.collision import hits
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.plate.poses.pose_choice import pose_choices
-from workbench.plate.poses.sampling import random_poses
+from workbench.plate.poses.sampling import pose_choices, random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
 

@@ -7,6 +7,7 @@ exchange over the solutions of each target, by the predicted error over poses th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -14,7 +15,6 @@ from jaxtyping import Float, Int
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import roomy
 from workbench.arm.inverse.solve import Branch, Task
-from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.progress import part_of
@@ -189,7 +189,8 @@ def choose_branches(
     slots = np.repeat(np.arange(len(solutions)), [len(target) for target in solutions])
     labels = [branch.name for target in solutions for branch in target]
     q = np.array([branch.q for target in solutions for branch in target])
-    linearisation = linearise_targets(robot, plate, q, slots=slots, names=names, sigma=sigma, additive=True)
+    at = partial(linearise_targets, robot, plate, names=names, sigma=sigma, additive=True)
+    linearisation = at(q, slots=slots)
     basis = visible_basis(robot, names)
     seen = visible(linearisation, basis)  # sockets and points give their position only
     starts_of = np.searchsorted(seen.measurement, np.arange(1, seen.measurements))
@@ -209,7 +210,7 @@ def choose_branches(
 
     def cost_of(choice: np.ndarray) -> float:
         """The cost without the ridge of the index, which would gloss over unseen parameters."""
-        chosen = _chosen(linearisation, choice)
+        chosen = at(q[choice])
         if isinstance(goal, str):
             return -index_named(goal).value(visible(chosen, basis))
         return predicted_error(chosen, robot, goal).position_rms
@@ -220,17 +221,6 @@ def choose_branches(
         cost=cost_of(found.choice),
         single={name: cost_of(choice) for name, choice in single.items()},
         outcome=found.outcome,
-    )
-
-
-def _chosen(linearisation: Linearisation, choice: np.ndarray) -> Linearisation:
-    rows = np.concatenate([np.flatnonzero(linearisation.measurement == i) for i in choice])
-    counts = np.bincount(linearisation.measurement)[choice]
-    return replace(
-        linearisation,
-        jacobian=linearisation.jacobian[rows],
-        sigma=linearisation.sigma[rows],
-        measurement=np.repeat(np.arange(len(choice)), counts),
     )
 
 

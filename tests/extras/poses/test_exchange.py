@@ -7,8 +7,7 @@ import pytest
 
 from workbench.base.progress import running
 from workbench.base.types import Outcome
-from workbench.extras.poses.greedy import greedy_choice, prior
-from workbench.plate.exchange import Exchange, of_information
+from workbench.plate.exchange import RIDGE, Exchange, by_determinant, of_information
 from workbench.plate.observability import INDICES
 
 APART = np.eye(8, dtype=bool)
@@ -39,7 +38,7 @@ def test_slots_with_their_own_options_reach_the_exhaustive_optimum(name):
 @pytest.mark.parametrize("seed", range(5))
 def test_poses_that_clash_with_themselves_are_chosen_once_and_near_the_optimum(seed):
     some, index = blocks(seed=seed), INDICES["O1"]
-    options, start = grams(some), greedy_choice(some, 4, clash=APART)
+    options, start = grams(some), by_determinant(some, clash=APART).fill(4)
     found = of_information(options, index, 4, clash=APART).descend(start)
     sets = [options[list(c)].sum(0) for c in combinations(range(8), 4)]
     best = index.of_grams(np.array(sets), 4).max()
@@ -62,8 +61,8 @@ def test_cancelled_and_shown():
 
 def test_greedy_choice_takes_the_greatest_determinant_step_by_step():
     some = blocks(8, 2, 4)
-    chosen = greedy_choice(some, 4, clash=APART)
-    information = prior(some)
+    chosen = by_determinant(some, clash=APART).fill(4)
+    information = RIDGE * (some**2).sum() / (8 * 4) * np.eye(4)
     for slot, new in enumerate(chosen):
         dets = [
             -np.inf if j in chosen[:slot] else np.linalg.det(information + b.T @ b)
@@ -75,7 +74,7 @@ def test_greedy_choice_takes_the_greatest_determinant_step_by_step():
 
 def test_greedy_choice_keeps_clashes_and_its_first():
     group = np.arange(12) % 4
-    found = greedy_choice(blocks(12), 6, clash=group[:, None] == group, first=[6])
+    found = by_determinant(blocks(12), clash=group[:, None] == group).fill(6, [6])
     assert found[0] == 6
     assert sorted(group[found]) == [0, 1, 2, 3]
 

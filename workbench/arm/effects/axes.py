@@ -98,16 +98,10 @@ def diagonal(columns: Float[np.ndarray, "rows j"]) -> Float[np.ndarray, "rows j 
 def paired(columns: Float[np.ndarray, "rows j 2"]) -> Float[np.ndarray, "rows e j"]:
     """A law in which every coefficient changes two elements."""
     rows, joints, _ = columns.shape
-    out = np.zeros((rows, joints, 2, joints))
-    for j in range(joints):
-        out[:, j, :, j] = columns[:, j]
-    return out.reshape(rows, 2 * joints, joints)
+    return (columns[..., None] * np.eye(joints)[:, None]).reshape(rows, 2 * joints, joints)
 
 
 def blocks(pairs: Float[np.ndarray, "rows j 2 2"]) -> Float[np.ndarray, "rows e e"]:
     """Matrices with a block of two rows and columns for every joint."""
     rows, joints = pairs.shape[:2]
-    out = np.zeros((rows, joints, 2, joints, 2))
-    for j in range(joints):
-        out[:, j, :, j] = pairs[:, j]
-    return out.reshape(rows, 2 * joints, 2 * joints)
+    return (pairs[:, :, :, None] * np.eye(joints)[:, None, :, None]).reshape(rows, 2 * joints, 2 * joints)

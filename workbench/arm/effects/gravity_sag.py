@@ -250,6 +250,5 @@ def _base_size(chain: Chain) -> int:
 def _frames(chain: Chain, q: JointRows, elements: Int[np.ndarray, " f"]) -> Float[np.ndarray, "rows f 4 4"]:
     """Frames behind some elements, from the frame behind the base; that frame itself for the base's own."""
     first = _base_size(chain)
-    arm = Chain(chain.elements[first:], chain.dof).with_values(chain.values[first:])
-    wanted, where = np.unique(np.maximum(elements - first, -1), return_inverse=True)
-    return chains.frames(arm, q, wanted)[:, where]
+    wanted, where = np.unique(np.maximum(elements, first - 1), return_inverse=True)
+    return chains.frames(chain, q, wanted, first=first)[:, where]

@@ -20,14 +20,12 @@ compare it with central differences.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import NO_SHIFT, WHOLE, inner
+from workbench.arm.chain import NO_SHIFT, WHOLE
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.motion import Motion
@@ -132,7 +130,7 @@ def shift_of(arm: Robot | TrialArm, motion: Motion) -> Float[np.ndarray, "_ _"]:
     return deflected.shift
 
 
-def no_equilibrium(robot: Robot, found: Float[np.ndarray, "rows *values"]) -> DataError:
+def no_equilibrium(robot: Robot, found: Float[np.ndarray, "rows ..."]) -> DataError:
     """The refusal of a prediction that is NaN in rows without equilibrium."""
     row = int(np.flatnonzero(np.isnan(found.reshape(len(found), -1)).any(1))[0])
     names = " and ".join(dict.fromkeys(e.name for e in robot.effects if e.loads))
@@ -175,22 +173,24 @@ def effect_columns(
     components = np.concatenate([e.components(chain) for e in effects])
     if not arm.robot.has_masses:
         components = components[:0]
-    gain, change = np.zeros((0, len(moved), 0)), np.zeros((0, 0, len(union)))
-    if len(components):
-        gain = _gain(arm, motion, deflected, rows, len(moved))
-        change = wrench_derivative(arm, motion, union, components, shift=deflected.shift)
-    by_mass = np.zeros((len(motion), len(moved), 0))
+    jacobian, z = twists[:, :, where[: len(columns)]], twists[:, :, where[len(columns) :]]
+    grown = _growth(arm, motion, deflected, columns, rows, len(moved))
+    which = np.zeros(0, np.int64)
     if arm.weights is not None:
         which = np.arange(4 * len(arm.weights.mass)) if varying is None else varying
-        by_mass = np.zeros((len(motion), len(moved), len(which)))
-        if len(components):
+    by_mass = np.zeros((len(motion), len(moved), len(which)))
+    if len(components):
+        gain = _gain(arm, motion, deflected, rows, len(moved))
+        by_union = gain @ wrench_derivative(arm, motion, union, components, shift=deflected.shift)
+        by_column, by_moved = (by_union[:, :, part] for part in np.split(where, [len(columns)]))
+        back = np.eye(len(moved)) - by_moved  # Z = J_moved (1 − ∂s/∂v)⁻¹
+        z = np.swapaxes(np.linalg.solve(np.swapaxes(back, 1, 2), np.swapaxes(z, 1, 2)), 1, 2)
+        grown = by_column if grown is None else grown + by_column
+        if len(which):
             known = load_regressor(arm, motion, which, shift=deflected.shift)
             by_mass = gain @ known[:, components[:, 0], components[:, 1]]
-    plain = np.empty((len(motion), 6, len(columns) + by_mass.shape[2]))
-    z = np.empty((len(motion), 6, len(moved)))
-    growth = _growth(arm, motion, deflected, columns, rows, len(moved))
-    own, other = where[: len(columns)], where[len(columns) :]
-    _total(twists, change, gain, growth, by_mass, own, other, plain, z)
+    jacobian = jacobian if grown is None else jacobian + z @ grown
+    plain = np.concatenate([jacobian, z @ by_mass], axis=2)
     return poses, Twists(plain, z, tuple(_chosen(effects, laws, rows, coefficients)))
 
 
@@ -302,10 +302,12 @@ def _chosen(effects, laws, rows, coefficients) -> Iterator[tuple[np.ndarray, np.
             yield rows[i], np.array([column[effect.names[k]] for k in mine]), np.ascontiguousarray(law)
 
 
-def _growth(arm, motion, deflected, columns, rows, size) -> np.ndarray:
-    """Derivative of changed elements' increments in P constants at fixed wrenches; no rows if all are 0."""
+def _growth(arm, motion, deflected, columns, rows, size) -> np.ndarray | None:
+    """Derivative of changed elements' increments in P constants at fixed wrenches; None if all are 0."""
     parts = [e.growth(arm.chain, motion, deflected.wrenches, columns) for e in arm.effects]
-    out = np.zeros((0 if all(p is None for p in parts) else len(motion), size, len(columns)))
+    if all(part is None for part in parts):
+        return None
+    out = np.zeros((len(motion), size, len(columns)))
     for part, mine in zip(parts, rows, strict=True):
         if part is not None:
             out[:, mine] += part
@@ -323,87 +325,7 @@ def _gain(arm, motion, deflected, rows, size) -> np.ndarray:
     return gain
 
 
-@inner
-@no_type_check
-def _divide(lines, matrix):
-    """lines · matrix⁻¹ in place, by Gaussian elimination of columns; overwrites `matrix`.
-
-    Without pivoting: for any realistic arm 1 − ∂s/∂v is near the identity.
-    """
-    n, m = matrix.shape[0], lines.shape[0]
-    for k in range(n):
-        for j in range(k + 1, n):
-            factor = matrix[k, j] / matrix[k, k]
-            if factor != 0.0:
-                for i in range(k + 1, n):
-                    matrix[i, j] -= factor * matrix[i, k]
-                for i in range(m):
-                    lines[i, j] -= factor * lines[i, k]
-    for k in range(n - 1, -1, -1):
-        for i in range(m):
-            lines[i, k] /= matrix[k, k]
-        for j in range(k):
-            for i in range(m):
-                lines[i, j] -= matrix[k, j] * lines[i, k]
-
-
-@njit(cache=True, nogil=True)
-@no_type_check
-def _total(twists, change, gain, growth, by_mass, own, moved, out, z_out):
-    """The total derivative, row by row; `own` and `moved` are columns of J and of the wrenches' change W.
-
-    With Z = J_moved (1 − gain W_moved)⁻¹:  out = [J_own + Z (gain W_own + growth), Z by_mass]
-    """
-    size, p, loads = moved.shape[0], own.shape[0], gain.shape[2]
-    matrix, carried = np.empty((size, size)), np.empty((loads, p))
-    for row in range(out.shape[0]):
-        z = z_out[row]
-        for i in range(6):
-            for e in range(size):
-                z[i, e] = twists[row, i, moved[e]]
-        if loads > 0:
-            for m in range(loads):
-                for k in range(p):
-                    carried[m, k] = change[row, m, own[k]]
-            for e in range(size):
-                for f in range(size):
-                    matrix[e, f] = 1.0 if e == f else 0.0
-                for m in range(loads):
-                    if gain[row, e, m] != 0.0:
-                        for f in range(size):
-                            matrix[e, f] -= gain[row, e, m] * change[row, m, moved[f]]
-            _divide(z, matrix)
-        for i in range(6):
-            for k in range(p):
-                out[row, i, k] = twists[row, i, own[k]]
-            for k in range(p, out.shape[2]):
-                out[row, i, k] = 0.0
-            for m in range(loads):
-                factor = 0.0
-                for e in range(size):
-                    factor += z[i, e] * gain[row, e, m]
-                for k in range(p):
-                    out[row, i, k] += factor * carried[m, k]
-            for e in range(size):
-                factor = z[i, e]
-                if growth.shape[0] > 0:
-                    for k in range(p):
-                        out[row, i, k] += factor * growth[row, e, k]
-                for k in range(by_mass.shape[2]):
-                    out[row, i, p + k] += factor * by_mass[row, e, k]
-
-
-@njit(cache=True, nogil=True)
-@no_type_check
-def _add_products(left, right, places, out):
-    """out[(row, component), place] += left · right, written into the rows of a table."""
-    rows, components, inner = left.shape
-    for i in range(rows):
-        for a in range(components):
-            line = out[i * components + a]
-            for c in range(inner):
-                factor = left[i, a, c]
-                if factor != 0.0:
-                    for k in range(places.shape[0]):
-                        if places[k] >= 0:
-                            line[places[k]] += factor * right[i, c, k]
+def _add_products(left: np.ndarray, right: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
+    """Add left · right, row by row, to the columns of a table with these indices, except negative ones."""
+    known = places >= 0
+    out[:, places[known]] += (left @ right[:, :, known]).reshape(len(out), -1)

@@ -20,17 +20,15 @@ Pinocchio's derivatives of `rnea` are in joint positions only: here the wrenches
 free constant of the chain, base and tool included, and in every element deflected by effects.
 """
 
-from typing import no_type_check
-
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
-from workbench.arm.chain import NO_SHIFT, _advance, inner
+from workbench.arm import chain as chains
+from workbench.arm.chain import NO_SHIFT
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.wrenches import NO_PULL, TrialArm, mounts
-from workbench.base.types import frozen
+from workbench.arm.statics.wrenches import TrialArm, mounts
+from workbench.base import se3
 
 
 def wrench_derivative(
@@ -51,156 +49,39 @@ def wrench_derivative(
         shift: Increments by effects, per element.
     """
     arm = TrialArm.of(arm)
-    chain, weights = arm.chain, arm.masses
-    out = np.empty((len(motion), len(components), len(columns)))
-    _derivatives(
-        arm.robot.base_size,
-        chain.axes,
-        chain.drivers,
-        mounts(arm.robot),
-        frozen(chain.values),
-        chain.constants,
-        weights.after,
-        weights.mass,
-        weights.com,
-        weights.gravity,
-        frozen(chain.positions(motion.q)),
-        frozen(np.zeros(0) if motion.payload is None else motion.payload),
-        frozen(NO_PULL if motion.wrench is None else np.asarray(motion.wrench, float)),
-        frozen(shift),
-        np.ascontiguousarray(columns),
-        np.ascontiguousarray(components),
-        out,
-    )
+    chain, first, size = arm.chain, arm.robot.base_size, len(arm.chain.elements)
+    every = chains.frames(chain, motion.q, np.arange(first - 1, size), first=first, shift=shift)
+    at, tool = every[:, :-1], every[:, -1, :3, 3]  # right before each element, and the tool
+    directions = np.swapaxes(at[..., :3, :3], 2, 3)
+    own, held = np.maximum(columns - first, 0), mounts(arm.robot)[components[:, 0]] - first
+    axis, u = directions[:, own, chain.axes[columns] % 3], directions[:, held, components[:, 1] % 3]
+    turns, is_moment = chain.axes[columns, None] < 3, components[:, 1, None] >= 3
+    is_carried = columns >= mounts(arm.robot)[components[:, 0], None]
+
+    def change(mass: np.ndarray, moment: np.ndarray, gravity: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Due to the mass (rows, k) and first moment (rows, k, 3) that each element carries, in a gravity and
+        under a free moment."""
+        lever = moment - mass[..., None] * at[..., :3, 3]
+        grown = np.where(turns, se3.cross(axis, lever[:, own]), mass[:, own, None] * axis)
+        side = se3.cross(u, gravity)
+        around = se3.cross(se3.cross(lever[:, held], u), gravity) - se3.cross(u, free)
+        turned = np.where(is_moment, around, -mass[:, held, None] * side)
+        out = turned @ np.swapaxes(axis * turns, 1, 2)
+        np.copyto(out, (side * is_moment) @ np.swapaxes(grown, 1, 2), where=is_carried)
+        return out
+
+    weights = arm.masses
+    mass, after = np.tile(weights.mass, (len(motion), 1)), weights.after
+    centres = se3.apply(every[:, after + 1 - first], weights.com)
+    if motion.payload is not None:
+        mass, after = np.column_stack([mass, motion.payload]), np.append(after, size - 1)
+        centres = np.concatenate([centres, tool[:, None]], axis=1)
+    carried = (after >= np.arange(first, size)[:, None]).astype(float)
+    moments = carried @ (mass[..., None] * centres)
+    out = change(mass @ carried.T, moments, weights.gravity, np.zeros(3))
+    if motion.wrench is not None:
+        force, moment = np.split(motion.wrench[:, None], 2, axis=2)
+        places = np.broadcast_to(tool[:, None], moments.shape)
+        out += change(np.ones(at.shape[:2]), places, force, moment)
+    out[:, :, columns < first] = 0.0
     return out
-
-
-@inner
-@no_type_check
-def _cross(a, b, out):
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@inner
-@no_type_check
-def _carry(t, mass, com, total):
-    """Add a point mass and its first moment about the arm's first frame."""
-    total[0] += mass
-    for i in range(3):
-        total[1 + i] += mass * (t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2])
-
-
-@inner
-@no_type_check
-def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, carried):
-    """Frames right before every element, and mass and first moment after each."""
-    size = axes.shape[0]
-    for i in range(3):
-        for j in range(4):
-            t[i, j] = 1.0 if i == j else 0.0
-    carried[:] = 0.0
-    link = 0
-    for k in range(first, size):
-        while link < after.shape[0] and after[link] < k:
-            _carry(t, mass[link], com[link], carried[after[link]])
-            link += 1
-        for i in range(3):
-            for j in range(4):
-                frames[k, i, j] = t[i, j]
-        value = values[k]
-        if drivers[k] >= 0:
-            value += q[drivers[k]]
-        if shift.shape[0] > 0:
-            value += shift[0, k]
-        if value != 0.0 or axes[k] == 6:
-            _advance(axes[k], value, constants[k], t)
-    while link < after.shape[0]:
-        _carry(t, mass[link], com[link], carried[after[link]])
-        link += 1
-    if payload.shape[0] > 0:
-        carried[size - 1, 0] += payload[0]
-        for i in range(3):
-            carried[size - 1, 1 + i] += payload[0] * t[i, 3]
-    for k in range(size - 1, first, -1):
-        for i in range(4):
-            carried[k - 1, i] += carried[k, i]
-
-
-@inner
-@no_type_check
-def _grow(columns, axes, frames, carried, turn, grown):
-    """Each column's axis (0 for a translation), and its derivative of the first moment after it."""
-    for p in range(columns.shape[0]):
-        k = columns[p]
-        size, axis = carried[k, 0], axes[k] % 3
-        ax, ay, az = frames[k, 0, axis], frames[k, 1, axis], frames[k, 2, axis]
-        if axes[k] < 3:
-            x = carried[k, 1] - size * frames[k, 0, 3]
-            y = carried[k, 2] - size * frames[k, 1, 3]
-            z = carried[k, 3] - size * frames[k, 2, 3]
-            turn[0, p], turn[1, p], turn[2, p] = ax, ay, az
-            grown[0, p], grown[1, p], grown[2, p] = ay * z - az * y, az * x - ax * z, ax * y - ay * x
-        else:
-            turn[0, p], turn[1, p], turn[2, p] = 0.0, 0.0, 0.0
-            grown[0, p], grown[1, p], grown[2, p] = size * ax, size * ay, size * az
-
-
-@inner
-@no_type_check
-def _fall(axes, frames, carried, element, gravity, moment, columns, components, out):
-    """Add the change of some components due to the carried mass in a given gravity and to a free moment."""
-    turn, grown = np.empty((3, columns.shape[0])), np.empty((3, columns.shape[0]))
-    u, lever, around, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    _grow(columns, axes, frames, carried, turn, grown)
-    for m in range(components.shape[0]):
-        joint, component = element[components[m, 0]], components[m, 1]
-        size = carried[joint, 0]
-        for i in range(3):
-            u[i] = frames[joint, i, component % 3]
-            lever[i] = carried[joint, 1 + i] - size * frames[joint, i, 3]
-        _cross(u, gravity, side)
-        if component < 3:
-            for i in range(3):
-                turned[i] = -size * side[i]
-                side[i] = 0.0
-        else:
-            _cross(lever, u, around)
-            _cross(around, gravity, turned)
-            _cross(moment, u, lever)
-            for i in range(3):
-                turned[i] += lever[i]
-        for p in range(columns.shape[0]):
-            for i in range(3):
-                if columns[p] >= joint:
-                    out[m, p] += side[i] * grown[i, p]
-                else:
-                    out[m, p] += turned[i] * turn[i, p]
-
-
-@njit(cache=True, nogil=True)
-@no_type_check
-def _derivatives(
-    first, axes, drivers, element, values, constants, after, mass, com, gravity, q, payload, pull, shift,
-    columns, components, out,
-):  # fmt: skip
-    t, frames, carried = np.empty((3, 4)), np.zeros((axes.shape[0], 3, 4)), np.empty((axes.shape[0], 4))
-    free, force, moment, tool = np.zeros(3), np.empty(3), np.empty(3), np.empty((axes.shape[0], 4))
-    gravity = gravity.copy()  # read-only, it would compile everything again
-    out[:] = 0.0
-    for row in range(q.shape[0]):
-        _sweep(
-            first, axes, drivers, values, constants, after, mass, com, q[row], payload[row : row + 1],
-            shift[row : row + 1], t, frames, carried,
-        )  # fmt: skip
-        _fall(axes, frames, carried, element, gravity, free, columns, components, out[row])
-        if pull.shape[0] > 0:
-            for i in range(3):
-                force[i], moment[i] = pull[row, i], pull[row, 3 + i]
-                for k in range(axes.shape[0]):
-                    tool[k, 0], tool[k, 1 + i] = 1.0, t[i, 3]
-            _fall(axes, frames, tool, element, force, moment, columns, components, out[row])
-    for p in range(columns.shape[0]):
-        if columns[p] < first:
-            out[:, :, p] = 0.0

@@ -21,18 +21,20 @@ tool adds its negative to every joint's.
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import no_type_check
+from typing import NamedTuple, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from workbench.arm.chain import NO_SHIFT, Chain, _advance, inner
+from workbench.arm import chain as chains
+from workbench.arm.chain import NO_SHIFT, Chain, inner
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import Insertion, own_components
 from workbench.arm.gravity import level_axes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.errors import RobotError
 from workbench.base.types import Vector3, frozen
 
@@ -216,30 +218,89 @@ def _summed(
     for rows, source in zip(rates, ("joint velocities", "joint accelerations"), strict=True):
         if rows is not None:
             robot.check_joints(rows, source)
-    none = NO_SHIFT if all(rows is None for rows in rates) else np.zeros(motion.q.shape)
+    mass, com, after = weights.mass[None], weights.com, weights.after
+    if motion.payload is not None:  # one more mass, behind all joints
+        mass = np.column_stack([np.tile(mass, (len(motion), 1)), motion.payload])
+        com = np.vstack([com, np.zeros(3) if payload_com is None else payload_com])
+        after = np.append(after, len(chain.elements) - 1)
+    stops = _stops(robot, after.tobytes())
+    frames = chains.frames(chain, motion.q, stops.ends, first=robot.base_size, shift=shift)
+    acceleration = np.zeros((0, 0, 3))
+    if any(rows is not None for rows in rates):
+        acceleration = _accelerations(
+            chain, motion, frames, stops, se3.apply(frames[:, stops.masses], com), after
+        )
+    pull = NO_PULL if motion.wrench is None else motion.wrench
     out = np.zeros((len(motion), len(weights.mass) if separate else 1, robot.dof, 6))
-    _wrenches(
-        robot.base_size,  # gravity is given in the frame after the base
-        chain.axes,
-        chain.drivers,
-        mounts(robot),
-        frozen(chain.values),
-        chain.constants,
-        weights.after,
-        separate,
-        weights.mass,
-        weights.com,
-        weights.gravity,
-        *(
-            frozen(chain.positions(np.asarray(none if rows is None else rows, float)))
-            for rows in (motion.q, *rates)
-        ),
-        frozen(np.zeros(0) if motion.payload is None else np.asarray(motion.payload, float)),
-        frozen(np.zeros(3) if payload_com is None else np.asarray(payload_com, float)),
-        frozen(NO_PULL if motion.wrench is None else np.asarray(motion.wrench, float)),
-        frozen(shift),
-        out,
+    arrays = (frozen(part) for part in (mass, com, weights.gravity, acceleration, pull))
+    _wrenches(frames, stops.mounts, stops.masses, stops.bodies, *arrays, separate, out)
+    return out
+
+
+class _Stops(NamedTuple):
+    """Frames that statics asks of a chain.
+
+    Args:
+        ends: Elements after which they lie, increasing; the last one is the tool's.
+        mounts: Numbers of the frames of the joints' mounts.
+        masses: Of those of the masses.
+        drives: Of those right before the driven elements.
+        bodies: How many joints carry each mass.
+    """
+
+    ends: Int[np.ndarray, " f"]
+    mounts: Int[np.ndarray, " n"]
+    masses: Int[np.ndarray, " m"]
+    drives: Int[np.ndarray, " d"]
+    bodies: Int[np.ndarray, " m"]
+
+
+@lru_cache(maxsize=64)
+def _stops(robot: Robot, after: bytes) -> _Stops:
+    """For masses after these elements; kept, as a fixed point asks for them again and again."""
+    chain, mount, behind = robot.chain, mounts(robot), np.frombuffer(after, np.int64)
+    parts = (mount - 1, behind, np.flatnonzero(chain.drivers >= 0) - 1, [len(chain.elements) - 1])
+    ends, where = np.unique(np.concatenate(parts), return_inverse=True)
+    mounted, placed, driven, _ = np.split(where, np.cumsum([len(part) for part in parts[:3]]))
+    return _Stops(ends, mounted, placed, driven, np.searchsorted(mount, behind, side="right"))
+
+
+def _accelerations(
+    chain: Chain,
+    motion: Motion,
+    frames: Float[np.ndarray, "rows f 4 4"],
+    stops: _Stops,
+    points: Float[np.ndarray, "rows m 3"],
+    after: Int[np.ndarray, " m"],
+) -> Float[np.ndarray, "rows m 3"]:
+    """Accelerations of points after some elements, body by body from the base outwards.
+
+    A point at r from a body's origin o has a_o + α × r + ω × (ω × r). A joint about z adds ω × z q̇ + z q̈
+    to α and z q̇ to ω, one along z adds 2 ω × z q̇ + z q̈ to a_o.
+    """
+    speed, rate = (
+        chain.positions(np.zeros(motion.q.shape) if rows is None else rows)
+        for rows in (motion.velocity, motion.acceleration)
     )
+    origin, spin, change, start = np.zeros((4, len(motion), 1, 3))
+
+    def at(points: np.ndarray) -> np.ndarray:
+        away = points - origin
+        return start - se3.cross(away, change) + se3.cross(se3.cross(away, spin), spin)
+
+    out = np.zeros(points.shape)
+    for element, place in zip(np.flatnonzero(chain.drivers >= 0), stops.drives, strict=True):
+        frame, column = frames[:, place, None, :3], chain.drivers[element]
+        z, moved, pushed = frame[..., chain.axes[element] % 3], speed[:, column], rate[:, column]
+        turned = se3.cross(spin, z) * moved[:, None, None]
+        start, origin = at(frame[..., 3]), frame[..., 3]
+        if chain.axes[element] < 3:
+            change = change + turned + z * pushed[:, None, None]
+            spin = spin + z * moved[:, None, None]
+        else:
+            start = start + 2.0 * turned + z * pushed[:, None, None]
+        behind = after >= element
+        out[:, behind] = at(points[:, behind])
     return out
 
 
@@ -250,153 +311,46 @@ def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
 
 @inner
 @no_type_check
-def _accelerate(point, origin, spin, change, start, out):
-    """Acceleration of a point of a body: start + change × r + spin × (spin × r), r = point − origin."""
-    x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
-    u = spin[1] * z - spin[2] * y
-    v = spin[2] * x - spin[0] * z
-    w = spin[0] * y - spin[1] * x
-    out[0] = start[0] + change[1] * z - change[2] * y + spin[1] * w - spin[2] * v
-    out[1] = start[1] + change[2] * x - change[0] * z + spin[2] * u - spin[0] * w
-    out[2] = start[2] + change[0] * y - change[1] * x + spin[0] * v - spin[1] * u
-
-
-@inner
-@no_type_check
-def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, total):
-    """Add the force that carries a point mass, and its moment about the arm's first frame, to a body's.
-
-    `c` and `force` are workspace.
-    """
-    for i in range(3):
-        force[i] = 0.0
-        c[i] = t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2]
-    if moving:
-        _accelerate(c, origin, spin, change, start, force)
-    x, y, z = c[0], c[1], c[2]
-    u, v, w = mass * (force[0] - gravity[0]), mass * (force[1] - gravity[1]), mass * (force[2] - gravity[2])
-    total[0] += u
-    total[1] += v
-    total[2] += w
-    total[3] += y * w - z * v
-    total[4] += z * u - x * w
-    total[5] += x * v - y * u
-
-
-@inner
-@no_type_check
-def _resist(t, pull, total):
-    """Add the reaction to a wrench at the origin of t, taken about the arm's first frame, to the body's."""
+def _load(point, force, total):
+    """Add a force at a point, and its moment about the arm's first frame, to a body's."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        total[i] -= pull[i]
-        total[3 + i] -= pull[3 + i] + t[j, 3] * pull[k] - t[k, 3] * pull[j]
-
-
-@inner
-@no_type_check
-def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
-    """Propagate the motion (spin and change of the body, start at origin) over one driven element.
-
-    `t` is the frame right before the element. The new origin is right after it.
-    """
-    z, at, here = np.empty(3), np.empty(3), np.empty(3)
-    for i in range(3):
-        z[i] = t[i, axis % 3]
-        here[i] = t[i, 3] + (z[i] * value if axis >= 3 else 0.0)
-    _accelerate(here, origin, spin, change, start, at)
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        turned = (spin[j] * z[k] - spin[k] * z[j]) * speed
-        if axis >= 3:
-            at[i] += 2.0 * turned + z[i] * change_of_speed
-        else:
-            change[i] += turned + z[i] * change_of_speed
-    for i in range(3):
-        if axis < 3:
-            spin[i] += z[i] * speed
-        origin[i] = here[i]
-        start[i] = at[i]
+        total[i] += force[i]
+        total[3 + i] += point[j] * force[k] - point[k] * force[j]
 
 
 @njit(cache=True, nogil=True)
 @no_type_check
-def _wrenches(
-    first, axes, drivers, mount, values, constants, after, separate, mass, com, gravity, q, velocity,
-    acceleration, payload, payload_com, pull, shift, out,
-):  # fmt: skip
-    moving = velocity.shape[0] > 0
-    shifted = shift.shape[0] > 0
-    n = mount.shape[0]
-    mounted = np.full(axes.shape[0], -1)
-    for joint in range(n):
-        mounted[mount[joint]] = joint
-    t = np.empty((3, 4))
-    before = np.empty((n, 3, 4))
-    totals, bodies = np.empty((out.shape[1], n + 1, 6)), np.full(out.shape[1], n)
-    order = np.empty(n, np.int64)
-    origin, spin, change, start = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
-    c, force = np.empty(3), np.empty(3)
-    for row in range(q.shape[0]):
-        for i in range(3):
-            for j in range(4):
-                t[i, j] = 1.0 if i == j else 0.0
-            origin[i] = spin[i] = change[i] = start[i] = 0.0
+def _wrenches(frames, mounts, masses, bodies, mass, com, gravity, acceleration, pull, separate, out):
+    """Sum the loads of all masses, or of each separately, from the tool inwards, and rotate them into each
+    joint's own axes at its origin. Masses are of each row, or one row of them is of all."""
+    joints = mounts.shape[0]
+    totals, point, force = np.empty((out.shape[1], joints + 1, 6)), np.empty(3), np.empty(3)
+    for row in range(out.shape[0]):
         totals[:] = 0.0
-        body, link = 0, 0
-        for k in range(first, axes.shape[0] + 1):
-            while link < after.shape[0] and after[link] < k:
-                _load(
-                    t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
-                    totals[link if separate else 0, body],
-                )  # fmt: skip
-                if separate:
-                    bodies[link] = body
-                link += 1
-            if k == axes.shape[0]:
-                break
-            value = values[k]
-            joint = drivers[k]
-            if joint >= 0:
-                value += q[row, joint]
-            if shifted:
-                value += shift[row, k]
-            if mounted[k] >= 0:
-                for i in range(3):
-                    for j in range(4):
-                        before[body, i, j] = t[i, j]
-                order[body] = mounted[k]
-                body += 1
-            if joint >= 0 and moving:
-                _join(
-                    axes[k], t, value, velocity[row, joint], acceleration[row, joint],
-                    origin, spin, change, start,
-                )  # fmt: skip
-            if value != 0.0 or axes[k] == 6:
-                _advance(axes[k], value, constants[k], t)
-        if payload.shape[0] > 0:
-            _load(
-                t, payload[row], payload_com, gravity, moving, origin, spin, change, start, c, force,
-                totals[0, body],
-            )  # fmt: skip
+        for k in range(com.shape[0]):
+            t, size = frames[row, masses[k]], mass[row if mass.shape[0] > 1 else 0, k]
+            for i in range(3):
+                point[i] = t[i, 3] + t[i, 0] * com[k, 0] + t[i, 1] * com[k, 1] + t[i, 2] * com[k, 2]
+                force[i] = size * (
+                    (acceleration[row, k, i] if acceleration.shape[0] > 0 else 0.0) - gravity[i]
+                )
+            _load(point, force, totals[k if separate else 0, bodies[k]])
         if pull.shape[0] > 0:
-            _resist(t, pull[row], totals[0, body])
-        for k in range(out.shape[1]):
-            _project(before, totals[k], order[: bodies[k]], out[row, k])
-
-
-@inner
-@no_type_check
-def _project(before, totals, order, out):
-    """Sum the bodies from the tool inwards, and rotate each sum into its joint's own axes at its origin."""
-    for k in range(order.shape[0] - 1, -1, -1):
-        for i in range(6):
-            totals[k, i] += totals[k + 1, i]
-        f, m, frame = totals[k + 1, :3], totals[k + 1, 3:], before[k]
-        x, y, z = frame[0, 3], frame[1, 3], frame[2, 3]
-        u = m[0] - (y * f[2] - z * f[1])
-        v = m[1] - (z * f[0] - x * f[2])
-        w = m[2] - (x * f[1] - y * f[0])
-        for i in range(3):
-            out[order[k], i] = frame[0, i] * f[0] + frame[1, i] * f[1] + frame[2, i] * f[2]
-            out[order[k], 3 + i] = frame[0, i] * u + frame[1, i] * v + frame[2, i] * w
+            total = totals[0, joints]
+            for i in range(3):
+                point[i], force[i] = frames[row, -1, i, 3], -pull[row, i]
+                total[3 + i] -= pull[row, 3 + i]
+            _load(point, force, total)
+        for s in range(out.shape[1]):
+            for j in range(joints - 1, -1, -1):
+                f, m, frame = totals[s, j + 1, :3], totals[s, j + 1, 3:], frames[row, mounts[j]]
+                x, y, z = frame[0, 3], frame[1, 3], frame[2, 3]
+                u = m[0] - (y * f[2] - z * f[1])
+                v = m[1] - (z * f[0] - x * f[2])
+                w = m[2] - (x * f[1] - y * f[0])
+                for i in range(3):
+                    out[row, s, j, i] = frame[0, i] * f[0] + frame[1, i] * f[1] + frame[2, i] * f[2]
+                    out[row, s, j, 3 + i] = frame[0, i] * u + frame[1, i] * v + frame[2, i] * w
+                for i in range(6):
+                    totals[s, j, i] += totals[s, j + 1, i]

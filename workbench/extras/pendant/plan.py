@@ -24,7 +24,7 @@ from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.extras.pendant.convention import UNIFORM
 from workbench.extras.pendant.extract import WANTED
 from workbench.identification.identify import identify
-from workbench.plate.optimiser.clearance import arm_shape
+from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.optimiser.shapes import ON_THE_TABLE
 
 MARGIN = float(np.deg2rad(3.0))

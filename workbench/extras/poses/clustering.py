@@ -24,10 +24,10 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
-from workbench.extras.poses.greedy import greedy_choice
+from workbench.extras.poses.climb import PoseClimb
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.collision import hits, mutually_blocking
-from workbench.plate.exchange import of_information
+from workbench.plate.exchange import by_determinant, of_information
 from workbench.plate.observability import AbstractIndex, O, goal_index
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.sampling import in_base
@@ -52,8 +52,6 @@ GOALS = 4
 """Values of O that are tried."""
 EQUAL = 1e-9
 """Relative difference below which O is equal."""
-DIFFERENCE = 1e-6
-"""Half-width of the central differences of O [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -258,9 +256,9 @@ def _best_of_band(pool: _PoseCandidates, band: np.ndarray, number: int) -> np.nd
     clash = together = pool.cubes[band][:, None] == pool.cubes[band]
     if (solid := pool.limits.solid) is not None:
         clash = together | mutually_blocking(pool.robot, solid, pool.q[band])
-    start = greedy_choice(blocks, number, clash=clash)
+    start = by_determinant(blocks, clash=clash).fill(number)
     if len(start) < number:
-        clash, start = together, greedy_choice(blocks, number, clash=together)
+        clash, start = together, by_determinant(blocks, clash=together).fill(number)
     grams = blocks.transpose(0, 2, 1) @ blocks
     return band[of_information(grams, pool.index, number, clash=clash).descend(start).choice]
 
@@ -282,9 +280,9 @@ def _level(pool: _PoseCandidates, q: np.ndarray) -> Cluster:
 def _levelled(pool: _PoseCandidates, home: Cluster, goal: float) -> np.ndarray:
     """Joint positions with O moved towards the goal; a step that leaves the cube or the limits is halved."""
     low, high = pool.robot.search_limits.T
-    q, share = home.q.copy(), np.ones(len(home.q))
+    q, share, climb = home.q.copy(), np.ones(len(home.q)), PoseClimb(pool.robot, O(), {})
     for _ in range(LEVELLING):
-        o, slope = _o_and_slope(pool.robot, q)
+        o, slope = O().per_pose(climb.at(q)), len(q) * climb.value_and_gradient(q)[1]  # O of a set is a mean
         if np.abs(o / goal - 1.0).max() < EQUAL:
             break
         step = slope * ((goal - o) * share / np.maximum((slope**2).sum(1), 1e-9))[:, None]
@@ -294,14 +292,6 @@ def _levelled(pool: _PoseCandidates, home: Cluster, goal: float) -> np.ndarray:
         q[stays] = moved[stays]
         share = np.where(stays, 1.0, 0.5 * share)
     return q
-
-
-def _o_and_slope(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """O of each pose, and its derivative by the pose's joint positions."""
-    rows, joints = q.shape
-    moved = q[None, :, None, :] + DIFFERENCE * np.array([1.0, -1.0])[:, None, None, None] * np.eye(joints)
-    near = O().per_pose(linearise(robot, moved.reshape(-1, joints))).reshape(2, rows, joints)
-    return O().per_pose(linearise(robot, q)), (near[0] - near[1]) / (2.0 * DIFFERENCE)
 
 
 def _turned(pool: _PoseCandidates, q: np.ndarray) -> np.ndarray:

@@ -23,13 +23,12 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of, progress
 from workbench.base.types import Outcome, frozen
 from workbench.extras.poses.climb import PoseClimb
-from workbench.extras.poses.greedy import greedy_choice
 from workbench.extras.poses.measurement_order import measuring_order, travels
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
-from workbench.plate.exchange import Exchanged, of_information
+from workbench.plate.exchange import Exchanged, by_determinant, of_information
 from workbench.plate.free_constants import visible_basis
 from workbench.plate.observability import INDICES, O, goal_index
-from workbench.plate.poses.pose_choice import AbstractPoseChoice
+from workbench.plate.poses.sampling import AbstractPoseChoice
 
 CANDIDATES = 300
 """Number of random candidates for a set …"""
@@ -205,9 +204,9 @@ def _exchanged_nearby(climb: PoseClimb, q: np.ndarray, limits: PoseLimits, rng) 
 
 def _apart(blocks: np.ndarray, clash: np.ndarray, number: int, limits: PoseLimits, rng) -> list[int]:
     """A greedy choice of candidates that don't clash."""
-    longest = 0
+    exchange, longest = by_determinant(blocks, clash=clash), 0
     for first in ([], *rng.permutation(len(blocks))[:GREEDY_STARTS, None].tolist()):
-        found = greedy_choice(blocks, number, clash=clash, first=first)
+        found = exchange.fill(number, first)
         if len(found) == number:
             return found
         longest = max(longest, len(found))

@@ -21,7 +21,7 @@ from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.collision import solid_clear
-from workbench.plate.optimiser.clearance import arm_shape, clearances
+from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
 from workbench.plate.region import Region
@@ -112,7 +112,7 @@ class PoseLimits:
     def _is_clear(self, robot: Robot, q: np.ndarray) -> np.ndarray:
         assert self.clearance is not None  # else there is no such check
         shape = arm_shape(robot, self.clearance)
-        found = clearances(shape, shape.placements(q), floor=self.floor, minimum=self.clearance)
+        found = shape.clearances(shape.placements(q), floor=self.floor, minimum=self.clearance)
         return found.min(1) >= self.clearance
 
     def clash(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "rows rows"]:

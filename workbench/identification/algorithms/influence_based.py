@@ -16,8 +16,7 @@ over the poses times the best step length; all poses then start again from there
 decreases. Averaging projections is Cimmino's method: weakly observable constants converge last, and stay
 near nominal if the rounds end early.
 
-Constants are compared in degrees and millimetres, as the thesis lists them. The influence of a constant is
-the column of J times the deviation of §3.5 (0.05°, 0.1 mm), which is the imposed deviation to first order.
+Influences are columns of J times the deviations of §3.5, to first order what it imposes on the constants.
 
 Sources: Katana §§3.5, 3.6; Cimmino, La Ricerca Scientifica 9 (1938); Censor & Zenios, Parallel Optimization
 (1997), §5 (mean of projections).
@@ -29,13 +28,14 @@ from typing import final
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.kinematics.katana_influence import ANGLE, LENGTH_DEVIATION
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, descend
 from workbench.identification.problem import LinearisedProblem, Problem
 
 DEGREE, MILLIMETRE = float(np.deg2rad(1.0)), 1e-3
-"""Units in which constants are compared [rad], [m]."""
+"""Units in which constants are compared [rad], [m], as the thesis lists them."""
+ANGLE, LENGTH_DEVIATION = 0.05 * DEGREE, 0.1 * MILLIMETRE
+"""Deviations by whose motion of the tool constants have influence [rad], [m] (Katana §3.5)."""
 RCOND = 1e-6
 """Singular values of one pose's J K Jᵀ below this share of its largest count as zero."""
 

@@ -24,7 +24,6 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.progress import check_cancelled, progress
 from workbench.base.types import Poses
-from workbench.plate.optimiser.clearance import clearances
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
@@ -119,7 +118,7 @@ class Setting:
     ) -> Float[np.ndarray, "rows 3"]:
         """Distances of the arm from itself, the table and what stands still [m]."""
         floor = self.constraints.floor
-        return clearances(self.arm, placements, solids=self.solids, floor=floor, far=far, minimum=minimum)
+        return self.arm.clearances(placements, solids=self.solids, floor=floor, far=far, minimum=minimum)
 
     @property
     def spacing(self) -> float:

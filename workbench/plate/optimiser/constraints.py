@@ -12,7 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.base.arguments import Length, LengthAndAngle, admit
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.simulate import LIKELY_ERRORS
-from workbench.plate.optimiser.clearance import arm_shape
+from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.optimiser.shapes import ON_THE_TABLE, ArmShape, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Plate

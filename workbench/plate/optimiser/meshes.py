@@ -1,4 +1,4 @@
-"""An arm as the meshes of its URDF, for clearance that holds on the real machine.
+"""The shape of an arm for clearance: the meshes of its URDF, which hold on the real machine, or capsules.
 
 Pinocchio reads the file's collision geometry (the visual one where there is none): meshes and primitives with
 their scales and placements, as coal bodies. Their frames come from the arm's own chain rather than from
@@ -20,13 +20,26 @@ from workbench.arm.meshes import find_mesh
 from workbench.arm.robot import JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.types import frozen
-from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS
+from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS, capsule_arm
 from workbench.plate.optimiser.shapes import ArmShape, Collider, Piece, turned_to
 
 SAMPLED = 200
 """Random postures that tell which pairs of bodies can be apart."""
 AT_THE_TOOL = 0.005
 """A body of the last link that comes this near to the tool's origin is the probe [m]."""
+
+
+def arm_shape(robot: Robot, clearance: float) -> ArmShape:
+    """The meshes of an arm's URDF, or where it has none that can be read capsules along its links.
+
+    Args:
+        clearance: Required distance [m].
+    """
+    found, capsules = mesh_arm(robot, clearance), capsule_arm(robot)
+    if found is not None or robot.urdf is None:
+        return found or capsules
+    why = f"{robot.urdf.path.name} has no meshes that can be found and read"
+    return replace(capsules, source=f"{capsules.source}: {why}")
 
 
 def mesh_arm(robot: Robot, clearance: float) -> ArmShape | None:

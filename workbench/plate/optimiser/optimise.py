@@ -32,8 +32,8 @@ from workbench.plate.optimiser.candidates import (
     draw_pool,
     given_solutions,
 )
-from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
+from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
 from workbench.plate.optimiser.search import Search
 from workbench.plate.optimiser.target_blocks import Blocks

@@ -187,6 +187,31 @@ class ArmShape:
 
         return _nearest(np.where(checked, gaps, np.inf), distance, far, minimum)
 
+    def clearances(
+        self,
+        frames: Placements,
+        *,
+        solids: Sequence[Collider] = (),
+        floor: float | None = None,
+        far: float = MAX_MEASURED_DISTANCE,
+        minimum: float | None = None,
+    ) -> Float[np.ndarray, "rows 3"]:
+        """Minimum distance from itself, the table and solids in every row, at most `far` [m].
+
+        Args:
+            solids: The plate's, if it has one, and the posts of a ball-bar's anchors.
+            floor: Height of the table in the robot's base [m]; None if there is none.
+            far: Maximum distance of interest [m].
+            minimum: As for `own_distances`.
+        """
+        result = np.full((len(frames), 3), far)
+        result[:, 0] = self.own_distances(frames, far=far, minimum=minimum)
+        table = [] if floor is None else [(1, below(floor), self.bodies > ON_THE_TABLE)]
+        for column, solid, checked in (*table, *((2, solid, self.bodies >= 0) for solid in solids)):
+            gaps = self.hull_distances(frames, [solid], checked=checked, far=far, minimum=minimum)
+            result[:, column] = np.minimum(result[:, column], gaps)
+        return result
+
 
 def _placed(
     frames: Placements, pieces: Sequence[Piece]
