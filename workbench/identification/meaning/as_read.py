@@ -11,6 +11,7 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, UnitError
+from workbench.base.remedy import remedy as at_entrance
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import within_postures
@@ -26,7 +27,6 @@ SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
-
 SURE_TORQUE = 0.8
 """Minimum correlation with the torque that holds a weight at the flange."""
 
@@ -236,5 +236,7 @@ def remedy(meaning: RowMeaning) -> str:
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
     if meaning.best.other:
-        return f"choose the robot '{meaning.best.other}', or --force to continue anyway"
-    return "accept it with reading 'found' (--reading found), or correct the file"
+        anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
+        return f"choose the robot '{meaning.best.other}', or {anyway}"
+    accepted = at_entrance("with reading 'found' (--reading found)", page="by 'Read so'")
+    return f"accept it {accepted}, or correct the file"
