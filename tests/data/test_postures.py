@@ -39,6 +39,7 @@ def test_groups_and_sessions():
     assert pose_units(data).tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
     grouped = replace(data, group=np.array(list("cccbbbaaaaaa")))
     assert pose_units(grouped).tolist() == [1] * 6 + [0] * 6  # one posture ties c and b; named by a, b
+    assert pose_units(replace(data, group=np.full(12, "Pose"))).max() == 5
     assert len(set(pose_units(replace(data, session=np.array(list("ab") * 6))))) == 12
     named = replace(data, point=np.array(list("ab") * 6))
     assert [len(set(repeats(rows))) for rows in (data, named)] == [6, 12]
