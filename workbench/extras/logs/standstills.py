@@ -216,14 +216,11 @@ def _points(measured: Fields) -> np.ndarray:
 
 
 def _standstills_of_points(measured: Fields) -> list[np.ndarray]:
-    points = _points(measured)
+    time, points = measured.values["time"], _points(measured)
     seen = np.flatnonzero(np.isfinite(points).all(1))
-    found = still(measured.values["time"][seen], points[seen], STILL_POINT) if len(seen) else []
-    time = measured.values["time"]
-    return [
-        rows[(time[rows] >= time[rows[0]] + MARGIN) & (time[rows] <= time[rows[-1]] - MARGIN)]
-        for rows in (seen[first : last + 1] for first, last in found)
-    ]
+    found = still(time[seen], points[seen], STILL_POINT) if len(seen) else []
+    runs = (seen[first : last + 1] for first, last in found)
+    return [r[(time[r] >= time[r[0]] + MARGIN) & (time[r] <= time[r[-1]] - MARGIN)] for r in runs]
 
 
 def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]:
