@@ -114,8 +114,9 @@ def test_dates_become_seconds(read, read_here):
     rows = [["q1[rad]", "x[m]", "y[m]", "z[m]", "time"]]
     rows += [[0.1 * i, i, i, i, day + datetime.timedelta(seconds=20 * i)] for i in range(3)]
     assert read(workbook({"A": rows}), "t.xlsx").time.tolist() == [0.0, 20.0, 40.0]
-    text = "q1[rad],x[m],y[m],z[m],time\n" + "".join(f"{i},1,2,3,2020-07-14T16:39:0{i}\n" for i in range(3))
-    assert read(text).time.tolist() == [0.0, 1.0, 2.0]
+    for date in ("2020-07-14T16:39:0{}", "14.07.2020 16:39:0{}", "07/01/2020 04:39:0{} PM", "16:39:0{}.0"):
+        rows = (f"{i},1,2,3,{date.format(i)}\n" for i in range(3))
+        assert read("q1[rad],x[m],y[m],z[m],time[s]\n" + "".join(rows)).time.tolist() == [0.0, 1.0, 2.0]
 
 
 def test_parquet(read, tmp_path):

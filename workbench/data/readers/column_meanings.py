@@ -2,7 +2,14 @@
 
 import math
 import re
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+from itertools import product
+
+import numpy as np
+from jaxtyping import Float
 
 from workbench.base.columns import Per
 from workbench.base.errors import UnitError, WorkbenchError
@@ -20,6 +27,7 @@ from workbench.data.readers.headings import (
     known_together,
     meaning,
     normalised,
+    number_in,
     quantities_of,
     split_ending,
     suits,
@@ -33,7 +41,32 @@ TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are likeliest where numbers are larger than the others would have them."""
 COMPUTED = "these poses are the controller's own, not measured: 'workbench extract' finds its model"
 _DIGIT = re.compile(r"\d")
-_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
+_CLOCK = re.compile(r"(.*?:\d\d)([.,]\d+)?( ?[AP]M)?", re.IGNORECASE)
+_DAYS, _TIMES = ("%d.%m.%Y ", "%m/%d/%Y ", "%d/%m/%Y ", "%Y/%m/%d ", ""), ("%H:%M:%S", "%H:%M", "%I:%M:%S %p")
+_DATES = ("", *("".join(form) for form in product(_DAYS, _TIMES)))
+"""Forms of dates: ISO, and those of controllers and spreadsheets; none is a plain number."""
+
+
+def dates_in(cells: Sequence[str]) -> tuple[Float[np.ndarray, " rows"], datetime] | None:
+    """Seconds from the first of some dates of one form, and that date; None if they aren't dates of one form.
+
+    Where day and month are in doubt, the order counts by which less time went by.
+    """
+    found = list[tuple[np.ndarray, datetime]]()
+    for form in _DATES if cells else ():
+        with suppress(ValueError, TypeError):  # no date, or with a time zone where the first has none
+            dates = [_date(cell, form) for cell in cells]
+            found.append((np.array([(date - dates[0]).total_seconds() for date in dates]), dates[0]))
+    return min(found, key=lambda times: np.ptp(times[0]), default=None)
+
+
+def _date(cell: str, form: str) -> datetime:
+    if not form and not cell.isdigit():
+        return datetime.fromisoformat(cell)
+    if (clock := _CLOCK.fullmatch(cell)) is None:
+        raise ValueError(cell)
+    date = datetime.strptime(f"{clock[1]}{clock[3] or ''}", form)
+    return date + timedelta(seconds=float(f"0{clock[2] or ''}".replace(",", ".")))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +128,11 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
                 columns[worse.index] = TableColumn(index=worse.index, heading=worse.heading)
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
-            text = f"{both} both mean {column.key}: remove or rename one"
+            shown, keys = zip(*((parse_heading(c.heading).name, c.key) for c in columns), strict=True)
+            again = ",".join(f"{shown[k]}=-" for k, key in enumerate(keys) if key and key in keys[:k])
+            how = remedy(f"leave one set out, columns='{again}' (--columns)", page=CHOOSE_ON_PAGE)
+            how = f", or {how}" if table.has_option and shown.count(shown[i]) == 1 else ""
+            text = f"{both} both mean {column.key}: remove or rename one{how}"
             columns[i] = replace(column, problem=table.error(text, i))
     return tuple(columns)
 
@@ -125,18 +162,18 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     """The column with its conversion to SI, or with the problem that it has none."""
     if column.key is None or not (quantities := quantities_of(column.key)):
         return column
+    if column.key == "time" and dates_in(table.columns[column.index][:1]):
+        remark = f"'{column.heading}' holds dates, read as seconds from the first row"
+        return replace(column, unit=None, remark=remark)
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
-        if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
-            remark = f"'{column.heading}' holds dates, read as seconds from the first row"
-            return replace(column, remark=remark)
-        if re.fullmatch(r"time|payload|torque\d+", column.key):  # which no row needs
+        if re.fullmatch(r"time|payload|temperature|(torque|distance)\d+", column.key):  # which no row needs
             remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
         alike = [c.index for c in columns if c.key and quantities_of(c.key) == quantities]
         cells = (cell for k in alike for cell in table.columns[k] if NUMBER.fullmatch(cell))
-        largest = max((abs(float(c.replace(",", ".").replace("\u2212", "-"))) for c in cells), default=0.0)
+        largest = max((abs(number_in(cell)) for cell in cells), default=0.0)
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"

@@ -123,7 +123,7 @@ def meanings(joints: int) -> tuple[str, ...]:
     keys = [f"q{k + 1}" for k in range(joints)]
     keys += [key for group in ("xyz", "rpy", "rotvec", "quat", "matrix") for key in GROUPS[group]]
     keys += [name for c in known_columns().values() if c.kept for name in c.names(joints)]
-    keys += ["sigma_x", "sigma_y", "sigma_z"]
+    keys += ["sigma_x", "sigma_y", "sigma_z", *(f"distance{k}" for k in range(1, 7))]
     found = [IGNORED]
     for key in keys:
         known = [q for q in quantities_of(key) if q is not Quantity.NUMBER]
