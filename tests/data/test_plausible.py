@@ -1,4 +1,5 @@
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,10 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from workbench import Dataset, load_robot
 from workbench.base.errors import DataError
-from workbench.data.plausibility import check_plausible, refuse_joint_quantities
+from workbench.data.plausibility import checked, refuse_joint_quantities
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
-REACH = 0.9
+ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=())
 
 
 def dataset(rows=20, *, angle=1.0, length=1.0, **more):
@@ -42,7 +43,7 @@ MARKERS = np.repeat(1000.0 * dataset().position[:, None], 2, axis=1)
 def test_what_no_arm_does_names_joint_or_row(data, word, where):
     limits = np.array([*LIMITS[:2], [0.0, 1.0]]) if where == {"joint": 2} else LIMITS
     with refuses(DataError, word, **where):
-        check_plausible(data, limits, REACH)
+        checked(SimpleNamespace(**vars(ARM) | {"limits": limits}), data)
 
 
 @pytest.mark.parametrize(
@@ -75,6 +76,6 @@ def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
     ],
 )
 def test_what_is_odd_is_noted(data, word):
-    notes = check_plausible(data, LIMITS, REACH).notes
+    notes = checked(ARM, data).notes
     assert len(notes) == 1
     assert re.search(word, notes[0])

@@ -1,6 +1,7 @@
 """Which rows are one posture: numbers of poses that a generator made, from joints that scatter or don't."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import check_plausible, repeated_rows
+from workbench.data.plausibility import checked, repeated_rows
 from workbench.data.postures import pose_units, postures, repeats, repeats_text
 
 
@@ -54,6 +55,7 @@ def test_independent_readings_at_equal_joints_are_no_copies():
     assert repeated_rows(still) == [(0, 2)]
     assert repeated_rows(replace(still, time=np.arange(3.0))) == []
     assert repeated_rows(replace(still, session=np.array(list("aab")))) == []
-    checked = check_plausible(replace(still, q=q + np.array([0.0, 1.0])), np.tile([-2.0, 2.0], (2, 1)), 1.0)
-    assert checked.included.tolist() == [True, True, False]
-    assert checked.reason[2] == "repeats data row 0 to the last digit"
+    arm = SimpleNamespace(limits=np.tile([-2.0, 2.0], (2, 1)), reach=1.0, moving=())
+    seen = checked(arm, replace(still, q=q + np.array([0.0, 1.0])))
+    assert seen.included.tolist() == [True, True, False]
+    assert seen.reason[2] == "repeats data row 0 to the last digit"
