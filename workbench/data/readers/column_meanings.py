@@ -82,6 +82,8 @@ class TableColumn:
         remark: A decision to be said; empty if there is none.
         problem: Why it can't be read.
         missing_unit: The same of one that the rows may tell; until then the likeliest is converted.
+        si: Our unit; None where the file's is missing or there is none.
+        first: Its first cell.
     """
 
     index: int
@@ -92,6 +94,8 @@ class TableColumn:
     remark: str = ""
     problem: WorkbenchError | None = None
     missing_unit: UnitError | None = None
+    si: str | None = None
+    first: str = ""
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
@@ -125,7 +129,9 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
-                columns[worse.index] = TableColumn(index=worse.index, heading=worse.heading)
+                columns[worse.index] = TableColumn(
+                    index=worse.index, heading=worse.heading, first=worse.first
+                )
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             shown, keys = zip(*((parse_heading(c.heading).name, c.key) for c in columns), strict=True)
@@ -140,7 +146,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
-    column = TableColumn(index=index, heading=text)
+    column = TableColumn(index=index, heading=text, first="".join(table.columns[index][:1]))
     if IGNORED in (name, key):
         return column
     if key is None or not (unit is None or suits(unit, key)):
@@ -183,14 +189,15 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         missing = UnitError(str(table.error(message, column.index)), unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)
-        return replace(column, unit=first, conversion=conversion(first, *quantities), missing_unit=missing)
+        return replace(column, conversion=conversion(first, *quantities), missing_unit=missing)
     try:
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
-    return replace(column, conversion=found, remark="; ".join(remarks))
+    si = column.unit and str(found.quantity)
+    return replace(column, conversion=found, si=si, remark="; ".join(remarks))
 
 
 def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:

@@ -19,9 +19,10 @@ from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.units import EXAMPLES, Quantity, parse_heading
 from workbench.data.observation import known_columns
+from workbench.data.readers.column_meanings import TableColumn
 from workbench.data.readers.columns_option import GROUPS, IGNORED, NamedUnit, Naming, Pair
 from workbench.data.readers.headings import meaning, quantities_of
-from workbench.data.readers.preview import Preview, PreviewColumn
+from workbench.data.readers.preview import Preview
 
 
 class ColumnMapping(NamedTuple):
@@ -85,11 +86,11 @@ def mapping_text(preview: Preview) -> str:
     return tomli_w.dumps({"columns": {c.heading: ours(c) for c in preview.columns if c.heading}})
 
 
-def ours(column: PreviewColumn) -> str:
+def ours(column: TableColumn) -> str:
     return IGNORED if column.key is None else NamedUnit(column.key, column.unit).heading()
 
 
-def lacks_unit(column: PreviewColumn) -> bool:
+def lacks_unit(column: TableColumn) -> bool:
     """Whether a column is a quantity whose unit nobody said."""
     quantities = () if column.key is None else quantities_of(column.key)
     return column.unit is None and any(q is not Quantity.NUMBER for q in quantities)

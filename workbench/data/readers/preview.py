@@ -1,6 +1,7 @@
 """Preview of how a file would be read, for the user to confirm or correct."""
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,21 +11,9 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import Joints, Naming
-from workbench.data.readers.fields import convert
+from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.read import read_by_layout
-from workbench.data.readers.table import Table
-
-
-@dataclass(frozen=True)
-class PreviewColumn:
-    """One column: the file's heading, what it means (None: left out), its unit, ours, and its first cell."""
-
-    heading: str
-    key: str | None = None
-    unit: str | None = None
-    si: str | None = None
-    first: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +30,7 @@ class Preview:
     """
 
     path: str
-    columns: tuple[PreviewColumn, ...] = ()
+    columns: tuple[TableColumn, ...] = ()
     rows: int = 0
     joints: int = 0
     layout: str = "plain"
@@ -60,43 +49,36 @@ def preview(
     base: Matrix4 | None = None,
 ) -> Preview:
     """What `read_measurements` would make of a file; problems are listed, never raised."""
-    path = Path(path)
+    fields, name, table = None, "", None
+    understood, found, dataset = tuple[TableColumn, ...](), list[WorkbenchError](), None
     try:
         fields, name, table = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, joints=joints)
-    except WorkbenchError as error:
-        return Preview(path=str(path), problems=(str(error),))
-    understood = () if table is None else interpret_columns(table)
-    shown = () if table is None else tuple(_shown(column, table) for column in understood)
-    found, dataset = list[str](), None
-    if fields is not None:
-        own = {k: next(map(str, quantities_of(k)), None) for k in fields.values}
-        si = {k: "rad" if k[:6] == "orient" else quantity for k, quantity in own.items()}
-        read = fields.headings
-        by_layout = (PreviewColumn(read.get(k, k), k, fields.units.get(k), si.get(k)) for k in {**si, **read})
-        shown = (*by_layout, *(c for c in shown if c.key is None and c.heading not in read.values()))
-    else:
-        found = [str(problem) for problem in problems(understood, units_from_rows=True)]
-    try:
-        if fields is None and table is not None and not found:
+        understood = () if table is None else interpret_columns(table)
+        if fields is not None:
+            understood = tuple(_by_layout(fields, understood))
+        elif table is not None and not (found := problems(understood, units_from_rows=True)):
             fields = convert(table, understood)
         dataset = None if fields is None else assemble(fields, joints=joints, base=base)
     except WorkbenchError as error:
-        found = [str(error)]
+        found = [error]
     known = dataset if dataset is not None else fields
-    keys = [column.key or "" for column in understood] if fields is None else fields.values
+    held = fields if fields is not None else table
     return Preview(
         path=str(path),
-        columns=shown,
-        rows=fields.rows if fields is not None else table.rows if table is not None else 0,
-        joints=sum(re.fullmatch(r"q\d+", key) is not None for key in keys),
+        columns=understood,
+        rows=0 if held is None else held.rows,
+        joints=sum(re.fullmatch(r"q\d+", column.key or "") is not None for column in understood),
         layout=name or "plain",
         decisions=known.notes if known is not None else table.notes + decisions(understood) if table else (),
-        problems=tuple(found),
+        problems=tuple(map(str, found)),
         dataset=dataset,
     )
 
 
-def _shown(column: TableColumn, table: Table) -> PreviewColumn:
-    unit = column.unit if column.missing_unit is None else None
-    si = str(column.conversion.quantity) if column.conversion is not None and unit else None
-    return PreviewColumn(column.heading, column.key, unit, si, *table.columns[column.index][:1])
+def _by_layout(fields: Fields, columns: Sequence[TableColumn]) -> Iterator[TableColumn]:
+    """The columns that a layout has read, and those of its table that it left out."""
+    read = fields.headings
+    for key in {**fields.values, **read}:
+        si = "rad" if key.startswith("orient") else next(map(str, quantities_of(key)), None)
+        yield TableColumn(index=-1, heading=read.get(key, key), key=key, unit=fields.units.get(key), si=si)
+    yield from (c for c in columns if c.key is None and c.heading not in read.values())
