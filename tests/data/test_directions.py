@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from workbench.data.dataset import Dataset
-from workbench.data.directions import with_directions
+from workbench.data.measuring_order import with_directions
 
 
 def data(q, **more):

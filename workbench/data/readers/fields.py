@@ -16,10 +16,10 @@ from workbench.data.readers.column_meanings import (
     decisions,
     interpret_columns,
     problems,
+    told_twice,
 )
 from workbench.data.readers.headings import number_in
 from workbench.data.readers.table import Table
-from workbench.data.readers.two_places import told_twice
 
 MISSING = re.compile(
     r"[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid", re.IGNORECASE

@@ -22,7 +22,7 @@ from workbench.data.observation import known_columns
 from workbench.data.readers.column_meanings import TableColumn
 from workbench.data.readers.columns_option import GROUPS, IGNORED, NamedUnit, Naming, Pair
 from workbench.data.readers.headings import meaning, quantities_of
-from workbench.data.readers.preview import Preview
+from workbench.data.readers.read import Preview
 
 
 class ColumnMapping(NamedTuple):
