@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from datetime import datetime
 from itertools import product
 
 import numpy as np
@@ -44,8 +44,9 @@ TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are likeliest where numbers are larger than the others would have them."""
 COMPUTED = "these poses are the controller's own, not measured: 'workbench extract' finds its model"
 _DIGIT = re.compile(r"\d")
-_CLOCK = re.compile(r"(.*?:\d\d)([.,]\d+)?( ?[AP]M)?", re.IGNORECASE)
-_DAYS, _TIMES = ("%d.%m.%Y ", "%m/%d/%Y ", "%d/%m/%Y ", "%Y/%m/%d ", ""), ("%H:%M:%S", "%H:%M", "%I:%M:%S %p")
+_FRACTION = re.compile(r"(:\d\d)(?:[.,](\d{1,5})\d*)?( ?[AP]M)?$", re.IGNORECASE)
+_DAYS = ("%d.%m.%Y ", "%m/%d/%Y ", "%d/%m/%Y ", "%Y/%m/%d ", "")
+_TIMES = ("%H:%M:%S.%f", "%H:%M.%f", "%I:%M:%S.%f %p")
 _DATES = ("", *("".join(form) for form in product(_DAYS, _TIMES)))
 """Forms of dates: ISO, and those of controllers and spreadsheets; none is a plain number."""
 MIN_ROWS, ALIKE = 6, 0.02
@@ -69,10 +70,7 @@ def dates_in(cells: Sequence[str]) -> tuple[Float[np.ndarray, " rows"], datetime
 def _date(cell: str, form: str) -> datetime:
     if not form and not cell.isdigit():
         return datetime.fromisoformat(cell)
-    if (clock := _CLOCK.fullmatch(cell)) is None:
-        raise ValueError(cell)
-    date = datetime.strptime(f"{clock[1]}{clock[3] or ''}", form)
-    return date + timedelta(seconds=float(f"0{clock[2] or ''}".replace(",", ".")))
+    return datetime.strptime(_FRACTION.sub(r"\1.\g<2>0\3", cell), form)
 
 
 @dataclass(frozen=True, kw_only=True)
