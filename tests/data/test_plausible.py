@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench import Dataset, load_robot
 from workbench.base.errors import DataError
-from workbench.data.plausibility import checked, refuse_joint_quantities
+from workbench.data.plausibility import checked, refuse_joint_quantities, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
 ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=())
@@ -79,3 +80,14 @@ def test_what_is_odd_is_noted(data, word):
     notes = checked(ARM, data).notes
     assert len(notes) == 1
     assert re.search(word, notes[0])
+
+
+def test_independent_readings_at_equal_joints_are_no_copies():
+    q = np.zeros((3, 3))
+    still = Dataset(q=q, tilt={1: np.array([[0.0, 1e-4], [0.0, 2e-4], [0.0, 1e-4]])})
+    assert repeated_rows(still) == [(0, 2)]
+    assert repeated_rows(replace(still, time=np.arange(3.0))) == []
+    assert repeated_rows(replace(still, session=np.array(list("aab")))) == []
+    seen = checked(ARM, replace(still, q=q + 1.0))
+    assert seen.included.tolist() == [True, True, False]
+    assert seen.reason[2] == "repeats data row 0 to the last digit"

@@ -1,7 +1,6 @@
 """Which rows are one posture: numbers of poses that a generator made, from joints that scatter or don't."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import checked, repeated_rows
 from workbench.data.postures import pose_units, postures, repeats, repeats_text
 
 
@@ -47,15 +45,3 @@ def test_groups_and_sessions():
     assert repeats_text(data) == "6 poses, 2 readings each"
     assert repeats_text(data.take([0, 1, 2, 4])) == "3 poses, 1 to 2 readings each"
     assert not repeats_text(data.take([0, 2]))
-
-
-def test_independent_readings_at_equal_joints_are_no_copies():
-    q = np.zeros((3, 2))
-    still = Dataset(q=q, tilt={1: np.array([[0.0, 1e-4], [0.0, 2e-4], [0.0, 1e-4]])})
-    assert repeated_rows(still) == [(0, 2)]
-    assert repeated_rows(replace(still, time=np.arange(3.0))) == []
-    assert repeated_rows(replace(still, session=np.array(list("aab")))) == []
-    arm = SimpleNamespace(limits=np.tile([-2.0, 2.0], (2, 1)), reach=1.0, moving=())
-    seen = checked(arm, replace(still, q=q + np.array([0.0, 1.0])))
-    assert seen.included.tolist() == [True, True, False]
-    assert seen.reason[2] == "repeats data row 0 to the last digit"
