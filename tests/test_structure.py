@@ -41,7 +41,7 @@ BUDGETS = {
     "base": 2_177,
     "report": 833,
     "arm": 9_545,
-    "data": 5_464,
+    "data": 5_463,
     "plate": 5_706,
     "identification": 9_694,
     "diagnosis": 7_208,

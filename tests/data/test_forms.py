@@ -237,6 +237,10 @@ def test_trajectories(tmp_path):
     assert read_trajectory(path).position is None
     poses = read_trajectory(path2)
     assert (poses.q, poses.rotation.shape) == (None, (1, 3, 3))
+    path2.write_text("x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]\n1,2,3,180,0,40\n")
+    with refuses(DataError, "rotation vectors", "roll", "columns="):
+        read_trajectory(path2)
+    assert read_trajectory(path2, columns="rx[deg]=rx,ry[deg]=ry,rz[deg]=rz").rotation is not None
     path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0,1,11\n")
     with refuses(DataError, "line 3", row=1, column="time"):
         read_trajectory(path)

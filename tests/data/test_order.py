@@ -73,11 +73,6 @@ def test_a_part_of_the_same_file_is_not_of_later_and_another_file_is():
     assert beside(data, kept).is_of_later  # a file of that name with rows of the same numbers
 
 
-def timed(q, **more):
-    q = q if q.ndim > 1 else q[:, None]
-    return wb.Dataset(q=q, position=np.zeros((len(q), 3)), **more)
-
-
 def test_a_plain_loop_that_begins_anew_in_every_session_agrees_on_random_runs():
     for seed in range(5):
         rng = np.random.default_rng(seed)
@@ -89,13 +84,13 @@ def test_a_plain_loop_that_begins_anew_in_every_session_agrees_on_random_runs():
             for before, after in pairwise(rows):
                 step = np.sign(q[after] - q[before])
                 expected[after] = np.where(step == 0, expected[before], step)
-        found = with_directions(timed(q, time=time, session=session)).direction
+        found = with_directions(wb.Dataset(q=q, time=time, session=session)).direction
         assert (found == expected).all()
 
 
 def test_nothing_is_derived_where_the_file_says_it_or_has_no_time():
-    own = timed(np.arange(7.0), time=np.arange(7.0), direction=np.ones((7, 1)))
+    own = wb.Dataset(q=np.eye(7), time=np.arange(7.0), direction=np.ones((7, 7)))
     assert with_directions(own) is own
     for time in (None, np.array([0, 1, 2, np.nan, 4, 5, 6])):
-        rows = timed(np.arange(7.0), time=time)
+        rows = wb.Dataset(q=np.eye(7), time=time)
         assert with_directions(rows) is rows

@@ -21,11 +21,11 @@ from workbench.base.wording import listed, span
 from workbench.data.observation import known_columns
 from workbench.data.readers.columns_option import IGNORED, NamedUnit
 from workbench.data.readers.headings import (
+    AROUND,
     COMMAND,
     CONTROLLER,
     JOINT,
     is_commanded,
-    is_marked,
     is_of_measurement,
     known_together,
     meaning,
@@ -252,7 +252,8 @@ def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str
     if len(places) < 3 or said or any(map(is_of_measurement, taken)):
         return ""
     own, unit = _numbers(table, [places[axis] for axis in "xyz"]), parse_heading(taken[0]).unit
-    may_be_nominal = not any(map(is_marked, taken)) and not any(map(is_commanded, unread.values()))
+    marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
+    may_be_nominal = not any(marked) and not any(map(is_commanded, unread.values()))
     for other in _triples(table, unread):
         theirs, names = _numbers(table, other), [table.headings[k] for k in other]
         rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)

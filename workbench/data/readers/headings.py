@@ -30,8 +30,8 @@ _MEASURED = "pos|position|p|measured|measurement|meas|actual|act|real|ist|mess|m
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
 _COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
 _COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
-_AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
-"""What may stand before and behind a name of what was measured."""
+AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
+"""What may stand before and behind a name of what was, not of what should be: by controller or instrument."""
 _MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
 CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
@@ -122,7 +122,7 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
             is_numbered = column.per is Per.JOINT or (column.observed and column.quantity)  # distance1 …
             if is_numbered and numbered is not None and numbered[1] in names:
                 return column.name + (numbered[2].lstrip("0") or "0")
-    around, instrument = _AROUND.sub("", plain), _OF_INSTRUMENT.search(plain)
+    around, instrument = AROUND.sub("", plain), _OF_INSTRUMENT.search(plain)
     owned = {joint_name(plain): True, around: False if instrument else None, plain: None}
     for (pattern, template), (own, is_joint) in product(_PATTERNS, owned.items()):
         if match := pattern.fullmatch(own):
@@ -199,11 +199,6 @@ def is_commanded(name: str) -> bool:
 def is_of_measurement(name: str) -> bool:
     """Whether a heading says that it was measured, or by which instrument."""
     return bool(_MEASURED_BY.search(normalised(parse_heading(name).name)))
-
-
-def is_marked(name: str) -> bool:
-    """Whether a heading says that it holds what was, not what should be: by a controller or an instrument."""
-    return bool(_AROUND.search(normalised(parse_heading(name).name)))
 
 
 _QUANTITIES = (

@@ -55,7 +55,6 @@ class Preview:
         dataset: What it is read as; None where something stands against it.
     """
 
-    path: str
     columns: tuple[TableColumn, ...] = ()
     rows: int = 0
     joints: int = 0
@@ -140,7 +139,6 @@ def preview(
     known = dataset if dataset is not None else fields
     held = fields if fields is not None else table
     return Preview(
-        path=str(path),
         columns=understood,
         rows=0 if held is None else held.rows,
         joints=sum(re.fullmatch(r"q\d+", column.key or "") is not None for column in understood),

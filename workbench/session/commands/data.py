@@ -137,7 +137,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             base=robot.base.pose,
         )
         problems = tuple(text.replace(f"{path.parent}/", "") for text in found.problems)
-        return replace(found, path=path.name, problems=problems)
+        return replace(found, problems=problems)
 
     def finish(self, session: Session, result: Loaded | MeasurementFile) -> Session:
         if isinstance(result, MeasurementFile):
