@@ -61,11 +61,8 @@ class Motors(AbstractTableLayout):
         for k, heading in enumerate(table.headings):
             if (motor := motor_of(heading)) is not None and motor[0] == GRIPPER:
                 names[k] = IGNORED
-        motors = ", ".join(name for _, name, _ in joints)
-        units_note = (
-            COUNTED if any(is_counts for *_, is_counts in joints) else "motors in degrees (use_degrees)"
-        )
-        notes = (*table.notes, f"{NAMED}{motors}", units_note)
+        units_note = COUNTED if any(joint[2] for joint in joints) else "motors in degrees (use_degrees)"
+        notes = (*table.notes, NAMED + ", ".join(name for _, name, _ in joints), units_note)
         return fields_of(replace(table, names=tuple(names), columns=tuple(columns), notes=notes))
 
 

@@ -95,11 +95,8 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
             "check that both are of the same run, and that time[s] is of one clock"
         )
     found = _averaged(measured, parts, "the tool")
-    along = {
-        key: np.array([_middle(values[rows]) for rows in of_joints])
-        for key, values in joints.values.items()
-        if key not in measured.values
-    }
+    rest = _without(joints, measured.values.keys()).values
+    along = {key: np.array([_middle(own[rows]) for rows in of_joints]) for key, own in rest.items()}
     used = sum(len(part) for part in parts)
     note = (
         *notes,
