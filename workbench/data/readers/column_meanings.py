@@ -193,7 +193,7 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         missing = UnitError(str(table.error(message, column.index)), unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)
-        return replace(column, conversion=conversion(first, *quantities), missing_unit=missing)
+        return replace(column, unit=first, conversion=conversion(first, *quantities), missing_unit=missing)
     try:
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:

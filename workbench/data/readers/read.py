@@ -6,7 +6,7 @@ A preview shows the same steps, for the user to confirm or correct.
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -139,7 +139,7 @@ def preview(
     known = dataset if dataset is not None else fields
     held = fields if fields is not None else table
     return Preview(
-        columns=understood,
+        columns=tuple(c if c.missing_unit is None else replace(c, unit=None) for c in understood),
         rows=0 if held is None else held.rows,
         joints=sum(re.fullmatch(r"q\d+", column.key or "") is not None for column in understood),
         layout=name or "plain",
