@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench import Dataset, Robot, load_robot, read_measurements
-from workbench.data.directions import with_directions
+from workbench.data.measuring_order import with_directions
 
 SETS = {
     "ur10": ("ur10_ipa", "ur10"),

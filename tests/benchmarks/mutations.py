@@ -43,7 +43,7 @@ MUTATIONS = tuple(Mutation(*parts) for parts in (
     ("arm/effects/thermal_growth.py", "name) - self.ref", "name) + self.ref", "arm/effects thermal"),
     ("arm/effects/valid_range.py", "(FADING_KNOTS * self", "(0.1 * self", "arm/effects fades"),
     ("arm/urdf_writer.py", "(name, first) if", "(first, name) if", "arm/urdf through_urdf"),
-    ("data/directions.py", "prepend=data.q[rows[:1]])", "prepend=0.0)", "data/directions begins_anew"),
+    ("data/measuring_order.py", "prepend=data.q[rows[:1]])", "prepend=0.0)", "data/order begins_anew"),
     ("data/accuracy_requirement.py", "2.0 * float(np.arc", "1.0 * float(np.arc",
      "data/requirement papers_angle"),
     ("data/readers/orientation.py", "0.02, _LONG", "2.0, _LONG", "data/bad_files what_is_wrong"),

@@ -114,8 +114,9 @@ def test_dates_become_seconds(read, read_here):
     rows = [["q1[rad]", "x[m]", "y[m]", "z[m]", "time"]]
     rows += [[0.1 * i, i, i, i, day + datetime.timedelta(seconds=20 * i)] for i in range(3)]
     assert read(workbook({"A": rows}), "t.xlsx").time.tolist() == [0.0, 20.0, 40.0]
-    text = "q1[rad],x[m],y[m],z[m],time\n" + "".join(f"{i},1,2,3,2020-07-14T16:39:0{i}\n" for i in range(3))
-    assert read(text).time.tolist() == [0.0, 1.0, 2.0]
+    for date in ("2020-07-14T16:39:0{}", "14.07.2020 16:39:0{}", "07/01/2020 04:39:0{} PM", "16:39:0{}.0"):
+        rows = (f"{i},1,2,3,{date.format(i)}\n" for i in range(3))
+        assert read("q1[rad],x[m],y[m],z[m],time[s]\n" + "".join(rows)).time.tolist() == [0.0, 1.0, 2.0]
 
 
 def test_parquet(read, tmp_path):
@@ -236,6 +237,10 @@ def test_trajectories(tmp_path):
     assert read_trajectory(path).position is None
     poses = read_trajectory(path2)
     assert (poses.q, poses.rotation.shape) == (None, (1, 3, 3))
+    path2.write_text("x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]\n1,2,3,180,0,40\n")
+    with refuses(DataError, "rotation vectors", "roll", "columns="):
+        read_trajectory(path2)
+    assert read_trajectory(path2, columns="rx[deg]=rx,ry[deg]=ry,rz[deg]=rz").rotation is not None
     path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0,1,11\n")
     with refuses(DataError, "line 3", row=1, column="time"):
         read_trajectory(path)

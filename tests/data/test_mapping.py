@@ -7,7 +7,7 @@ from refusals import mentions
 import workbench as wb
 from workbench.base.errors import WorkbenchError
 from workbench.data.readers.mapping import read_mapping, write_mapping
-from workbench.data.readers.preview import preview
+from workbench.data.readers.read import preview
 
 
 def test_a_mapping_is_stored_and_used_again(tmp_path, run):

@@ -1,6 +1,7 @@
 """Rows in the order in which they were measured, and sessions from one of them on."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from hypothesis import given
@@ -10,7 +11,7 @@ from refusals import refuses
 import workbench as wb
 from workbench import read_measurements, split_sessions, write_measurements
 from workbench.base.errors import DataError
-from workbench.data.measuring_order import beside, clock_of
+from workbench.data.measuring_order import beside, clock_of, with_directions
 
 NAMES = st.sampled_from(["", "A", "B", "A from row 3", "before row 3", "from row 3"])
 
@@ -70,3 +71,26 @@ def test_a_part_of_the_same_file_is_not_of_later_and_another_file_is():
     assert not beside(held, kept).is_of_later
     assert beside(replace(held, source="other.csv"), kept).is_of_later
     assert beside(data, kept).is_of_later  # a file of that name with rows of the same numbers
+
+
+def test_a_plain_loop_that_begins_anew_in_every_session_agrees_on_random_runs():
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        q = np.round(rng.standard_normal((40, 3)), 0)
+        time, session = rng.permutation(40).astype(float), rng.choice(["x", "y", "z"], 40)
+        expected = np.zeros((40, 3))
+        for name in "xyz":
+            rows = sorted(np.flatnonzero(session == name), key=lambda r: time[r])
+            for before, after in pairwise(rows):
+                step = np.sign(q[after] - q[before])
+                expected[after] = np.where(step == 0, expected[before], step)
+        found = with_directions(wb.Dataset(q=q, time=time, session=session)).direction
+        assert (found == expected).all()
+
+
+def test_nothing_is_derived_where_the_file_says_it_or_has_no_time():
+    own = wb.Dataset(q=np.eye(7), time=np.arange(7.0), direction=np.ones((7, 7)))
+    assert with_directions(own) is own
+    for time in (None, np.array([0, 1, 2, np.nan, 4, 5, 6])):
+        rows = wb.Dataset(q=np.eye(7), time=time)
+        assert with_directions(rows) is rows

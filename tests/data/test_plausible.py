@@ -1,4 +1,6 @@
 import re
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from workbench import Dataset, load_robot
 from workbench.base.errors import DataError
-from workbench.data.plausibility import check_plausible, refuse_joint_quantities
+from workbench.data.plausibility import checked, refuse_joint_quantities, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
-REACH = 0.9
+ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=())
 
 
 def dataset(rows=20, *, angle=1.0, length=1.0, **more):
@@ -42,7 +44,7 @@ MARKERS = np.repeat(1000.0 * dataset().position[:, None], 2, axis=1)
 def test_what_no_arm_does_names_joint_or_row(data, word, where):
     limits = np.array([*LIMITS[:2], [0.0, 1.0]]) if where == {"joint": 2} else LIMITS
     with refuses(DataError, word, **where):
-        check_plausible(data, limits, REACH)
+        checked(SimpleNamespace(**vars(ARM) | {"limits": limits}), data)
 
 
 @pytest.mark.parametrize(
@@ -75,6 +77,17 @@ def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
     ],
 )
 def test_what_is_odd_is_noted(data, word):
-    notes = check_plausible(data, LIMITS, REACH).notes
+    notes = checked(ARM, data).notes
     assert len(notes) == 1
     assert re.search(word, notes[0])
+
+
+def test_independent_readings_at_equal_joints_are_no_copies():
+    q = np.zeros((3, 3))
+    still = Dataset(q=q, tilt={1: np.array([[0.0, 1e-4], [0.0, 2e-4], [0.0, 1e-4]])})
+    assert repeated_rows(still) == [(0, 2)]
+    assert repeated_rows(replace(still, time=np.arange(3.0))) == []
+    assert repeated_rows(replace(still, session=np.array(list("aab")))) == []
+    seen = checked(ARM, replace(still, q=q + 1.0))
+    assert seen.included.tolist() == [True, True, False]
+    assert seen.reason[2] == "repeats data row 0 to the last digit"

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import check_plausible, repeated_rows
 from workbench.data.postures import pose_units, postures, repeats, repeats_text
 
 
@@ -39,20 +38,10 @@ def test_groups_and_sessions():
     assert pose_units(data).tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
     grouped = replace(data, group=np.array(list("cccbbbaaaaaa")))
     assert pose_units(grouped).tolist() == [1] * 6 + [0] * 6  # one posture ties c and b; named by a, b
+    assert pose_units(replace(data, group=np.full(12, "Pose"))).max() == 5
     assert len(set(pose_units(replace(data, session=np.array(list("ab") * 6))))) == 12
     named = replace(data, point=np.array(list("ab") * 6))
     assert [len(set(repeats(rows))) for rows in (data, named)] == [6, 12]
     assert repeats_text(data) == "6 poses, 2 readings each"
     assert repeats_text(data.take([0, 1, 2, 4])) == "3 poses, 1 to 2 readings each"
     assert not repeats_text(data.take([0, 2]))
-
-
-def test_independent_readings_at_equal_joints_are_no_copies():
-    q = np.zeros((3, 2))
-    still = Dataset(q=q, tilt={1: np.array([[0.0, 1e-4], [0.0, 2e-4], [0.0, 1e-4]])})
-    assert repeated_rows(still) == [(0, 2)]
-    assert repeated_rows(replace(still, time=np.arange(3.0))) == []
-    assert repeated_rows(replace(still, session=np.array(list("aab")))) == []
-    checked = check_plausible(replace(still, q=q + np.array([0.0, 1.0])), np.tile([-2.0, 2.0], (2, 1)), 1.0)
-    assert checked.included.tolist() == [True, True, False]
-    assert checked.reason[2] == "repeats data row 0 to the last digit"

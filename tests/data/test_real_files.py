@@ -42,17 +42,10 @@ def test_german_utf16(shared_data, ur10):
     assert all(word in message for word in ("utf-16", "decimal commas", "'Achse 1 [°]'", "q1 … q6", "'Nr'"))
 
 
-@pytest.mark.parametrize(
-    "columns",
-    [
-        "q1[deg],…,q6[deg],x[mm],y[mm],z[mm],qw,qx,qy,qz",
-        "q[deg],xyz[mm],quat",
-        "q1[deg]..q6[deg],xyz[mm],quat",
-    ],
-)
-def test_quaternions_without_header(shared_data, ur10, columns):
+@pytest.mark.parametrize("joints", ["q1[deg],…,q6[deg]", "q[deg]", "q1[deg]..q6[deg]"])
+def test_quaternions_without_header(shared_data, ur10, joints):
     file = shared_data / "importer_variants" / "ur10_no_header_quaternion.txt"
-    data = read_measurements(file, columns=columns, joints=6)
+    data = read_measurements(file, columns=f"{joints},xyz[mm],quat", joints=6)
     np.testing.assert_allclose(data.q, ur10.q[:200], atol=1e-8)
     np.testing.assert_allclose(data.position, ur10.position[:200], atol=6e-8)
     assert angles_between(data.rotation, ur10.rotation[:200]).max() < 1e-6

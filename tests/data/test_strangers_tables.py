@@ -95,14 +95,13 @@ def test_a_list_of_a_measuring_machine_joins_by_its_names(tmp_path):
     assert data.position[2] == pytest.approx([0.0025, 0.002, 0.003])
 
 
-HEAD = "q1[deg],x[mm],y[mm],z[mm]"
+HEAD, R = "q1[deg],x[mm],y[mm],z[mm]", ",0,1,0,-1,0,0,0,0,1\n"
 
 
 @pytest.mark.parametrize(
     ("text", "excluded"),
     [
         (f"{HEAD}\n1,1,2,3\n2,---,*,fehlt\n3,4,5,6\n", [1]),
-        (f"{HEAD}\n1,1,2,3\n2,9,9,9\n{HEAD}\n3,4,5,6\n", []),
         ("J1 / deg\tx, mm\ty, mm\tz, mm\n1\t1\t2\t3\n2\t9\t9\t9\n3\t4\t5\t6", []),
         (f"Page 1\n{HEAD}\n1,1,2,3\n2,9,9,9\nPage 2\n{HEAD}\n3,4,5,6\n", []),
         (",Robot (goal),Leica,,\nJ1[deg],X[mm],X[mm],Y[mm],Z[mm]\n1,0,1,2,3\n2,0,9,9,9\n3,0,4,5,6", []),
@@ -114,7 +113,9 @@ HEAD = "q1[deg],x[mm],y[mm],z[mm]"
         ),
         ("q1[deg],x[mm],y[mm],z[mm],fx,fy,fz,tx,payload\n1,1,2,3,,,,7,1\n2,9,9,9,,,,7,1\n3,4,5,6,,,,7,1", []),
         ("q1[deg],x[mm],y[mm],z[mm],LT_X[mm],Y FARO[mm]\n1,7,7,3,1,2\n2,0,0,9,9,9\n3,0,0,6,4,5", []),
-        ("q1[deg];x[um];y[um];z[um]\n1;1;2;3\n2;#NV;lost;#NV\n3;4000.0;5000.0;6000.0\n", [1]),
+        ("q1[deg];x[um];y[um];z[um]\n1;1;2;3\n2;#NV;lost;#NV\n3;4'000.0;5,000.0;6 000.0\n", [1]),
+        ("| q1[deg] | x[mm] | y[mm] | z[mm] |\n|:--|--|--|--|\n|1|1|2|3|\n|2|0|0|0|\n|3|4|5|6|\n", []),
+        (f"{HEAD},{','.join(f'R{k // 3}{k % 3}' for k in range(9))}\n1,1,2,3{R}2,0,0,0{R}3,4,5,6{R}", []),
         (f"{HEAD},qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n2,9,9,9,,,,\n3,4,5,6,1,0,0,0\n", []),
         (
             "x1[mm],y1[mm],z1[mm],phix1[rad],phiy1[rad],phiz1[rad],q1[deg]\n1,2,3,0,0,0,1\n9,9,9,0,0,0,2\n4,5,6,0,0,0,3",
@@ -132,24 +133,28 @@ def test_gaps_in_words_headings_that_stand_again_or_in_two_rows_and_their_words(
     assert "Target" not in text or data.point.tolist() == ["A", "A", "B"]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "def main():\n  movej(posj(10.0, -20.0), v=30)\n",
-        "/PROG  A\n/MN\n   1:J P[1] 100% FINE ;\n",
-        ".PROGRAM a()\n  JMOVE #p1\n",
-    ],
+PROGRAMS = (
+    "def main():\n  movej(posj(1.0, 2.0))\n",
+    "/PROG  A\n   1:J P[1] FINE ;\n",
+    ".PROGRAM a()\n  JMOVE #p1\n",
 )
+
+
+@pytest.mark.parametrize("text", PROGRAMS)
 def test_a_program_is_called_one(tmp_path, text):
     (tmp_path / "weld.drl").write_text(text)
     with refuses(FileError, "RAPID", "KRL", "JBI", "URScript"):
         read_measurements(tmp_path / "weld.drl")
 
 
-def test_external_axes_come_before_the_arm(tmp_path):
-    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],distance[mm]\n90,5,1\n90,6,3\n")
+def test_external_axes_come_before_the_arm_and_each_of_several_distances_is_a_row(tmp_path):
+    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n90,7,,\n")
     data = read_measurements(tmp_path / "t.csv", joints=2)
-    assert data.q == pytest.approx(np.array([[0.005, H], [0.006, H]]))
+    assert data.q == pytest.approx(np.array([[0.005, H], [0.005, H], [0.006, H], [0.007, H]]))
+    assert data.distance[data.included] == pytest.approx([0.001, 0.002, 0.003])
+    assert data.anchor.tolist() == ["distance1", "distance2", "distance1", "distance1"]
+    (tmp_path / "t.csv").write_text(f"{HEAD},dist1,dist2[mm]\n90,1,2,3,4,5\n")
+    assert read_measurements(tmp_path / "t.csv").distance is None
 
 
 @pytest.mark.parametrize("text", ["q[deg],-,xyz[mm]", "xyz[mm],q[deg],-"])

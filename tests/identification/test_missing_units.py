@@ -12,7 +12,7 @@ from tests.generator import VirtualArm, shift
 from tests.round_trip import placed
 from workbench import evaluate, identify, load_robot, read_measurements
 from workbench.base.errors import UnitError
-from workbench.data.readers.preview import preview
+from workbench.data.readers.read import preview
 
 H = np.pi / 2
 UR5E = [(0, 0.1625, 0, H), (0, 0, -0.425, 0), (0, 0, -0.3922, 0), (0, 0.1333, 0, H), (0, 0.0997, 0, -H),

@@ -11,7 +11,7 @@ from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
-from workbench.data.readers.preview import preview
+from workbench.data.readers.read import preview
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow

@@ -45,17 +45,16 @@ EXAMPLES = {
 # Spellings that the registry does not know, or knows as something else ('Nm' as number-metre, 'Grad' as
 # gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
 ALIASES = {
-    "Grad": "degree",
-    "Deg": "degree",
-    "DEG": "degree",
-    "Rad": "radian",
-    "RAD": "radian",
+    **dict.fromkeys(("Grad", "Deg", "DEG"), "degree"),
+    **dict.fromkeys(("Rad", "RAD"), "radian"),
+    "rev": "turn",
     "MM": "mm",
     "px": "pixel",
     "gon": "grade",
     "sec": "second",
     "Zoll": "inch",
-    "℃": "degC",
+    **dict.fromkeys(("℃", "C", "Celsius"), "degC"),
+    "F": "degF",
     "-": "",
     "–": "",
     "1": "",

@@ -72,7 +72,7 @@ def preview(
 ) -> None:
     """Show how a file is read: every column with its meaning and unit, decisions, problems."""
     from workbench.data.readers.mapping import read_mapping, write_mapping
-    from workbench.data.readers.preview import preview
+    from workbench.data.readers.read import preview
     from workbench.report.blocks import ResultTable, lines
 
     opt.check_writable(save_mapping)

@@ -20,9 +20,8 @@ from workbench.base.columns import Per
 from workbench.base.errors import DataError, OptionError, ShapeError, UnitError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
-from workbench.data.observation import known_columns
+from workbench.data.observation import AbstractReadings, known_columns
 from workbench.data.orientations import WrittenOrientation
-from workbench.data.readings import AbstractReadings
 
 if TYPE_CHECKING:
     from pandas import DataFrame

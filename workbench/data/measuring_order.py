@@ -1,6 +1,7 @@
 """What orders rows as they were measured: times where every row has one, else their places in the file.
 
-And sessions in that order, for rows after something happened.
+And in that order, sessions for rows after something happened, and the direction of every joint's last motion,
+the driver of backlash.
 """
 
 import re
@@ -11,6 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import revised
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 
@@ -18,6 +22,8 @@ SPLIT = re.compile(r"^before row \d+$| ?from row \d+′*$")
 """What `split_sessions` says in the name of a session."""
 SAME_RUN_SHARE = 0.5
 """Part of the minimum time between rows of a file that rows of two files of one run are apart."""
+MIN_JOINT_MOTION = 1e-6
+"""Changes of a joint [rad or m] below this are no motion; the last direction holds on."""
 
 
 def clock_of(data: Dataset) -> tuple[Float[np.ndarray, " rows"], bool]:
@@ -79,3 +85,37 @@ def split_sessions(data: Dataset, row: int) -> Dataset:
         names[is_after & (whole == name)] = new
     note = f"the rows from row {row} on, in the order of measurement, are separate sessions"
     return replace(data, session=names.astype(str), notes=(*data.notes, note))
+
+
+def with_directions(data: Dataset) -> Dataset:
+    """The rows with directions, where the file has none but says in which order it was measured.
+
+    The arm is taken to have come straight from the row before, which holds for one continuous run; the
+    first row of a session has no direction.
+    """
+    if data.direction is not None or data.time is None or not np.isfinite(data.time).all() or len(data) < 2:
+        return data
+    direction = np.zeros_like(data.q)
+    for session in data.sessions:
+        rows = np.flatnonzero(data.in_session(session))
+        rows = rows[np.argsort(data.time[rows], kind="stable")]
+        moved = np.diff(data.q[rows], axis=0, prepend=data.q[rows[:1]])
+        has_moved = np.abs(moved) > MIN_JOINT_MOTION
+        last = np.maximum.accumulate(np.where(has_moved, np.arange(len(rows))[:, None], 0), axis=0)
+        direction[rows] = np.take_along_axis(np.where(has_moved, np.sign(moved), 0.0), last, axis=0)
+    note = "direction of motion: from the time order of the rows, assuming direct motion between them"
+    return replace(data, direction=direction, notes=(*data.notes, note))
+
+
+def with_drivers(robot: Robot, data: Dataset) -> Dataset:
+    """The rows with directions of motion, from their order in time, where an effect of the robot needs them.
+
+    Rows that have them, or no times, are as they were; an effect that still misses them says so.
+
+    Raises:
+        DataError: the arm is too soft to hold its load in a row.
+    """
+    if any("direction" in effect.needs for effect in robot.effects):
+        data = with_directions(data)
+    shift_of(robot, Motion.of(data.take(data.included)))
+    return data

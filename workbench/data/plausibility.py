@@ -20,18 +20,6 @@ from workbench.base.units import Quantity, conversion
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 
-
-def checked(robot: Robot, dataset: Dataset) -> Dataset:
-    """The same measurements, with a note on everything odd about them for this arm."""
-    if dataset.readings is not None and dataset.readings.has_tool_poses and robot is not posed_arm():
-        raise DataError(
-            f"{dataset.source}: the rows have tool poses instead of joints, so robot '{robot.name}' "
-            "can't be checked; give the joints, or identify only camera and target"
-        )
-    refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
-    return check_plausible(dataset, robot.limits, robot.reach)
-
-
 REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
 SLACK = 0.05
@@ -42,22 +30,24 @@ NO_DIFFERENCE = 1e-6
 """Angles [rad] and lengths [m] below this are no difference."""
 
 
-def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: float) -> Dataset:
-    """The same measurements, with a note on everything odd about them; rows that are kept out don't count.
-
-    Args:
-        limits: Lower and upper limit of each joint [rad or m]; infinite where there is none.
-        reach: Farthest distance of the tool from the base [m].
-    """
-    if len(limits) != dataset.joints:
-        numbers = f"the data have {dataset.joints} joints, the robot {len(limits)}: choose the robot measured"
-        raise ShapeError(f"{dataset.source}: {numbers}", expected=len(limits), found=dataset.joints)
+def checked(robot: Robot, dataset: Dataset) -> Dataset:
+    """The same measurements, with a note on everything odd about them for this arm; rows that are kept out
+    don't count."""
+    if dataset.readings is not None and dataset.readings.has_tool_poses and robot is not posed_arm():
+        raise DataError(
+            f"{dataset.source}: the rows have tool poses instead of joints, so robot '{robot.name}' "
+            "can't be checked; give the joints, or identify only camera and target"
+        )
+    refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
+    if (own := len(robot.limits)) != dataset.joints:
+        numbers = f"the data have {dataset.joints} joints, the robot {own}: choose the robot measured"
+        raise ShapeError(f"{dataset.source}: {numbers}", expected=own, found=dataset.joints)
     if not dataset.included.any():
         return dataset
-    refuse_joint_units(dataset.q[dataset.included], limits, dataset.source)
-    close = _check_points(dataset, reach)
+    refuse_joint_units(dataset.q[dataset.included], robot.limits, dataset.source)
+    close = _check_points(dataset, robot.reach)
     dataset = _without_copies(dataset)
-    notes = [*_joint_notes(dataset, limits), *close]
+    notes = [*_joint_notes(dataset, robot.limits), *close]
     if (rotation := dataset.rotation) is not None:
         seen = rotation[dataset.included & ~np.isnan(rotation).any((1, 2))]
         turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[:1].swapaxes(1, 2)), axis=-1)

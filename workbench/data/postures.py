@@ -64,7 +64,7 @@ def pose_units(data: Dataset) -> Int[np.ndarray, " rows"]:
     Groups only make units larger. Units are numbered by their first rows, or by the names of their groups.
     """
     unit = _together(postures(data.q), data.session)
-    if data.group is None:
+    if data.group is None or (data.group == data.group[:1]).all():  # a name of all rows says nothing
         return _numbered(unit, np.arange(len(data)))
     group = np.unique(data.group, return_inverse=True)[1]
     size = len(data) + int(group.max(initial=0)) + 1

@@ -19,7 +19,7 @@ from workbench.base.threads import one_thread
 from workbench.base.wording import first_of
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
-from workbench.data.directions import with_directions
+from workbench.data.measuring_order import with_directions
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes

@@ -5,7 +5,7 @@ from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.arguments import DatasetLike, RobotLike
-from workbench.data.directions import with_drivers
+from workbench.data.measuring_order import with_drivers
 from workbench.data.plausibility import checked
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames, warnings_of

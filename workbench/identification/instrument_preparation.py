@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.data.readings import AbstractReadings
+from workbench.data.observation import AbstractReadings
 from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem

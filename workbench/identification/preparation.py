@@ -14,8 +14,7 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import progress
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
-from workbench.data.directions import with_drivers
-from workbench.data.measuring_order import beside
+from workbench.data.measuring_order import beside, with_drivers
 from workbench.data.plausibility import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome

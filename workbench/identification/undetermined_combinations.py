@@ -108,19 +108,13 @@ class Factor:
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, " p"]:
         """Step that minimises the linearised cost: Gauss–Newton, or Levenberg–Marquardt if damped."""
-        if damping == 0.0:
-            return self._undamped
         if self.inverse is None:
             s = self.s[self.seen]
             return self.units * (self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
+        if damping == 0.0:
+            return self.units * (self.inverse @ self.compressed)
         damped = self.r.T @ self.r + damping * np.eye(len(self.r))
         return self.units * np.linalg.solve(damped, self.r.T @ self.compressed)
-
-    @cached_property
-    def _undamped(self) -> Float[np.ndarray, " p"]:
-        if self.inverse is not None:
-            return self.units * (self.inverse @ self.compressed)
-        return self.units * (self.vt[self.seen].T @ (self.along[self.seen] / self.s[self.seen]))
 
     def predicted_decrease(self, step: Float[np.ndarray, " p"] | None = None) -> float:
         """Decrease of |r|² predicted by the linear model for a step; for the undamped one if None."""

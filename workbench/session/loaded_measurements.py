@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from workbench.arm.robot import Robot
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
-from workbench.data.readers.preview import Preview
+from workbench.data.readers.read import Preview
 from workbench.identification.checks.arm_match import ArmMatch
 
 

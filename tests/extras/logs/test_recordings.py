@@ -340,3 +340,7 @@ def test_points_are_joined_by_time(run_of_arm, tmp_path):
     data = wb.read_measurements(points, joint_table=log(tmp_path, run))
     check(data, run)
     assert mentions(" ".join(data.notes), "1 of 9")
+    text = (tmp_path / "joints.csv").read_text().splitlines()
+    places = ["x[m],y[m],z[m]", *(",".join(f"{v:.12g}" for v in p) for p in run.pose[:, :3, 3])]
+    (tmp_path / "one.csv").write_text("\n".join(map(",".join, zip(text, places, strict=True))))
+    check(wb.read_measurements(tmp_path / "one.csv"), run)

@@ -7,7 +7,7 @@ from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml, robot_to_table
 from workbench.base import se3
 from workbench.data.readers.mapping import read_mapping
-from workbench.data.readers.preview import preview
+from workbench.data.readers.read import preview
 
 pytestmark = pytest.mark.browser
 

@@ -19,7 +19,7 @@ from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.remedy import remedy
 from workbench.base.types import Matrix4
 from workbench.base.units import parse_heading
-from workbench.base.wording import listed, plural
+from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
 from workbench.data.plausibility import repeated_rows
@@ -28,8 +28,10 @@ from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.file_kind import POSE_PAIRS
-from workbench.data.readers.headings import CONTROLLER, column_of
+from workbench.data.readers.headings import CONTROLLER, column_of, is_of_measurement, meaning_of
+from workbench.data.readers.joint_tables import OBSERVED, joined_alone
 from workbench.data.readers.orientation import read_orientation, written_orientation
+from workbench.data.readers.table import NUMBER
 
 _SIGMA, _WRENCH = ([parse_heading(text).name for text in own] for own in (SIGMA, WRENCH))
 _OF_TARGET = re.compile(
@@ -72,10 +74,11 @@ def assemble(
         raise FileError("is a table of pixels: give --camera and --target as well", path=fields.source)
     if fields.told_twice:
         raise DataError(fields.told_twice)
+    fields = fields if beside is not None else joined_alone(fields)
     q = joint_columns(fields, joints)
     excluded = excluded_rows(fields)
-    if beside is None and (wide := with_markers(fields, q, excluded)) is not fields:
-        return assemble(wide, joints=joints, base=base)
+    if beside is None and (other := with_distances(with_markers(fields, q, excluded))) is not fields:
+        return assemble(other, joints=joints, base=base)
     if len(wrong := np.argwhere(np.isnan(q) & ~excluded[:, None])):
         row, joint = wrong[0].tolist()
         text = "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true"
@@ -169,6 +172,26 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     return replace(taken, values=values, notes=notes)
 
 
+def with_distances(fields: Fields) -> Fields:
+    """One row a distance where a file lists several in a row, `distance1` … of as many anchors, alone."""
+    names = [f"distance{k}" for k in fields.numbers(r"distance(\d+)")]
+    rest = {key: own for key, own in fields.values.items() if key not in names}
+    others = {"contact", *(column.name for column in known_columns().values() if column.observed)}
+    if not names:
+        return fields
+    if any(key in others or OBSERVED.fullmatch(key) for key in rest):
+        notes = (*fields.notes, f"{span(names)} are left out beside other observations")
+        return replace(fields, values=rest, notes=notes)
+    lengths = np.stack([fields.values[name] for name in names], axis=1)
+    measured = ~np.isnan(lengths)
+    measured[:, 0] |= ~measured.any(1)  # a row without any is named as one with a gap
+    rows, anchor = np.nonzero(measured)
+    taken = replace(fields, values=rest).take(rows)
+    values = {**taken.values, "distance": lengths[rows, anchor], "anchor": np.array(names)[anchor]}
+    notes = (*taken.notes, f"{span(names)} are a row each, from anchors that are called so")
+    return replace(taken, values=values, notes=notes)
+
+
 def _first(notes: list[str], others: str) -> list[str]:
     """The first few notes on rows, and how many more there are."""
     more = len(notes) - _NAMED
@@ -214,14 +237,19 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
 
 def unread_text(fields: Fields, key: str) -> str:
     """Columns that are left out, and how to say what they are; empty without any."""
-    if not fields.unread:
+    numbers = (n for n, own in fields.unread.items() if any(map(NUMBER.fullmatch, own)))
+    unread = [name for name in numbers if meaning_of(name) != "time"]
+    if not unread:
         return ""
-    computed = [n for n in fields.unread if key == "x[mm]" and CONTROLLER.search(n)]
-    first, *_ = computed or fields.unread
-    said = remedy(f" with columns='{key}={first}' (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
+    are_places = key == "x[mm]"
+    computed = [n for n in unread if are_places and CONTROLLER.search(n) and not is_of_measurement(n)]
+    first, *_ = computed or unread
+    is_counted = are_places and parse_heading(first).name[-1:].isdigit()
+    says = f"{key}={first}'" + f" or 'distance1[mm]={first}'" * is_counted
+    said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
     if computed:
         return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"
-    return f"; or say what the columns left out are ({listed([*fields.unread])}){said}"
+    return f"; or say what the columns left out are ({listed(unread)}){said}"
 
 
 def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:

@@ -2,16 +2,26 @@
 
 import math
 import re
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import datetime
+from itertools import product
+
+import numpy as np
+from jaxtyping import Float
 
 from workbench.base.columns import Per
 from workbench.base.errors import UnitError, WorkbenchError
+from workbench.base.hand_eye import nearest_rotation
 from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
 from workbench.data.observation import known_columns
-from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.columns_option import IGNORED, NamedUnit
 from workbench.data.readers.headings import (
+    AROUND,
     COMMAND,
     CONTROLLER,
     JOINT,
@@ -20,6 +30,7 @@ from workbench.data.readers.headings import (
     known_together,
     meaning,
     normalised,
+    number_in,
     quantities_of,
     split_ending,
     suits,
@@ -33,7 +44,33 @@ TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are likeliest where numbers are larger than the others would have them."""
 COMPUTED = "these poses are the controller's own, not measured: 'workbench extract' finds its model"
 _DIGIT = re.compile(r"\d")
-_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
+_FRACTION = re.compile(r"(:\d\d)(?:[.,](\d{1,5})\d*)?( ?[AP]M)?$", re.IGNORECASE)
+_DAYS = ("%d.%m.%Y ", "%m/%d/%Y ", "%d/%m/%Y ", "%Y/%m/%d ", "")
+_TIMES = ("%H:%M:%S.%f", "%H:%M.%f", "%I:%M:%S.%f %p")
+_DATES = ("", *("".join(form) for form in product(_DAYS, _TIMES)))
+"""Forms of dates: ISO, and those of controllers and spreadsheets; none is a plain number."""
+MIN_ROWS, ALIKE = 6, 0.02
+"""Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
+_DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
+
+
+def dates_in(cells: Sequence[str]) -> tuple[Float[np.ndarray, " rows"], datetime] | None:
+    """Seconds from the first of some dates of one form, and that date; None if they aren't dates of one form.
+
+    Where day and month are in doubt, the order counts by which less time went by.
+    """
+    found = list[tuple[np.ndarray, datetime]]()
+    for form in _DATES if cells else ():
+        with suppress(ValueError, TypeError):  # no date, or with a time zone where the first has none
+            dates = [_date(cell, form) for cell in cells]
+            found.append((np.array([(date - dates[0]).total_seconds() for date in dates]), dates[0]))
+    return min(found, key=lambda times: np.ptp(times[0]), default=None)
+
+
+def _date(cell: str, form: str) -> datetime:
+    if not form and not cell.isdigit():
+        return datetime.fromisoformat(cell)
+    return datetime.strptime(_FRACTION.sub(r"\1.\g<2>0\3", cell), form)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +86,8 @@ class TableColumn:
         remark: A decision to be said; empty if there is none.
         problem: Why it can't be read.
         missing_unit: The same of one that the rows may tell; until then the likeliest is converted.
+        si: Our unit; None where the file's is missing or there is none.
+        first: Its first cell.
     """
 
     index: int
@@ -59,6 +98,8 @@ class TableColumn:
     remark: str = ""
     problem: WorkbenchError | None = None
     missing_unit: UnitError | None = None
+    si: str | None = None
+    first: str = ""
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
@@ -92,10 +133,16 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
-                columns[worse.index] = TableColumn(index=worse.index, heading=worse.heading)
+                columns[worse.index] = TableColumn(
+                    index=worse.index, heading=worse.heading, first=worse.first
+                )
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
-            text = f"{both} both mean {column.key}: remove or rename one"
+            shown, keys = zip(*((parse_heading(c.heading).name, c.key) for c in columns), strict=True)
+            again = ",".join(f"{shown[k]}=-" for k, key in enumerate(keys) if key and key in keys[:k])
+            how = remedy(f"leave one set out, columns='{again}' (--columns)", page=CHOOSE_ON_PAGE)
+            how = f", or {how}" if table.has_option and shown.count(shown[i]) == 1 else ""
+            text = f"{both} both mean {column.key}: remove or rename one{how}"
             columns[i] = replace(column, problem=table.error(text, i))
     return tuple(columns)
 
@@ -103,7 +150,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
-    column = TableColumn(index=index, heading=text)
+    column = TableColumn(index=index, heading=text, first="".join(table.columns[index][:1]))
     if IGNORED in (name, key):
         return column
     if key is None or not (unit is None or suits(unit, key)):
@@ -125,18 +172,18 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     """The column with its conversion to SI, or with the problem that it has none."""
     if column.key is None or not (quantities := quantities_of(column.key)):
         return column
+    if column.key == "time" and dates_in(table.columns[column.index][:1]):
+        remark = f"'{column.heading}' holds dates, read as seconds from the first row"
+        return replace(column, unit=None, remark=remark)
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
-        if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
-            remark = f"'{column.heading}' holds dates, read as seconds from the first row"
-            return replace(column, remark=remark)
-        if re.fullmatch(r"time|payload|torque\d+", column.key):  # which no row needs
+        if re.fullmatch(r"time|payload|temperature|(torque|distance)\d+", column.key):  # which no row needs
             remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
         alike = [c.index for c in columns if c.key and quantities_of(c.key) == quantities]
         cells = (cell for k in alike for cell in table.columns[k] if NUMBER.fullmatch(cell))
-        largest = max((abs(float(c.replace(",", ".").replace("\u2212", "-"))) for c in cells), default=0.0)
+        largest = max((abs(number_in(cell)) for cell in cells), default=0.0)
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
@@ -153,7 +200,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
-    return replace(column, conversion=found, remark="; ".join(remarks))
+    si = column.unit and str(found.quantity)
+    return replace(column, conversion=found, si=si, remark="; ".join(remarks))
 
 
 def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:
@@ -188,3 +236,62 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     ]
     left_out = [c.heading or "(no heading)" for c in columns if c.key is None and not c.remark]
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
+
+
+def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str]) -> str:
+    """What to say where columns left out may be the measured places as well as those taken; empty if not.
+
+    Where headings tell neither, both sets follow one motion: one is the other moved, turned and scaled.
+
+    Args:
+        places: Columns of x, y and z.
+        unread: Headings of the columns left out, by their number.
+    """
+    taken = [table.headings[k] for k in places.values()]
+    said = all(table.names[k] != table.headings[k] for k in places.values())
+    if len(places) < 3 or said or any(map(is_of_measurement, taken)):
+        return ""
+    own, unit = _numbers(table, [places[axis] for axis in "xyz"]), parse_heading(taken[0]).unit
+    marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
+    may_be_nominal = not any(marked) and not any(map(is_commanded, unread.values()))
+    for other in _triples(table, unread):
+        theirs, names = _numbers(table, other), [table.headings[k] for k in other]
+        rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
+        bare = [parse_heading(name).name for name in names]
+        new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip("xyz", bare, strict=True))
+        how, are = f"columns='{','.join(f'{b}=-' for b in bare)}'", "and deviations"
+        if may_be_nominal and (theirs[rows] < 0.0).any() and _DEVIATION.fullmatch(normalised(bare[0])):
+            how = f"in a file without the deviations, or {how} if {', '.join(taken)} were"
+        elif rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows]):
+            how, are = f"columns='{new}' or {how}", "of one motion"
+        else:
+            continue
+        how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
+        both = f"{', '.join(taken)} and {', '.join(names)} are places {are}"
+        return f"{table.source}: {both}: say which were measured, {how}"
+    return ""
+
+
+def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:
+    """Columns whose headings differ in x, y, z alone, none of a controller."""
+    stems = defaultdict[tuple[str, str], dict[str, int]](dict)
+    for index, heading in unread.items():
+        name = normalised(parse_heading(heading).name)
+        if not (
+            is_commanded(heading)
+            or CONTROLLER.search(name)
+            or parse_heading(table.names[index]).name == IGNORED
+        ):
+            for found in re.finditer("[xyz]", name):
+                stems[name[: found.start()], name[found.end() :]].setdefault(found[0], index)
+    return [[own[axis] for axis in "xyz"] for own in stems.values() if len(own) == 3]
+
+
+def _numbers(table: Table, columns: list[int]) -> np.ndarray:
+    return np.array([[number_in(cell) for cell in table.columns[k]] for k in columns]).T
+
+
+def _follow_each_other(one: np.ndarray, other: np.ndarray) -> bool:
+    one, other = ((p - p.mean(0)) / max(float(np.linalg.norm(p - p.mean(0))), 1e-300) for p in (one, other))
+    turn = nearest_rotation(one.T @ other)
+    return bool(np.linalg.norm(one @ turn - other) < ALIKE)

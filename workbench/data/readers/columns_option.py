@@ -32,14 +32,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "matrix": MATRIX,
     "pose": ("x", "y", "z", *MATRIX),
 }
-SAME_GROUPS = {
-    "p": "xyz",
-    "position": "xyz",
-    "quaternion": "quat",
-    "wxyz": "quat",
-    "xyzw": "quat_xyzw",
-    "rotation": "matrix",
-}
+_SAME = ("p xyz", "position xyz", "quaternion quat", "wxyz quat", "xyzw quat_xyzw", "rotation matrix")
+GROUPS |= {name: GROUPS[own] for name, own in map(str.split, _SAME)}
 Joints = int | Sequence[str] | None
 """Number of joints of a robot, or their names in order; None: not known."""
 IGNORED = "-"
@@ -143,7 +137,7 @@ def group_keys(name: str) -> tuple[str, ...] | None:
     """The columns that a group name stands for; None for any other name."""
     if marker := re.fullmatch(r"(?:m|marker)_?(\d+)", name.lower()):
         return tuple(f"m{marker[1]}{axis}" for axis in "xyz")
-    return GROUPS.get(SAME_GROUPS.get(name.lower(), name.lower()))
+    return GROUPS.get(name.lower())
 
 
 def headings_in_order(naming: Naming, width: int) -> tuple[str, ...]:

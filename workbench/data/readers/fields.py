@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
@@ -11,9 +10,16 @@ from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError
 from workbench.base.wording import of_cell
-from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
+from workbench.data.readers.column_meanings import (
+    TableColumn,
+    dates_in,
+    decisions,
+    interpret_columns,
+    problems,
+    told_twice,
+)
+from workbench.data.readers.headings import number_in
 from workbench.data.readers.table import Table
-from workbench.data.readers.two_places import told_twice
 
 MISSING = re.compile(
     r"[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid", re.IGNORECASE
@@ -116,7 +122,11 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         for key, column in used.items()
     }
     if time is not None and time.conversion is None:
-        values["time"], began = _seconds(table, time.index)
+        if (dates := dates_in(cells := table.columns[time.index])) is None:
+            row = next((k for k, cell in enumerate(cells) if dates_in((cells[0], cell)) is None), 0)
+            wrong = f"is not a date like {cells[0]}: give all the same form, a time zone in all or in none"
+            raise table.error(f"'{cells[row][:40]}' {wrong}", time.index, row)
+        values["time"], began = dates
     unread = {c.index: c.heading for c in columns if c.key is None and c.heading}
     return Fields(
         source=table.source,
@@ -132,26 +142,12 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
     )
 
 
-def _seconds(table: Table, index: int) -> tuple[np.ndarray, datetime]:
-    """Dates as seconds from the first row, and its date."""
-    first, seconds = None, []
-    for row, cell in enumerate(table.columns[index]):
-        try:
-            date = datetime.fromisoformat(cell)
-            first = first or date
-            seconds.append((date - first).total_seconds())
-        except (ValueError, TypeError):  # no date, or with a time zone where the first has none
-            zone = "a time zone in all rows or in none"
-            wrong = f"'{cell[:40]}' is not a date like 2020-07-14T16:39:04 ({zone})"
-            raise table.error(wrong, index, row) from None
-    assert first is not None, "there are rows"
-    return np.array(seconds), first
-
-
 def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
     """One column, by its place or heading, as numbers; NaN where a cell is blank or says so."""
     index = column if isinstance(column, int) else table.headings.index(column)
     cells = table.columns[index]
+    if "+" in cells and {*cells} <= {"+", "-", "\u2212", "0", ""}:  # signs, as of directions
+        cells = tuple(f"{cell}1" if cell not in ("0", "") else cell for cell in cells)
     try:
         if "_" in "".join(cells):
             raise ValueError
@@ -166,14 +162,10 @@ def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
 
 
 def _number(table: Table, index: int, row: int, cell: str) -> float:
-    text = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
-    if MISSING.fullmatch(text):
-        return np.nan
-    with suppress(ValueError):
-        if "_" not in text:
-            return float(text)
-    text = f"'{cell[:40]}' is not a number: write it without unit or thousands separators, or leave it blank"
-    raise table.error(text, index, row)
+    if np.isnan(value := number_in(cell)) and not MISSING.fullmatch(cell.strip()):
+        text = "is not a number: write it without unit or thousands separators, or leave it blank"
+        raise table.error(f"'{cell[:40]}' {text}", index, row)
+    return value
 
 
 def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:

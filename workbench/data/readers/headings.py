@@ -15,7 +15,7 @@ from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
 from workbench.data.observation import known_columns
-from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.columns_option import IGNORED, MATRIX
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
@@ -30,8 +30,8 @@ _MEASURED = "pos|position|p|measured|measurement|meas|actual|act|real|ist|mess|m
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
 _COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
 _COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
-_AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
-"""What may stand before and behind a name of what was measured."""
+AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
+"""What may stand before and behind a name of what was, not of what should be: by controller or instrument."""
 _MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
 CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
@@ -53,7 +53,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
         (r"(?:r|(?:rotvec|rotation_vector|rv)_?)([xyz])", "r{0}"),
         (r"r_?([123])_?([123])", "r{0}{1}"),
-        (r"(?:smr|reflector|prism|target)(?:_name)?", "point"),
+        (r"(?:smr|reflector|prism|target)(?:_name)?|collection::group::name", "point"),
         (r"(?:m|marker|smr|reflector|prism|led|ball)_?(\d+)_?([xyz])", "m{0}{1}"),
         (r"(?:sigma|std)_?(x|y|z|rx|ry|rz|roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
@@ -82,10 +82,14 @@ _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("q0", "qx", "qy", "qz"), _QUATERNION),
     *((["base", "shoulder", "elbow", *(f"wrist{mark}{i}" for i in "123")], _SIX) for mark in ("_", "")),
     ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
+    *(([f"{r}{i}{j}" for i in "012" for j in "012"], MATRIX) for r in ("r", "r_", "rot")),
 )
 """Headings that mean something together: angles, poses, joints, quaternions and axes of several makers."""
 SQUARE_ERROR = 0.04
 """By how much squares of a quaternion's numbers may miss the sum of 1, by rounding."""
+_GROUPED = re.compile(
+    r"[-+]?\d{1,3}(([ '’\u202f])\d{3}(\2\d{3})*([.,]\d*)?|([.,])\d{3}(\5\d{3})*(?!\5)[.,]\d+)"
+)
 _UNIT_ENDING = re.compile(r"(.+?)[_ ](mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)")
 
 
@@ -115,9 +119,10 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
             names = (column.name, *column.also)
             if column.per is Per.ROW and plain in names:
                 return column.name
-            if column.per is Per.JOINT and numbered is not None and numbered[1] in names:
+            is_numbered = column.per is Per.JOINT or (column.observed and column.quantity)  # distance1 …
+            if is_numbered and numbered is not None and numbered[1] in names:
                 return column.name + (numbered[2].lstrip("0") or "0")
-    around, instrument = _AROUND.sub("", plain), _OF_INSTRUMENT.search(plain)
+    around, instrument = AROUND.sub("", plain), _OF_INSTRUMENT.search(plain)
     owned = {joint_name(plain): True, around: False if instrument else None, plain: None}
     for (pattern, template), (own, is_joint) in product(_PATTERNS, owned.items()):
         if match := pattern.fullmatch(own):
@@ -154,9 +159,12 @@ def _have_unit_length(columns: Sequence[Sequence[str]]) -> bool:
 
 
 def number_in(cell: str) -> float:
-    """The number in a cell; NaN where there is none."""
+    """The number in a cell, its thousands grouped where that leaves no doubt; NaN where there is none."""
+    text = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
+    if _GROUPED.fullmatch(text):
+        text = re.sub(r"[.,](?=.*[.,])", "", re.sub(r"[^\d.,+-]", "", text)).replace(",", ".")
     with suppress(ValueError):
-        return float(cell.replace("\u2212", "-"))
+        return float("" if "_" in text else text)
     return float("nan")
 
 
@@ -193,14 +201,9 @@ def is_of_measurement(name: str) -> bool:
     return bool(_MEASURED_BY.search(normalised(parse_heading(name).name)))
 
 
-def is_marked(name: str) -> bool:
-    """Whether a heading says that it holds what was, not what should be: by a controller or an instrument."""
-    return bool(_AROUND.search(normalised(parse_heading(name).name)))
-
-
 _QUANTITIES = (
     (r"q\d+", JOINT),
-    (r"(sigma_)?[xyz]|m\d+[xyz]", (Quantity.LENGTH,)),
+    (r"(sigma_)?[xyz]|m\d+[xyz]|distance\d+", (Quantity.LENGTH,)),
     (r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", (Quantity.ANGLE,)),
     (r"moment_.*", (Quantity.TORQUE,)),
     (r"force_.*", (Quantity.FORCE,)),

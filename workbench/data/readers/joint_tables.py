@@ -16,7 +16,7 @@ from workbench.base.wording import listed, plural
 from workbench.data.readers.fields import Fields
 from workbench.parts import parts
 
-_OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|distance|tilt_\w+")
+OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|distance|tilt_\w+")
 """What a table of joints doesn't give: places and orientations there are the controller's own."""
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
@@ -49,10 +49,16 @@ def join(measured: Fields, joints: Fields) -> Fields:
     return by_row(measured, joints) if way is None else way.join(measured, joints)
 
 
+def joined_alone(fields: Fields) -> Fields:
+    """Measurements with joints of one table, in an installed way, as of a log."""
+    way = next((way for way in parts("joins", AbstractJoin) if way.applies(fields, fields)), None)
+    return fields if way is None else way.join(fields, fields)
+
+
 def _names(fields: Fields) -> dict[str, tuple[str, ...]]:
-    """Columns of labels, and those that are left out."""
-    labels = {key: tuple(v.tolist()) for key in LABELS if (v := fields.values.get(key)) is not None}
-    return {**labels, **fields.unread}
+    """Columns of labels, and those that are left out; of a name like `A::Pose::p1` its last part."""
+    labels = {key: v.tolist() for key in LABELS if (v := fields.values.get(key)) is not None}
+    return {k: tuple(n.rpartition("::")[2] for n in own) for k, own in {**labels, **fields.unread}.items()}
 
 
 def _by_label(
@@ -89,7 +95,7 @@ def by_row(measured: Fields, joints: Fields) -> Fields:
 
 def merged(measured: Fields, more: Mapping[str, np.ndarray], joints: Fields, notes: Sequence[str]) -> Fields:
     """Measurements with the columns of the joints' table that they lack."""
-    beside = {k: v for k, v in more.items() if not _OBSERVED.fullmatch(k)}
+    beside = {k: v for k, v in more.items() if not OBSERVED.fullmatch(k)}
     return replace(
         measured,
         values={**beside, **measured.values},

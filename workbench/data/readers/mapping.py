@@ -19,9 +19,10 @@ from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.units import EXAMPLES, Quantity, parse_heading
 from workbench.data.observation import known_columns
+from workbench.data.readers.column_meanings import TableColumn
 from workbench.data.readers.columns_option import GROUPS, IGNORED, NamedUnit, Naming, Pair
 from workbench.data.readers.headings import meaning, quantities_of
-from workbench.data.readers.preview import Preview, PreviewColumn
+from workbench.data.readers.read import Preview
 
 
 class ColumnMapping(NamedTuple):
@@ -85,11 +86,11 @@ def mapping_text(preview: Preview) -> str:
     return tomli_w.dumps({"columns": {c.heading: ours(c) for c in preview.columns if c.heading}})
 
 
-def ours(column: PreviewColumn) -> str:
+def ours(column: TableColumn) -> str:
     return IGNORED if column.key is None else NamedUnit(column.key, column.unit).heading()
 
 
-def lacks_unit(column: PreviewColumn) -> bool:
+def lacks_unit(column: TableColumn) -> bool:
     """Whether a column is a quantity whose unit nobody said."""
     quantities = () if column.key is None else quantities_of(column.key)
     return column.unit is None and any(q is not Quantity.NUMBER for q in quantities)
@@ -123,7 +124,7 @@ def meanings(joints: int) -> tuple[str, ...]:
     keys = [f"q{k + 1}" for k in range(joints)]
     keys += [key for group in ("xyz", "rpy", "rotvec", "quat", "matrix") for key in GROUPS[group]]
     keys += [name for c in known_columns().values() if c.kept for name in c.names(joints)]
-    keys += ["sigma_x", "sigma_y", "sigma_z"]
+    keys += ["sigma_x", "sigma_y", "sigma_z", *(f"distance{k}" for k in range(1, 7))]
     found = [IGNORED]
     for key in keys:
         known = [q for q in quantities_of(key) if q is not Quantity.NUMBER]

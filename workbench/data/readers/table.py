@@ -18,7 +18,10 @@ from workbench.base.wording import listed
 from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
 from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of, normalised
 
-NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
+NUMBER = re.compile(
+    r"[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)",
+    re.IGNORECASE,
+)
 _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
@@ -145,8 +148,8 @@ def _parts(grid: Grid) -> list[_Part]:
     for is_text, run in groupby(grid.rows, lambda cells: not any(map(NUMBER.fullmatch, cells))):
         cells = list(run)
         if is_text:
-            names = max(cells, key=lambda line: (len(_keys(line)), len(line)))
-            known = _keys(names)
+            names = max(cells, key=lambda line: (len(keys_of(line)), len(line)))
+            known = keys_of(names)
             below = grid.rows[row + len(cells)] if row + len(cells) < len(grid.rows) else []
             if below and sum(map(bool, names)) > 1 and (len(known) > 1 or len(below) != width):
                 width = len(below)
@@ -160,11 +163,11 @@ def _parts(grid: Grid) -> list[_Part]:
 def named_keys(grid: Grid) -> set[str]:
     """What the best heading row of a grid names."""
     rows = grid.rows[: _first_data_row(grid.rows)]
-    best: list[str] = max(map(_keys, rows), key=len, default=[])
+    best: list[str] = max(map(keys_of, rows), key=len, default=[])
     return set(best)
 
 
-def _keys(row: list[str]) -> list[str]:
+def keys_of(row: list[str]) -> list[str]:
     """Of the cells that are headings that we know."""
     return [key for cell in row if cell and (key := meaning_of(cell)) is not None]
 

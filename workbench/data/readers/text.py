@@ -9,12 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from workbench.base.errors import FileError
-from workbench.data.readers.table import NUMBER, Grid, with_points
+from workbench.data.readers.table import NUMBER, Grid, keys_of, with_points
 
 _ENCODINGS = (((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16"), (b"", "utf-8-sig"), (b"", "cp1252"))
 """Byte order marks and name of each, in the order in which they are tried."""
 COMMENTS = ("#", "% ", "//")
-SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks"}
+SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "blanks"}
 """What may part the fields, and what it is called."""
 _SAMPLE = 200
 """Lines by which the separator is recognised."""
@@ -26,9 +26,10 @@ def read_text(data: bytes, path: Path) -> Grid:
     lines, numbers, comments = list[str](), list[int](), list[str]()
     for number, line in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
         bare = line.strip(" \ufeff\x1a")
+        line = bare.strip("|") if bare.startswith("|") else line  # as Markdown has it, with a rule
         if bare.startswith(COMMENTS) and not lines:
             comments.append(bare.lstrip("#%/ "))
-        elif bare.strip() and not bare.startswith(COMMENTS):
+        elif bare.strip(" \t|:-") and not bare.startswith(COMMENTS):
             lines.append(line)
             numbers.append(number)
     if not lines:
@@ -36,12 +37,14 @@ def read_text(data: bytes, path: Path) -> Grid:
     separator = separator_of(lines)
     try:
         places, rows = map(list, zip(*fields_of_lines(lines, separator), strict=True))
-        above = [row for line in comments[-1:] for _, row in fields_of_lines([line], separator)]
+        above = [row for mark in (separator, " ") for _, row in fields_of_lines(comments[-1:], mark)]
     except csv.Error as error:
         raise FileError(f"the fields can't be separated ({error})", path=str(path)) from None
     numbers = [numbers[place] for place in places]
-    if above and len(above[0]) == len(rows[0]) and NUMBER.fullmatch(rows[0][0]):  # as numpy.savetxt has them
-        rows, numbers = [*above, *rows], [numbers[0] - 1, *numbers]
+    width = len(rows[0])
+    head = next((a for a in above if len(a) == width or (len(keys_of(a)) > 1 and len(a) < width)), None)
+    if head and any(map(NUMBER.fullmatch, rows[0])):  # as numpy.savetxt has them
+        rows, numbers = [[*head, *["-"] * (width - len(head))], *rows], [numbers[0] - 1, *numbers]
     notes = [f"text in {encoding}"] if encoding != "utf-8-sig" else []
     notes += [f"fields are separated by {SEPARATORS[separator]}"] if separator != "," else []
     grid = Grid(source=str(path), rows=rows, lines=numbers, is_text=True, comments=tuple(comments))
@@ -71,7 +74,7 @@ def separator_of(lines: list[str]) -> str:
         counts = [line.count(mark) for line in bare]
         return counts.index(Counter(filter(None, counts[later:])).most_common(1)[0][0])
 
-    carried = [mark for mark in "\t;," if 2 * sum(mark in line for line in bare[later:]) > len(bare) - later]
+    carried = [mark for mark in "\t;,|" if 2 * sum(mark in line for line in bare[later:]) > len(bare) - later]
     return min(carried, key=first, default=" ")
 
 

@@ -11,7 +11,7 @@ from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns, unread_text
-from workbench.data.readers.columns_option import Joints, Naming
+from workbench.data.readers.columns_option import GROUPS, Joints, Naming
 from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
@@ -66,6 +66,11 @@ def read_trajectory(
             "trajectory needs them in the robot's base frame: transform them",
             column="pose_frame",
         )
+    turn = fields.stacked(GROUPS["rotvec"]) if q is None and columns is None else None
+    if turn is not None and (np.linalg.norm(turn, axis=1) > 1.001 * np.pi).any():
+        text = "rx, ry, rz turn by more than 180°, as Euler angles do and rotation vectors needn't"
+        how = "or say columns='rx[deg]=rx,ry[deg]=ry,rz[deg]=rz' (--columns) if they are one"
+        raise DataError(f"{fields.source}: {text}: call angles about fixed axes roll, pitch, yaw, {how}")
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
     time = fields.values.get("time")
     if time is not None and (late := np.diff(time) <= 0).any():

@@ -42,7 +42,7 @@ class Observes(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Sight:
-    """Limits of sight.
+    """Limits of sight, or of the distances that are measured.
 
     Args:
         near: Minimum distance [m].
@@ -81,7 +81,6 @@ class Instrument:
         sight: What it can see at all; everything if None.
         place: Where it stands in the measuring frame [m], for its sight; before the arm if None.
         samples: How many readings are averaged into one.
-        stroke: Minimum and maximum distance that it can measure [m]; any if None.
 
     Raises:
         OptionError: a negative deviation, a pose without one for its rotation, or no samples.
@@ -96,7 +95,6 @@ class Instrument:
     sight: Sight | None = None
     place: Vector3 | None = None
     samples: int = 1
-    stroke: tuple[float, float] | None = None
 
     def __post_init__(self):
         admit(self)
@@ -123,56 +121,53 @@ class Instrument:
         return share * self.sigma_position * float(position), share * self.sigma_position * float(rotation)
 
 
-def _kind(
-    name: str, observes: Observes, millimetres: float, degrees: float | None, note: str, **more: Any
-) -> Instrument:
-    return Instrument(
-        name=name,
-        observes=observes,
-        sigma_position=millimetres * 1e-3,
-        sigma_rotation=None if degrees is None else float(np.deg2rad(degrees)),
-        note=note,
-        **more,
-    )
-
-
-_ALL = (
-    _kind("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
-    _kind("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
-    _kind("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
-    _kind("laser-tracker", Observes.POINT, 0.02, None, "a laser tracker and one reflector"),
-    _kind("tracker-6d", Observes.POSE, 0.05, 0.01, "a laser tracker with a 6-DoF probe"),
-    _kind("photogrammetry", Observes.POINT, 0.06, None, "a photogrammetric camera and one mark"),
-    _kind("motion-capture", Observes.MARKERS, 0.2, None, "a motion capture system, four markers"),
-    _kind("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
-    _kind("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
-    _kind(
+_ALL: tuple[tuple[Any, ...], ...] = (
+    ("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
+    ("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
+    ("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
+    ("laser-tracker", Observes.POINT, 0.02, None, "a laser tracker and one reflector"),
+    ("tracker-6d", Observes.POSE, 0.05, 0.01, "a laser tracker with a 6-DoF probe"),
+    ("photogrammetry", Observes.POINT, 0.06, None, "a photogrammetric camera and one mark"),
+    ("motion-capture", Observes.MARKERS, 0.2, None, "a motion capture system, four markers"),
+    ("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
+    ("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
+    (
         *("laser-tracker-fixed", Observes.POINT, 0.02, None),
         "a laser tracker and a reflector fixed to the tool, lost beyond 45° of the line of sight",
-        sight=Sight(near=0.5, far=10.0, cone=float(np.deg2rad(45.0))),
+        {"sight": Sight(near=0.5, far=10.0, cone=float(np.deg2rad(45.0)))},
     ),
-    _kind(
+    (
         *("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),
         "a photogrammetric tracker and three passive marks at known positions on the tool",
-        markers=THREE_MARKERS,
+        {"markers": THREE_MARKERS},
     ),
-    _kind(
+    (
         *("optotrak", Observes.RIGID_BODY, 0.01, None),
         "an optical tracker of three active markers, 2 to 7 m away; the tool point is their mean",
-        markers=THREE_MARKERS,
-        sight=Sight(near=2.0, far=7.0),
+        {"markers": THREE_MARKERS, "sight": Sight(near=2.0, far=7.0)},
     ),
-    _kind(
+    (
         *("short-ball-bar", Observes.DISTANCE, 0.003, None),
         "a telescoping ball-bar of at most 0.5 m, on the nearest anchor",
-        stroke=(0.1, 0.5),
+        {"sight": Sight(near=0.1, far=0.5)},
     ),
-    _kind("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
-    _kind("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that measures the centres of fixed balls"),
-    _kind("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
-    _kind("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
+    ("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
+    ("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that measures the centres of fixed balls"),
+    ("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
+    ("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
 )
-INSTRUMENTS: dict[str, Instrument] = {each.name: each for each in _ALL}
+"""Name, what each observes, standard deviations [mm, °], note, and what else differs."""
+INSTRUMENTS: dict[str, Instrument] = {
+    name: Instrument(
+        name=name,
+        observes=observes,
+        sigma_position=mm * 1e-3,
+        sigma_rotation=None if degrees is None else float(np.deg2rad(degrees)),
+        note=note,
+        **dict(*more),
+    )
+    for name, observes, mm, degrees, note, *more in _ALL
+}
 """Every instrument by name."""
 
 

@@ -70,7 +70,7 @@ class VirtualInstrument:
             names = np.array(list(self.anchors))
             places = np.stack([self.anchors[name] for name in names])
             taken = np.arange(rows) % len(names)  # in turn, or the nearest where only that is within reach
-            if self.instrument.stroke is not None:
+            if self.instrument.sight is not None:
                 taken = np.linalg.norm(poses[:, None, :3, 3] - places, axis=-1).argmin(axis=1)
             distances = np.linalg.norm(poses[:, :3, 3] - places[taken], axis=1)
             return {"distance": distances + self.rng.normal(0.0, sigma, rows), "anchor": names[taken]}
@@ -107,15 +107,14 @@ class VirtualInstrument:
 
     def unseen(self, poses: Float[np.ndarray, "rows 4 4"], columns: dict) -> tuple[np.ndarray, str]:
         """Why there is no reading of each pose, "" where there is one, and how it was set up."""
-        reasons, note = np.full(len(poses), "", dtype="<U80"), ""
-        if (sight := self.instrument.sight) is not None:
+        if (sight := self.instrument.sight) is not None and "distance" not in columns:
             place = station(self.arm) if self.instrument.place is None else self.instrument.place
-            reasons, note = _lost(sight, poses, place)
-        if self.instrument.stroke is not None and "distance" in columns:
-            short, long = self.instrument.stroke
-            out = (columns["distance"] < short) | (columns["distance"] > long)
-            reasons[out] = f"the anchor is not within {short:g} to {long:g} m"
-        return reasons, note
+            return _lost(sight, poses, place)
+        reasons = np.full(len(poses), "", dtype="<U80")
+        if sight is not None:
+            out = (columns["distance"] < sight.near) | (columns["distance"] > sight.far)
+            reasons[out] = f"the anchor is not within {sight.near:g} to {sight.far:g} m"
+        return reasons, ""
 
     def touch(self, motion: Motion) -> tuple[Motion, np.ndarray, Bool[np.ndarray, " rows"]]:
         """Touch balls at the anchors, or three planes, one after the other, from where the arm is.

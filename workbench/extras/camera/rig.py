@@ -12,7 +12,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, frozen
 from workbench.data.dataset import Dataset, Labels
-from workbench.data.readings import AbstractReadings
+from workbench.data.observation import AbstractReadings
 from workbench.extras.camera.camera import Camera, Mount, read_cameras
 from workbench.extras.camera.target import PictureTarget, read_targets
 

@@ -21,7 +21,7 @@ from workbench.data.readers.table import Table
 GRIPPER = "gripper"
 """The motor that is no joint of the arm."""
 COUNTS = {"counts", "count", "ticks", "steps", "raw"}
-TURN, ZERO = 4096, 2048
+TURN, ZERO, MAX_TURNS = 4096, 2048, 4.0
 COUNTED = f"motor counts: {TURN} to a turn, {ZERO} is 0°"
 """Note by which angles from counts are known."""
 NAMED = "joints are "
@@ -32,11 +32,9 @@ MIN_ROWS = 3
 def motor_of(heading: str) -> tuple[str, bool] | None:
     """Name of a motor and whether its column holds counts; None for other columns."""
     name, unit = parse_heading(heading)
-    if (unit or "").lower() in COUNTS:
-        return name.removesuffix(".pos"), True
-    return (
-        (name.removesuffix(".pos"), False) if name.endswith(".pos") and unit in (None, "deg", "°") else None
-    )
+    has_counts = (unit or "").lower() in COUNTS
+    is_motor = has_counts or (name.endswith(".pos") and unit in (None, "deg", "°"))
+    return (name.removesuffix(".pos"), has_counts) if is_motor else None
 
 
 @final
@@ -50,19 +48,21 @@ class Motors(AbstractTableLayout):
 
     def read(self, table: Table) -> Fields:
         joints = _joints(list(table.headings))
-        names, columns, counted = list(table.names), list(table.columns), False
+        names, columns = list(table.names), list(table.columns)
         for number, (index, _, is_counts) in enumerate(joints, 1):
             names[index] = f"q{number}[deg]"
             if is_counts:
-                degrees = (to_numbers(table, index) - ZERO) * (360.0 / TURN)
+                counts = to_numbers(table, index)
+                if (largest := np.nanmax(np.abs(counts), initial=0.0)) > MAX_TURNS * TURN:
+                    how = f"divide them by those of a turn and write 'q{number}[turn]'"
+                    raise table.error(f"{largest:.0f} can't be {COUNTED}: {how}", index)
+                degrees = (counts - ZERO) * (360.0 / TURN)
                 columns[index] = tuple("" if np.isnan(v) else repr(float(v)) for v in degrees)
-                counted = True
         for k, heading in enumerate(table.headings):
             if (motor := motor_of(heading)) is not None and motor[0] == GRIPPER:
                 names[k] = IGNORED
-        motors = ", ".join(name for _, name, _ in joints)
-        units_note = COUNTED if counted else "motors in degrees (use_degrees)"
-        notes = (*table.notes, f"{NAMED}{motors}", units_note)
+        units_note = COUNTED if any(joint[2] for joint in joints) else "motors in degrees (use_degrees)"
+        notes = (*table.notes, NAMED + ", ".join(name for _, name, _ in joints), units_note)
         return fields_of(replace(table, names=tuple(names), columns=tuple(columns), notes=notes))
 
 

@@ -11,7 +11,7 @@ from workbench.base.bounded_process import ChildError
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.data.binary_tables import read_in_child, refusal
-from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys
+from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, headings_in_order
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
@@ -46,18 +46,23 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     if not variables:
         raise FileError("there are no matrices in this MATLAB file", path=str(path))
     holds = ", ".join(f"{name} ({' x '.join(map(str, value.shape))})" for name, value in variables.items())
+    tables = [value for value in variables.values() if value.ndim == 2 and min(value.shape) > 1]
+    if naming is not None and naming.items and len(tables) == 1:  # a list names the columns of a lone matrix
+        cells = [[_text(cell) for cell in column] for column in tables[0].T]
+        return grid_of(headings_in_order(naming, len(cells)), cells, source=str(path))
     if naming is None or not naming.pairs:
         raise OptionError(
             f"{path}: a MATLAB file doesn't state what its matrices are; it holds {holds}: "
             + remedy(
                 "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
-                "measurement is a column",
+                "measurement is a column; of a lone matrix a list, 'q[rad],-,xyz[mm]'",
                 page="give it to 'workbench identify --columns', or load a CSV here",
             ),
             option="columns",
         )
     headings, columns, notes = list[str](), list[list[str]](), list[str]()
-    for pair in sorted(naming.pairs, key=_is_open):  # the others tell how many measurements there are
+    by_joint = [p for p in naming.pairs if any(i.name.lower() in BY_JOINT for i in (p.left, *p.right))]
+    for pair in [*(p for p in naming.pairs if p not in by_joint), *by_joint]:  # others tell how many rows
         if (sides := _sides(pair, variables)) is None:
             names = f"neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file"
             raise OptionError(f"{path}: {names}, which contains {holds}")
@@ -91,11 +96,6 @@ def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tup
     elif pair.left.name not in variables:
         return None
     return side, tuple(i if i.unit is not None else i._replace(unit=side.unit) for i in wanted)
-
-
-def _is_open(pair: Pair) -> bool:
-    """Whether a matrix has as many columns as there are joints."""
-    return any(item.name.lower() in BY_JOINT for item in (pair.left, *pair.right))
 
 
 def _one_row_each(

@@ -15,7 +15,8 @@ import re
 from pathlib import Path
 from typing import NamedTuple, final
 
-from workbench.base.errors import DataError, FileError
+from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.remedy import remedy
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, fields_of
@@ -23,7 +24,6 @@ from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.layouts import AbstractFileLayout
 from workbench.data.readers.table import grid_of, with_headings
 from workbench.data.readers.text import decode
-from workbench.extras.logs.recording import chosen
 
 Columns = dict[int, str]
 """Headings by the places of columns, such as `{2: "qx", 6: "x[mm]"}`."""
@@ -169,3 +169,17 @@ def _qualisys(rows: list[list[str]]) -> Take:
     time = [row[1] if counted else repr(k / rate) for k, row in enumerate(data)]
     notes = [f"{rate:g} frames a second, positions in mm"]
     return Take(data, time, tools if is_body else {}, {} if is_body else tools, notes)
+
+
+def chosen(names: list[str], naming: Naming | None, what: str, key: str) -> str:
+    """The only body, topic or frame of a recording, or that which `--columns "key=NAME"` chooses."""
+    pairs = naming.pairs if naming is not None else ()
+    wanted = next((pair.right[0].name for pair in pairs if pair.left.name == key), None)
+    if wanted in names:
+        return wanted
+    if wanted is None and len(names) == 1:
+        return names[0]
+    why = f"'{wanted}' is none of them" if wanted is not None else "more than one"
+    elsewhere = "choose with 'workbench identify --columns', or load a CSV here"
+    how = remedy(f'choose with columns="{key}=NAME" (--columns)', page=elsewhere)
+    raise OptionError(f"{what} {listed(names)}: {why}; {how}")

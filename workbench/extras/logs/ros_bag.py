@@ -23,7 +23,7 @@ from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts import AbstractFileLayout
-from workbench.extras.logs.recording import chosen
+from workbench.extras.logs.mocap import chosen
 from workbench.extras.logs.standstills import join_by_time
 
 MEMORY = 400 * MEBIBYTE
@@ -58,16 +58,14 @@ class RosBag(AbstractFileLayout):
             return joints
         pose = chosen(list(streams["poses"]), naming, f"{path}: poses", "pose")
         time, numbers = (np.array(part) for part in zip(*streams["poses"][pose], strict=True))
-        turns = se3.quaternion_to_matrix(
-            numbers[:, 3:] / np.linalg.norm(numbers[:, 3:], axis=1, keepdims=True)
-        )
+        turns = numbers[:, 3:] / np.linalg.norm(numbers[:, 3:], axis=1, keepdims=True)
         measured = Fields(
             source=str(path),
             lines=tuple(range(1, len(time) + 1)),
             values={"time": time, **dict(zip("xyz", numbers[:, :3].T, strict=True))},
             headings=dict.fromkeys("xyz", pose),
             units=dict.fromkeys("xyz", "m") | {"time": "s"},
-            rotation=turns,
+            rotation=se3.quaternion_to_matrix(turns),
             notes=(f"layout '{self.name}'", f"the tool is the body '{pose}'"),
         )
         return join_by_time(measured, joints, one_clock=True)

@@ -1,4 +1,4 @@
-"""Measurements joined by time with joints from a robot's log, where the arm stands still.
+"""Measurements joined by time with joints of a robot's log, in another table or beside them, in standstills.
 
 Joints and measurements are averaged over each standstill: a stretch of the log of `WINDOW` or longer
 in which no joint ranges beyond `STILL`. Nothing is interpolated while the arm moves. Samples within `MARGIN`
@@ -6,7 +6,8 @@ of a standstill's ends are left out, as clocks differ by their latencies and arm
 clocks of their own are brought together by when both moved (`clock_offset`).
 """
 
-from collections.abc import Sequence
+import re
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from typing import final
 
@@ -16,6 +17,7 @@ from jaxtyping import Float, Int
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.wording import plural
+from workbench.data.readers.assemble import joint_columns
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.joint_tables import AbstractJoin, by_row, merged
@@ -25,11 +27,14 @@ WINDOW, MARGIN, GAP = 0.4, 0.1, 1.0
 """Shortest standstill, what is left out at its ends, and the silence that ends it [s]."""
 STILL, STILL_POINT = np.deg2rad(0.03), 5e-4
 """Range of a joint [rad or m], and of a measured point [m], in a standstill."""
+MIN_MOVING = 0.1
+"""Share of the samples in motion from which a table of joints and measurements is one of a log."""
 DENSE = 0.25
 """Samples that are this near to each other show when something moved [s]."""
 STEP = 0.02
 MIN_CORRELATION, MIN_CORRELATION_RATIO = 0.6, 1.1
 """Minimum correlation of both motions, and how much better it is than at any other offset."""
+_OF_JOINTS = re.compile(r"(q|torque|direction)\d+|time|temperature|payload")
 ORIENTATION_KEYS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
 
 Times = Float[np.ndarray, " samples"]
@@ -44,9 +49,15 @@ class ByTime(AbstractJoin):
     def applies(self, measured: Fields, joints: Fields) -> bool:
         if "time" not in measured.values:
             return False
+        if measured is joints:
+            return {"q1", "x"} <= set(measured.values) and _stops(measured)
         return "time" in joints.values or (measured.rows > joints.rows and _dense(measured.values["time"]))
 
     def join(self, measured: Fields, joints: Fields) -> Fields:
+        if measured is joints:
+            own = [key for key in joints.values if _OF_JOINTS.fullmatch(key)]
+            log = replace(joints, values={key: joints.values[key] for key in own}, rotation=None, notes=())
+            return join_by_time(_without(measured, {*own} - {"time"}), log, one_clock=True)
         if "time" in joints.values:
             return join_by_time(measured, joints)
         standstills = _standstills_of_points(measured)
@@ -62,9 +73,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         one_clock: Whether both times are of one clock; else an offset is looked for.
     """
     measured, joints = _sorted(_turned(_dated(measured, joints))), _sorted(joints)
-    q = np.stack(
-        [joints.values[key] for key in sorted(joints.values) if key[0] == "q" and key[1:].isdigit()], 1
-    )
+    q = joint_columns(joints, None)
     whole = np.isfinite(q).all(1)
     joints, q = joints.take(np.flatnonzero(whole)), q[whole]
     time, log = measured.values["time"], joints.values["time"]
@@ -86,11 +95,8 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
             "check that both are of the same run, and that time[s] is of one clock"
         )
     found = _averaged(measured, parts, "the tool")
-    along = {
-        key: np.array([_middle(values[rows]) for rows in of_joints])
-        for key, values in joints.values.items()
-        if key not in measured.values
-    }
+    rest = _without(joints, measured.values.keys()).values
+    along = {key: np.array([_middle(own[rows]) for rows in of_joints]) for key, own in rest.items()}
     used = sum(len(part) for part in parts)
     note = (
         *notes,
@@ -107,8 +113,7 @@ def _dated(measured: Fields, joints: Fields) -> Fields:
     if first is not None and second is not None and (first.tzinfo is None) == (second.tzinfo is None):
         time = measured.values["time"] + (first - second).total_seconds()
         return replace(measured, values={**measured.values, "time": time}, began=second)
-    dense = _dense(measured.values["time"]) and _dense(joints.values["time"])
-    if first is second is None or dense:
+    if first is second is None or (_dense(measured.values["time"]) and _dense(joints.values["time"])):
         return measured
     raise DataError(
         f"{measured.source} and {joints.source} count time differently: give both dates of one time "
@@ -191,6 +196,15 @@ def _dense(time: Times) -> bool:
     return len(time) > 100 and float(np.median(np.diff(np.sort(time)))) < DENSE
 
 
+def _stops(log: Fields) -> bool:
+    """Whether samples of joints and measurements were taken in standstills, and in motion between them."""
+    if not _dense(log.values["time"]):
+        return False
+    log = _sorted(log)
+    found = still(log.values["time"], joint_columns(log, None), STILL)
+    return len(found) > 1 and log.rows - sum(last - first for first, last in found) > MIN_MOVING * log.rows
+
+
 def _points(measured: Fields) -> np.ndarray:
     keys = [k for k in measured.values if k in ("x", "y", "z") or (k[0] == "m" and k[1:-1].isdigit())]
     if not keys:
@@ -199,14 +213,11 @@ def _points(measured: Fields) -> np.ndarray:
 
 
 def _standstills_of_points(measured: Fields) -> list[np.ndarray]:
-    points = _points(measured)
+    time, points = measured.values["time"], _points(measured)
     seen = np.flatnonzero(np.isfinite(points).all(1))
-    found = still(measured.values["time"][seen], points[seen], STILL_POINT) if len(seen) else []
-    time = measured.values["time"]
-    return [
-        rows[(time[rows] >= time[rows[0]] + MARGIN) & (time[rows] <= time[rows[-1]] - MARGIN)]
-        for rows in (seen[first : last + 1] for first, last in found)
-    ]
+    found = still(time[seen], points[seen], STILL_POINT) if len(seen) else []
+    runs = (seen[first : last + 1] for first, last in found)
+    return [r[(time[r] >= time[r[0]] + MARGIN) & (time[r] <= time[r[-1]] - MARGIN)] for r in runs]
 
 
 def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]:
@@ -220,12 +231,10 @@ def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]
 def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Fields:
     """One row a standstill; labels are those of its first row."""
     measured = _turned(measured)
-    values = {
-        key: np.array([_middle(column[rows]) for rows in parts]) for key, column in measured.values.items()
-    }
+    values = {k: np.array([_middle(own[rows]) for rows in parts]) for k, own in measured.values.items()}
     rotation = None
     if measured.rotation is not None:
-        rotation = np.stack([_middle_turn(measured.rotation[rows]) for rows in parts])
+        rotation = np.stack([_middle(measured.rotation[rows]) for rows in parts])
     lines = tuple(measured.lines[int(rows[0])] for rows in parts)
     ranges = [np.ptp(_points(measured.take(rows)), axis=0) for rows in parts]
     restless = [k for k, size in enumerate(ranges) if np.nanmax(size, initial=0.0) > 4.0 * STILL_POINT]
@@ -246,22 +255,20 @@ def _turned(measured: Fields) -> Fields:
     if measured.rotation is not None or not ORIENTATION_KEYS & set(measured.values):
         return measured
     rotation, notes = read_orientation(measured, usable=np.ones(measured.rows, bool))
-    values = {k: v for k, v in measured.values.items() if k not in ORIENTATION_KEYS}
-    return replace(measured, values=values, rotation=rotation, notes=measured.notes + notes)
+    return replace(_without(measured, ORIENTATION_KEYS), rotation=rotation, notes=measured.notes + notes)
 
 
-def _middle(column: np.ndarray) -> np.generic | float:
-    """Mean of numbers that are there; the first label."""
+def _without(fields: Fields, keys: Set[str]) -> Fields:
+    return replace(fields, values={k: v for k, v in fields.values.items() if k not in keys})
+
+
+def _middle(column: np.ndarray) -> np.ndarray | np.generic:
+    """Mean of numbers that are there, and the rotation nearest to that of rotations; the first label."""
     if column.dtype.kind != "f":
         return column[0]
-    seen = column[np.isfinite(column)]
-    return float(seen.mean()) if len(seen) else np.nan
-
-
-def _middle_turn(turns: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "3 3"]:
-    """The rotation nearest to the mean of some."""
-    seen = turns[np.isfinite(turns).all((1, 2))]
-    return nearest_rotation(seen.mean(0)) if len(seen) else np.full((3, 3), np.nan)
+    seen = column[np.isfinite(column.reshape(len(column), -1)).all(1)]
+    mean = seen.mean(0) if len(seen) else np.full(column.shape[1:], np.nan)
+    return nearest_rotation(mean) if column.ndim > 1 and len(seen) else mean
 
 
 def _sorted(fields: Fields) -> Fields:

@@ -18,7 +18,7 @@ from workbench.base.types import JointRows
 from workbench.base.units import Quantity, conversion
 from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
-from workbench.data.directions import with_directions
+from workbench.data.measuring_order import with_directions
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory

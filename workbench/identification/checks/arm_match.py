@@ -21,6 +21,7 @@ from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import zeros_fitted
 from workbench.identification.meaning.read_rows import other_arm
 from workbench.identification.meaning.reading import FOREIGN_MISFIT
+from workbench.identification.meaning.search import CLEAR
 
 COMPARED_POSES = 60
 """Number of postures at which two arms are compared."""
@@ -105,7 +106,7 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     flange = tool_poses(calibrated.bare, Motion(q))
     data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
     off = zeros_fitted(nominal, data)
-    rival = other_arm(nominal, data, off) if off > SAME_ARM else None
+    rival = other_arm(nominal, data, off / CLEAR) if off > SAME_ARM else None
     if rival or off > SAME_ARM_SHARE * nominal.reach:
         fits = f" ({rival.robot.name} fits)" if rival else ""
         raise RobotError(

@@ -11,6 +11,7 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, UnitError
+from workbench.base.remedy import remedy as at_entrance
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import within_postures
@@ -18,7 +19,7 @@ from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import with_planes
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
-from workbench.identification.meaning.search import STILL
+from workbench.identification.meaning.search import CLEAR, STILL
 from workbench.identification.meaning.unexplained import told_by_column
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 
@@ -26,7 +27,8 @@ SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
-
+SISTER = 1.5
+"""How many times better another built-in arm fits enough rows to be named: own errors hardly look like it."""
 SURE_TORQUE = 0.8
 """Minimum correlation with the torque that holds a weight at the flange."""
 
@@ -141,8 +143,9 @@ def _as_read(
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
     if not meaning.is_found:
         return robot, _with_notes(data, unexplained_text(meaning), *[meaning.remedy] * bool(meaning.parts))
-    notes, off, some = _unconfirmed(data), plain.position, usable(data) if meaning.tried else None
-    if some is not None and (rival := other_arm(robot, some, off)) is not None:
+    notes, off, some = _unconfirmed(data), plain.position, usable(data)
+    limit = off / (CLEAR if some is None or len(some) < FEW_ROWS else SISTER)
+    if some is not None and (rival := other_arm(robot, some, limit)) is not None:
         found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
         notes += (f"{found} to {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
     return robot, _with_notes(data, *notes)
@@ -236,5 +239,7 @@ def remedy(meaning: RowMeaning) -> str:
     if not meaning.is_found:
         return "choose the robot that was measured, or correct its table"
     if meaning.best.other:
-        return f"choose the robot '{meaning.best.other}', or --force to continue anyway"
-    return "accept it with reading 'found' (--reading found), or correct the file"
+        anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
+        return f"choose the robot '{meaning.best.other}', or {anyway}"
+    accepted = at_entrance("with reading 'found' (--reading found)", page="by 'Read so'")
+    return f"accept it {accepted}, or correct the file"

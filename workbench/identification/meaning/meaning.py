@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Int
 
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
@@ -111,12 +111,7 @@ def _same_points(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
     """Whether two readings predict the same points of the file at random postures."""
     if one.inverse or other.inverse:
         return False
-    seen, own = (_points(r, q) for r in (one, other))
+    tips = ((r.base @ flange_poses(r.robot, r.joints(q)) @ r.tool)[:, :3, 3] for r in (one, other))
+    seen, own = (tip @ r.axes.T / r.scale for tip, r in zip(tips, (one, other), strict=True))
     error = one.scale * np.sqrt(((seen - own) ** 2).sum(1).mean())
     return bool(error < max(1.5 * max(one.position, other.position), 2e-4 * one.robot.reach))
-
-
-def _points(reading: RowReading, q: np.ndarray) -> Float[np.ndarray, "rows 3"]:
-    flange = flange_poses(reading.robot, reading.joints(q))
-    points = (reading.base @ flange @ reading.tool)[:, :3, 3]
-    return points @ reading.axes.T / reading.scale

@@ -13,7 +13,7 @@ from workbench.identification.meaning.candidates import ColumnReadings, Families
 from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.nominal_fit import majority
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
-from workbench.identification.meaning.search import CLEAR, FEW_POINTS, SURE, ReadingSearch
+from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
 from workbench.identification.meaning.unexplained import ELSEWHERE, one_constant, parts_in_order
 from workbench.identification.meaning.usable_rows import few_each, usable, without_still_turns
 
@@ -32,9 +32,8 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
     """
     data = without_still_turns(robot, data)
-    rows, sessions = usable(data), 1
-    if rows is None:
-        rows, sessions = few_each(data)
+    rows = usable(data)
+    rows, sessions = few_each(data) if rows is None else (rows, 1)
     if not sessions:
         return None
     search, plain = ReadingSearch(robot, rows, sessions=sessions), None
@@ -86,11 +85,11 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     return [first, *arms, *orders, *(zeros[:1] if likely else zeros)]
 
 
-def other_arm(robot: Robot, data: Dataset, off: float) -> RowReading | None:
-    """The built-in arm that fits points, as they are given, clearly better than this misfit [m], if any."""
+def other_arm(robot: Robot, data: Dataset, limit: float) -> RowReading | None:
+    """The built-in arm that fits points, as they are given, best and to less than a limit [m], if any."""
     search = ReadingSearch(robot, replace(data, rotation=None, written=None))
     _try_arms(search)
-    fits = (r for r in search.found if r.fits and r.motion < NARROW and CLEAR * r.position < off)
+    fits = (r for r in search.found if r.fits and r.motion < NARROW and r.position < limit)
     return min(fits, key=lambda r: r.score, default=None)
 
 

@@ -9,9 +9,11 @@ from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.remedy import remedy
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import postures
+from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.meaning.bounds import WEIGHT
 from workbench.identification.meaning.meaning import RowMeaning
@@ -54,10 +56,12 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
         if not meaning.is_found:
             key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
-            return replace(meaning, parts=text, remedy=f"give columns='{key}={heading}' (--columns)")
+            said = remedy(f"give columns='{key}={heading}' (--columns)", page=f"{CHOOSE_ON_PAGE}: {key}")
+            return replace(meaning, parts=text, remedy=said)
     if not meaning.is_found and rows.rotation is not None and _fits(robot, rows):
         text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
-        return replace(meaning, parts=text, remedy="leave their columns out, columns='rx=-,…' (--columns)")
+        said = "leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
+        return replace(meaning, parts=text, remedy=said)
     shifts = () if meaning.is_found or len(rows) < MIN_PART + 4 else (1, -1, 2, -2)
     rolled = ((k, replace(rows, q=np.roll(rows.q, k, axis=0))) for k in shifts)
     shifted = {k: own.take(np.arange(2, len(rows) - 2)) for k, own in rolled}

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
-from workbench.data.directions import with_drivers
+from workbench.data.measuring_order import with_drivers
 from workbench.identification.meaning.nominal_fit import placed
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.comparison import (

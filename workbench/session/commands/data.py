@@ -21,7 +21,7 @@ from workbench.base.wording import plural
 from workbench.data.plausibility import checked
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.layouts import file_endings
-from workbench.data.readers.preview import Preview
+from workbench.data.readers.read import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects, surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
@@ -137,7 +137,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             base=robot.base.pose,
         )
         problems = tuple(text.replace(f"{path.parent}/", "") for text in found.problems)
-        return replace(found, path=path.name, problems=problems)
+        return replace(found, problems=problems)
 
     def finish(self, session: Session, result: Loaded | MeasurementFile) -> Session:
         if isinstance(result, MeasurementFile):

@@ -3,8 +3,8 @@
 import viser
 
 from workbench.base.wording import plural
+from workbench.data.readers.column_meanings import TableColumn
 from workbench.data.readers.mapping import lacks_unit, mapping_text, meanings, ours, with_column
-from workbench.data.readers.preview import PreviewColumn
 from workbench.report.blocks import ResultTable
 from workbench.report.result_display import as_html
 from workbench.session.commands.data import LoadData
@@ -104,7 +104,7 @@ def listing(file: MeasurementFile) -> str:
     return block(problems + listed + rest, testid="columns")
 
 
-def _meaning(column: PreviewColumn) -> str:
+def _meaning(column: TableColumn) -> str:
     if column.key is None:
         return "left out"
     return f"{ours(column)}: unit?" if lacks_unit(column) else ours(column)
