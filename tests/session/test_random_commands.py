@@ -45,6 +45,8 @@ def values_of(hint) -> st.SearchStrategy:
         return st.sampled_from(list(hint))
     if dataclasses.is_dataclass(hint):
         return made(hint)
+    if getattr(hint, "array_type", None) is np.ndarray:
+        return st.sampled_from(COUNTS[:FEW]).map(lambda count: np.zeros(max(count, 0)))
     of_type = {float: NUMBERS, int: COUNTS, str: TEXTS, bool: (True, False), bytes: (b"", b"q1[deg]\n1\n")}
     return st.sampled_from(of_type[hint]) if hint in of_type else st.none()
 

@@ -3,16 +3,18 @@
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, final
+from typing import TYPE_CHECKING, Annotated, final
 
 import workbench as wb
-from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
 from workbench.cli.option_records import AbstractSource
 from workbench.cli.options import argument, option
-from workbench.data.dataset import Dataset
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
+    from workbench.data.dataset import Dataset
 
 
 @in_section("Calibrate")
@@ -95,7 +97,7 @@ class PixelSource(AbstractSource):
         Path | None, option("With --target: the cameras (camera.toml); by default they are identified.")
     ] = None
 
-    def read(self, path: Path, arm: Robot, joints: Path | None) -> Dataset | None:
+    def read(self, path: Path, arm: "Robot", joints: Path | None) -> "Dataset | None":
         from workbench.extras.camera.folder import read_folder, unpacked
         from workbench.extras.camera.pixel_table import read_pixels
         from workbench.extras.camera.rig import read_rig

@@ -38,14 +38,14 @@ class AddTarget(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_free(session)
+        check_place("the new target", self.place or (0.0, 0.0, 0.0), ())
         if len(session.plate) >= MAX_TARGETS:
             raise OptionError(f"a plate can have at most {MAX_TARGETS} targets; delete one first")
 
     def apply(self, session: Session) -> Session:
         region, model = session.plate.region, session.plate.targets[session.selected]
         middle = 0.5 * (region.min + region.max)
-        middle[2] = model.xyz[2]
-        xyz = frozen(middle if self.place is None else np.array(self.place))
+        xyz = frozen(np.array(self.place or (*middle[:2], model.xyz[2])))
         target = replace(model, xyz=xyz, q=None, locked=False)
         state = place(session.robot, target, session.states[session.selected].q)
         plate = replace(session.plate, targets=(*session.plate.targets, target))
