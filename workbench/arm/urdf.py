@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -254,7 +255,9 @@ def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
     best = [joints for joints in leaves if _moving(joints) == maximum]
     last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
-        tips = ", ".join(joints[-1].child for joints in best)
+        common = [[i for i, j in zip(*both, strict=False) if i is j] for both in combinations(leaves, 2)]
+        forks = {joints[-1].child for joints in common if _moving(joints)}
+        tips = ", ".join([*(joints[-1].child for joints in best), *sorted(forks)])
         raise RobotError(f"has several chains of {maximum} moving joints; choose a tip: {tips}")
     return best[0] if len(best) == 1 else best[0][: last_moving[0] + 1]  # several tools: up to the flange
 

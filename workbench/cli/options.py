@@ -215,11 +215,12 @@ class OutputOptions:
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
-    """Comma-separated whole numbers."""
+    """Comma-separated whole numbers and ranges of them, as `3,21-37`, with the dash of messages, too."""
     try:
-        return [] if text is None else [int(part) for part in text.split(",") if part.strip()]
+        ends = [part.replace("–", "-").split("-") for part in (text or "").split(",") if part.strip()]
+        return [number for first, *last in ends for number in range(int(first), int([first, *last][-1]) + 1)]
     except ValueError:
-        raise OptionError(f"{option} must be whole numbers such as 3,4, got '{text}'") from None
+        raise OptionError(f"{option} must be whole numbers such as 3,4 or 21-37, got '{text}'") from None
 
 
 def numbers(text: str):
