@@ -61,14 +61,20 @@ def with_expected_deviation(
         return problem
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
+    found, spread = expected_deviation(problem, x)
+    return problem.with_deviation(found / spread)
+
+
+def expected_deviation(problem: Problem, x: Float[np.ndarray, " p"] | None = None) -> tuple[float, float]:
+    """The most likely one [rad, m], and the scatter of the rows in stated standard deviations."""
     if x is None:
         wide = problem.with_deviation(MAX_DEVIATION)
         x = Opt2(limit=60).search(wide, begin=Opt2(limit=60).search(thinned(wide)).x).x
     factor = factor_at(problem, x)
     spare = problem.count - effective_parameters(problem, factor)
-    spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0  # in stated deviations
+    spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0
     spread = max(float(spread), 1e-9)  # exact rows need no expectation
-    return problem.with_deviation(most_likely(problem, x, factor, spread) / spread)
+    return most_likely(problem, x, factor, spread), spread
 
 
 def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, spread: float = 1.0) -> float:
