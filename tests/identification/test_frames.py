@@ -119,7 +119,9 @@ def test_few_rows_or_an_outlier_do_not_bend_the_arm(file, robot, size, shared_da
 def test_a_reflector_off_the_flange_is_no_error_of_the_wrist_where_orientations_are_few(seed):
     rng = np.random.default_rng(seed)
     arm = freed(load_robot("ur5"), Freedom.AUTO)
-    q = np.hstack([rng.uniform(-0.6, 0.6, (80, 3)), rng.choice([-0.004, 0.004], (80, 3)) + [0.5, 1.2, 0.3]])
+    q = np.hstack(
+        [rng.uniform(-0.6, 0.6, (80, 3)), rng.choice([-0.004, 0.004], (80, 3)) + np.array([0.5, 1.2, 0.3])]
+    )
     tool = Frame.from_pose(se3.pose(np.eye(3), [0.2, 0.0, 0.1]))
     errors = rng.normal(0.0, 1e-3, len(arm.default_free))
     position = tool_poses(with_errors(arm, errors).with_frames(tool=tool), Motion(q))[:, :3, 3]

@@ -12,7 +12,7 @@ from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy import special
+from scipy import linalg, special
 
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
@@ -231,8 +231,7 @@ class _FrameTrial:
     @cached_property
     def expected_deviation(self) -> float:
         """How far from nominal the rows let the arm's constants be expected with these frames [rad, m]."""
-        found = expected_deviation(self.problem)[0] if self.problem.geometry.any() else 0.0
-        return max(found, USUAL_DEVIATION)
+        return max(expected_deviation(self.problem)[0], USUAL_DEVIATION)
 
     def beats(self, other: "_FrameTrial") -> bool:
         """Whether this freer model is significantly better than the other.
@@ -253,8 +252,7 @@ class _FrameTrial:
             moved = *(was.xyz - found.xyz), *se3.matrix_to_rotvec(found.rotation.T @ was.rotation)
             off |= zip((f"{kind}.{part}" for part in FRAME_PARTS), moved, strict=True)
         held = np.array([name in off for name in self.problem.names])
-        u, size, _ = np.linalg.svd(self.factor.r[:, ~held], full_matrices=False)
-        others = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
+        others = linalg.orth(self.factor.r[:, ~held], rcond=RANK_TOLERANCE)
         more = self.factor.r[:, held] @ np.array([off[n] for n in self.problem.names if n in off])
         more = more - others @ (others.T @ more)
         gained, left = self.factor.rank - others.shape[1], self.problem.count - self.factor.rank

@@ -158,11 +158,8 @@ def clock_offset(
         return 0.0, ()
     from scipy.signal import correlate
 
-    measured, logged = _motion(time, points), _motion(log, q)
-    alike, as_fast = (
-        correlate(drove, moved) / max(float(np.linalg.norm(drove) * np.linalg.norm(moved)), 1e-12)
-        for moved, drove in zip(measured, logged, strict=True)
-    )
+    measured = _motion(time, points)
+    alike, as_fast = map(correlate, _motion(log, q), measured)
     score = np.maximum(alike, 0.0) * np.maximum(as_fast, 0.0)
     offsets = STEP * (np.arange(len(score)) - (measured.shape[1] - 1)) + log[0] - time[0]
     best = int(np.argmax(score))
@@ -183,7 +180,7 @@ def clock_offset(
 
 
 def _motion(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.ndarray, "2 steps"]:
-    """Whether something moved, step by step, and how fast, each less its mean."""
+    """Whether something moved, step by step, and how fast, each less its mean and of norm 1."""
     from scipy.ndimage import uniform_filter1d
 
     seen = np.isfinite(values).all(1)
@@ -194,7 +191,8 @@ def _motion(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.nda
     even = np.stack([np.interp(steps, time, column) for column in values.T], 1)
     speed = np.linalg.norm(np.diff(uniform_filter1d(even, 5, axis=0, mode="constant"), axis=0), axis=1)
     both = np.stack([speed > 0.05 * np.quantile(speed, 0.95), speed])
-    return both - both.mean(1, keepdims=True)
+    both -= both.mean(1, keepdims=True)
+    return both / np.maximum(np.linalg.norm(both, axis=1, keepdims=True), 1e-12)
 
 
 def _dense(time: Times) -> bool:

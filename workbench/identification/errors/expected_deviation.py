@@ -24,6 +24,7 @@ from typing import Final
 
 import numpy as np
 from jaxtyping import Float
+from scipy import linalg
 
 from workbench.base.errors import OptionError
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -88,8 +89,7 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     geometry, jacobian = problem.geometry, factor.r / spread
     own, other = jacobian[:, geometry] / factor.units[geometry], jacobian[:, ~geometry]
     nominal = factor.compressed / spread + own @ (x - problem.start)[geometry]
-    u, size, _ = np.linalg.svd(other, full_matrices=False)
-    frames = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
+    frames = linalg.orth(other, rcond=RANK_TOLERANCE)
     own, nominal = (table - frames @ (frames.T @ table) for table in (own, nominal))
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2
