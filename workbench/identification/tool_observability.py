@@ -35,12 +35,9 @@ MIN_INFORMATION = 1e-6
 def observed_by(fit: "Fit") -> Observed:
     """Observability of the tool in a fit."""
     position, rotation = _directions(fit)
-    rows = representative_rows(fit.problem.data.q)
-    motion = Motion.of(fit.problem.data).take(rows)
+    motion = Motion.of(fit.problem.data).take(representative_rows(fit.problem.data.q))
     tool, flange = (_expected_error(fit, motion, at_flange=place) for place in (False, True))
-    return Observed(
-        position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(fit.problem.data.q[rows])
-    )
+    return Observed(position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(motion.q))
 
 
 def idle_constants(fit: "Fit") -> frozenset[str]:
