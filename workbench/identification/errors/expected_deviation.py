@@ -29,7 +29,7 @@ from scipy import linalg
 from workbench.base.errors import OptionError
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import thinned
-from workbench.identification.noise import effective_parameters, factor_at
+from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
 
@@ -72,7 +72,7 @@ def expected_deviation(problem: Problem, x: Float[np.ndarray, " p"] | None = Non
         wide = problem.with_deviation(MAX_DEVIATION)
         x = Opt2(limit=60).search(wide, begin=Opt2(limit=60).search(thinned(wide)).x).x
     factor = factor_at(problem, x)
-    spare = problem.count - effective_parameters(problem, factor)
+    spare = degrees_of_freedom(problem, factor)
     spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0
     spread = max(float(spread), 1e-9)  # exact rows need no expectation
     return most_likely(problem, x, factor, spread), spread
