@@ -315,10 +315,14 @@ class Problem:
         return frozen(np.concatenate([o.ravel() for o in own]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
-        """Whitened residual and Jacobian, the prior's rows last."""
-        nothing = LinearisedProblem(np.zeros(0), np.zeros((0, len(x))))
-        pieces = [nothing, *(piece for _, piece in self.pieces(x))]
-        return LinearisedProblem(*map(np.concatenate, zip(*pieces, strict=True)))
+        residual = np.empty(self.size + len(self.prior))
+        jacobian = np.zeros((len(residual), len(x)))
+        for block in self.blocks:
+            rows = slice(block.start, block.stop)
+            self._fill(block, x, residual[rows], jacobian[rows], np.arange(len(x)))
+        residual[self.size :] = -self.prior @ (x - self.prior_centre)
+        jacobian[self.size :] = self.prior
+        return LinearisedProblem(residual, jacobian)
 
     def pieces(
         self, x: Float[np.ndarray, " p"], *, only: Bool[np.ndarray, " p"] | None = None
