@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 9_545,
     "data": 5_463,
     "plate": 5_706,
-    "identification": 9_691,
+    "identification": 9_694,
     "diagnosis": 7_208,
     "exports": 357,
     "session": 7_113,

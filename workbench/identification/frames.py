@@ -240,7 +240,10 @@ class _FrameTrial:
         the last joint, a base offset in the first) and this one far smaller ones, it is taken whatever the F
         test says: with few rows, or one bad row, the test has no power.
         """
-        if other.strangeness > 1.0 and self.expected_deviation < 0.5 * other.expected_deviation:
+        if other.strangeness > 1.0 and (
+            self.strangeness < 0.5 * other.strangeness
+            or self.expected_deviation < 0.5 * other.expected_deviation
+        ):
             return True
         return _chance(other, self.problem, self.factor, 2.0 * self.search.history[-1]) < SIGNIFICANCE
 
