@@ -185,9 +185,7 @@ def _motion(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.nda
 
     seen = np.isfinite(values).all(1)
     time, values = time[seen], values[seen]
-    steps = np.arange(time[0], time[-1], STEP)
-    if len(steps) < 2:
-        return np.zeros((2, 1))
+    steps = np.arange(time[0], time[-1] + 2.0 * STEP, STEP)  # two at least
     even = np.stack([np.interp(steps, time, column) for column in values.T], 1)
     speed = np.linalg.norm(np.diff(uniform_filter1d(even, 5, axis=0, mode="constant"), axis=0), axis=1)
     both = np.stack([speed > 0.05 * np.quantile(speed, 0.95), speed])
