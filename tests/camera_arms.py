@@ -90,7 +90,7 @@ def made(rng, name, *, zeros=0.0, angle=0.0, length=0.0, **more):
     return Arm(dh + off, beta, zeros * rng.normal(size=n), **more)
 
 
-def dodecahedron(inner=0.09, side=0.075):
+def dodecahedron():
     """Corners (tags, 4, 3) of square tags on eleven faces; the one below is the mount."""
     g = (1 + np.sqrt(5)) / 2
     normals = [(0, s, t * g) for s in (1, -1) for t in (1, -1)]
@@ -102,7 +102,7 @@ def dodecahedron(inner=0.09, side=0.075):
         x = np.cross(n, [0.3, 0.2, 0.93])
         x /= np.linalg.norm(x)
         y = np.cross(n, x)
-        tags.append([inner * n + side / 2 * (s * x + t * y) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+        tags.append([0.09 * n + 0.0375 * (s * x + t * y) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
     return np.array(tags), normals
 
 

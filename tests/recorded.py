@@ -1,5 +1,6 @@
 """The sample session of the repository, and what its pictures say when they are read back."""
 
+import shutil
 import warnings
 from collections import defaultdict
 from collections.abc import Callable
@@ -62,6 +63,11 @@ def reader() -> Callable[[Path], Pictures]:
 @pytest.fixture(scope="session")
 def sample() -> Recording:
     return read_recording(SAMPLE)
+
+
+@pytest.fixture
+def copy(sample, tmp_path) -> Path:
+    return shutil.copytree(sample.folder, tmp_path / "copy")
 
 
 @pytest.fixture(scope="session")

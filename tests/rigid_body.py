@@ -17,7 +17,7 @@ from jaxtyping import Float, Int
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.robot import Robot
-from workbench.base.types import JointRows, Poses, Vector3, frozen
+from workbench.base.types import JointRows, Poses, frozen
 
 JOINTS = {
     Axis.RX: pin.JointModelRX,
@@ -79,15 +79,11 @@ class RigidBody:
         return out
 
 
-def rigid_body(
-    robot: Robot, *, payload: float = 0.0, payload_com: Vector3 | None = None, massless: bool = False
-) -> RigidBody:
+def rigid_body(robot: Robot, *, massless: bool = False) -> RigidBody:
     """The robot's model in pinocchio.
 
     Args:
         robot: Geometry with base and tool.
-        payload: Mass at the tool [kg].
-        payload_com: Its centre in the tool frame [m]; the tool's origin if None.
         massless: Leave masses out, for poses of robots that have none.
     """
     model = pin.Model()
@@ -113,13 +109,7 @@ def rigid_body(
             joint = robot.joints[link]
             model.addFrame(pin.Frame(f"link{link + 1}", parent, 0, here, pin.FrameType.BODY))
             if joint.mass and not massless:
-                model.appendBodyToJoint(parent, _point_mass(joint.mass, joint.com), here)
+                mass = pin.Inertia(joint.mass, np.array(joint.com), np.zeros((3, 3)))
+                model.appendBodyToJoint(parent, mass, here)
     tool = model.addFrame(pin.Frame("tool", parent, 0, here, pin.FrameType.OP_FRAME))
-    if payload:
-        centre = np.zeros(3) if payload_com is None else payload_com
-        model.appendBodyToJoint(parent, _point_mass(payload, centre), here)
     return RigidBody(model, tool, frozen(np.array(columns, np.int64)))
-
-
-def _point_mass(mass: float, centre: Vector3) -> pin.Inertia:
-    return pin.Inertia(mass, np.array(centre), np.zeros((3, 3)))

@@ -38,17 +38,17 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 LONGEST = 600
 BUDGETS = {
     "root": 255,
-    "base": 2_177,
+    "base": 2_176,
     "report": 833,
-    "arm": 9_545,
+    "arm": 9_544,
     "data": 5_463,
     "plate": 5_706,
     "identification": 9_691,
     "diagnosis": 7_208,
-    "exports": 357,
+    "exports": 356,
     "session": 7_113,
     "views": 8_495,
-    "cli": 1_768,
+    "cli": 1_767,
     "extras": 1,
     "extras/camera": 4_347,
     "extras/controllers": 1_069,
@@ -64,10 +64,10 @@ BUDGETS = {
     "extras/service": 1_365,
     "extras/trajectories": 1_914,
     "extras/workshop": 910,
-    "tests": 41_921,
+    "tests": 41_910,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 19_497
+READING_SET = 19_485
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -5,8 +5,8 @@ alike for a file and for the nominal arm. Of a virtual arm the flange's own orie
 measured. Nothing worse than nominal may leave with status 0. `pytest -m slow -s` prints the table.
 """
 
-import importlib.util
 import re
+import runpy
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -159,10 +159,8 @@ def read(path: Path, form: str, robot: str) -> Flange:
         arm = trip.read_arm(path)
         return lambda rows: arm(rows)[0]
     if form == "python-module":
-        spec = importlib.util.spec_from_file_location("arm", path)
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        return lambda rows: module.forward(rows.q, direction=rows.direction)
+        forward = runpy.run_path(str(path))["forward"]
+        return lambda rows: forward(rows.q, direction=rows.direction)
     if form == "mjcf":
         one = readers.mjcf(str(path))
     elif form in KEYS:

@@ -309,7 +309,7 @@ def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
     text = urdf(joint(0), joint(1), joint(2)).replace("</robot>", fork.format(LIMIT, mimic))
     assert read(tmp_path, text).dof == 3
     assert read(tmp_path, text, tip="x").dof == 2
-    with refuses(FileError, "d, x"):
+    with refuses(FileError, "d, x, c"):
         read(tmp_path, text.replace(mimic, ""))
 
 

@@ -163,7 +163,7 @@ BAD_OPTIONS = {
     "held-out share of one": (["--held-out", "1.0"], ["held-out", "1"]),
     "unknown frames": (["--frames", "mine"], ["mine", "auto"]),
     "unknown constant": (["--free", "joint9.theta"], ["joint9.theta"]),
-    "rows in words": (["--exclude", "first"], ["first", "--exclude"]),
+    "rows in words": (["--exclude", "first-last"], ["first-last", "--exclude"]),
     "bounds the wrong way": (["--bounds", "joint1.theta=1:-1"], ["joint1.theta"]),
     "noise without unit": (["--noise", "0.05"], ["0.05", "unit"]),
     "prior of no file": (["--prior", "none.json"], ["none.json"]),

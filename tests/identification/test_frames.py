@@ -113,3 +113,17 @@ def test_few_rows_or_an_outlier_do_not_bend_the_arm(file, robot, size, shared_da
     assert len(choice.freedom.base) == 6
     assert choice.freedom.tool
     assert 1e3 * np.median(row_errors(choice.robot, data).position) < size
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_reflector_off_the_flange_is_no_error_of_the_wrist_where_orientations_are_few(seed):
+    rng = np.random.default_rng(seed)
+    arm = freed(load_robot("ur5"), Freedom.AUTO)
+    q = np.hstack(
+        [rng.uniform(-0.6, 0.6, (80, 3)), rng.choice([-0.004, 0.004], (80, 3)) + np.array([0.5, 1.2, 0.3])]
+    )
+    tool = Frame.from_pose(se3.pose(np.eye(3), [0.2, 0.0, 0.1]))
+    errors = rng.normal(0.0, 1e-3, len(arm.default_free))
+    position = tool_poses(with_errors(arm, errors).with_frames(tool=tool), Motion(q))[:, :3, 3]
+    data = Dataset(q=q, row=np.arange(80), position=position + rng.normal(0.0, 1e-3, (80, 3)))
+    assert choose_frames(arm, data).freedom.tool

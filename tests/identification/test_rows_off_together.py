@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-import round_trip as trip
 from checks import with_errors
-from generator import three_parallel
 from refusals import refuses
 from slow import slow
 
 import workbench as wb
+from tests.exports.test_unmeasured_orientation import flanges
 from tests.identification.test_missing_units import poses_of_ur5e
 from workbench import Dataset, identify
 from workbench.base.errors import DataError
@@ -20,10 +19,7 @@ def warned(factor: float, errors: float, *, seed: int, rows: int = 80, span: flo
     """What is said of points of a UR5 by other code, whose parts differ by errors [m, rad]."""
     rng = np.random.default_rng(seed)
     q, wrong = rng.uniform(-span, span, (rows, 6)), rng.normal(0.0, errors, (6, 6))
-    here = np.eye(4)
-    for k, (before, driven, after) in enumerate(three_parallel().parts(q)):
-        here = here @ before @ driven @ after @ trip.placed(wrong[k, :3], wrong[k, 3:])
-    points = factor * (here @ [0.03, 0.0, 0.1, 1.0])[:, :3] + rng.normal(0.0, 3e-5, (rows, 3))
+    points = factor * (flanges(q, wrong) @ [0.03, 0.0, 0.1, 1.0])[:, :3] + rng.normal(0.0, 3e-5, (rows, 3))
     return instrument_scale(wb.load_robot("ur5"), Dataset(q=q, position=points))
 
 

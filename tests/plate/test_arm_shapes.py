@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from numpy.random import default_rng as rng
 from scipy.spatial import cKDTree
 
 from workbench import Frame, Motion, link_frames, load_robot
@@ -18,10 +19,6 @@ from workbench.plate.optimiser.shapes import plate_hull
 NAMES = ("base", "shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
 SPACING = 0.008
 """Farthest that a point of a link is from one of its samples [m]."""
-
-
-def rng(seed=0):
-    return np.random.default_rng(seed)
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.random import default_rng as rng
 from refusals import refuses
 
 from workbench.base import se3
@@ -16,10 +17,6 @@ from workbench.plate.plate_toml import load_plate
 from workbench.plate.tolerances import PIN_PLAY, Production
 
 HALF = np.array([0.25, 0.2])
-
-
-def rng(seed=0):
-    return np.random.default_rng(seed)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +37,7 @@ def test_only_what_may_be_made_is_drawn(style):
     blocks = Blocks(
         style=style, heights=(0.06, 0.1), tilts=tuple(np.deg2rad([0.0, 20.0, 40.0])), turn=np.deg2rad(45.0)
     )
-    places = blocks.draw(200, HALF, rng=rng())
+    places = blocks.draw(200, HALF, rng=rng(0))
     assert (np.abs(places[:, :2]) <= HALF).all()
     assert ((places[:, 2] >= 0.06) & (places[:, 2] <= 0.1)).all()
     tilts = np.unique(np.rad2deg(places[:, 3]).round(6))
@@ -84,7 +81,7 @@ def test_a_stretched_arm_is_clear_of_itself_and_a_folded_one_is_not(aria):
 
 
 def test_gains_are_what_another_candidate_brings():
-    blocks = rng().normal(size=(30, 6, 9))
+    blocks = rng(0).normal(size=(30, 6, 9))
     chosen = blocks[:3].reshape(-1, 9)
     information = chosen.T @ chosen + 0.01 * np.eye(9)
     root = rng(1).normal(size=(9, 9))
@@ -100,7 +97,7 @@ def test_gains_are_what_another_candidate_brings():
 def test_tall_blocks_are_less_well_known():
     """Against drawn errors: a hole off by ±a, a block turned by ±b about its foot."""
     production, height = Production(position=1e-4, angle=1e-3), 0.1
-    draws = rng().uniform(-1.0, 1.0, (200_000, 6)) * [*[1e-4] * 3, *[1e-3] * 3]
+    draws = rng(0).uniform(-1.0, 1.0, (200_000, 6)) * [*[1e-4] * 3, *[1e-3] * 3]
     moved = draws[:, :3] + np.cross(draws[:, 3:], [0.0, 0.0, height])
     position, rotation = production.sigma(np.array([height]))[0]
     assert position == pytest.approx(np.sqrt((moved**2).mean()), rel=0.01)
@@ -114,7 +111,7 @@ def test_play_of_a_probe_on_two_pins():
     shift, turn = PIN_PLAY
     assert shift == pytest.approx(12e-6)
     assert turn == pytest.approx((12e-6 + 9e-6) / 15e-3)
-    draws = rng().uniform(-1.0, 1.0, (200_000, 3)) * [shift, shift, turn]
+    draws = rng(0).uniform(-1.0, 1.0, (200_000, 3)) * [shift, shift, turn]
     position, rotation = Production(play=(shift, turn)).play_sigma
     assert position == pytest.approx(np.sqrt((draws[:, :2] ** 2).sum(1).mean() / 3.0), rel=0.01)
     assert rotation == pytest.approx(np.sqrt((draws[:, 2] ** 2).mean() / 3.0), rel=0.01)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.random import default_rng as rng
 from slow import slow
 
 from workbench import (
@@ -30,10 +31,6 @@ from workbench.plate.target_readings import TargetReading
 from workbench.plate.tolerances import Production
 
 
-def rng(seed=0):
-    return np.random.default_rng(seed)
-
-
 def whole(poses):
     return np.tile(np.eye(6), (len(poses), 1, 1))
 
@@ -49,13 +46,13 @@ def goal(aria, plate):
 
 @pytest.fixture(scope="module")
 def table2(aria, plate, solutions, goal):
-    return choose_branches(aria, plate, solutions, goal=goal, rng=rng())
+    return choose_branches(aria, plate, solutions, goal=goal, rng=rng(0))
 
 
 @pytest.fixture(scope="module")
 def mixed(aria, plate, goal):
     return optimise_plate(
-        aria, plate, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=60, starts=1)
+        aria, plate, reading=SEAT, goal=goal, rng=rng(0), request=DesignRequest(places=60, starts=1)
     )
 
 
@@ -65,7 +62,7 @@ def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
     targets = tuple(replace(t, locked=i in held) for i, t in enumerate(plate.targets))
     locked = replace(plate, targets=targets)
     request = DesignRequest(places=60, starts=1)
-    found = optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(), request=request)
+    found = optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(0), request=request)
     assert len(found.plate) == len(plate)
     for i, (old, new) in enumerate(zip(plate.targets, found.plate.targets, strict=True)):
         same = np.allclose(old.pose, new.pose, atol=1e-9)
@@ -76,7 +73,7 @@ def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
 @pytest.fixture(scope="module")
 def single(aria, plate, goal):
     request = DesignRequest(places=75, starts=1, postures=Postures.SINGLE)
-    return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=request)
+    return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(0), request=request)
 
 
 def predicted(robot, q, goal):
@@ -171,13 +168,13 @@ def test_a_plate_that_keeps_the_constraints_is_never_made_worse(aria, goal, mixe
 def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
     with running(cancel=lambda: True):
         few = DesignRequest(places=5)
-        never = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=few)
+        never = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(0), request=few)
     assert never.outcome is Outcome.CANCELLED
     assert never.plate is plate
     seen = []
     request = DesignRequest(places=60, starts=1)
     with running(lambda share, text: seen.append(share), lambda: bool(seen) and seen[-1] > 0.5):
-        stopped = optimise_plate(aria, mixed.plate, reading=SEAT, goal=goal, rng=rng(), request=request)
+        stopped = optimise_plate(aria, mixed.plate, reading=SEAT, goal=goal, rng=rng(0), request=request)
     assert stopped.outcome is Outcome.CANCELLED
     assert stopped.cost <= mixed.cost * (1.0 + 1e-9)
     assert seen == sorted(seen)
@@ -191,7 +188,7 @@ def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goa
         blocks=Blocks(style=BlockStyle.STEPPED, turn=np.deg2rad(45.0)),
         production=Production(position=1e-4, angle=1e-3),
     )
-    design = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=request)
+    design = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(0), request=request)
     places = places_of(design.plate, design.plate.poses)
     assert len(places) == 6
     assert np.allclose(places[:, 3], 0.0, atol=1e-7)
@@ -218,4 +215,4 @@ def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goa
 def test_what_can_not_be_had_is_named(aria, plate, goal, changed, wanted, kept, error, message):
     request = DesignRequest(**wanted, constraints=Constraints(**kept))
     with pytest.raises(error, match=message):
-        optimise_plate(aria, replace(plate, **changed), reading=SEAT, goal=goal, rng=rng(), request=request)
+        optimise_plate(aria, replace(plate, **changed), reading=SEAT, goal=goal, rng=rng(0), request=request)

@@ -241,8 +241,8 @@ def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
         if not _moving(chains[tip]):
             raise RobotError(f"has no joint that moves on the path to link '{tip}'")
         return chains[tip]
-    parents = {j.parent for j in model.robot.joints}
-    ends = [link for link in chains if link not in parents]
+    children = Counter(joint.parent for joint in model.robot.joints)
+    ends = [link for link in chains if link not in children]
     if ours := [link for link in ends if link.startswith(TOOL_LINK)]:
         return chains[ours[-1]]
     leaves = [chains[link] for link in ends]
@@ -254,7 +254,8 @@ def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
     best = [joints for joints in leaves if _moving(joints) == maximum]
     last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
-        tips = ", ".join(joints[-1].child for joints in best)
+        forks = sorted(link for link, count in children.items() if count > 1 and _moving(chains[link]))
+        tips = ", ".join([*(joints[-1].child for joints in best), *forks])
         raise RobotError(f"has several chains of {maximum} moving joints; choose a tip: {tips}")
     return best[0] if len(best) == 1 else best[0][: last_moving[0] + 1]  # several tools: up to the flange
 

@@ -71,14 +71,12 @@ def preview(
     ] = None,
 ) -> None:
     """Show how a file is read: every column with its meaning and unit, decisions, problems."""
-    from workbench.data.readers.mapping import read_mapping, write_mapping
+    from workbench.data.readers.mapping import write_mapping
     from workbench.data.readers.read import preview
     from workbench.report.blocks import ResultTable, lines
 
     opt.check_writable(save_mapping)
-    stored = None if files.mapping is None else read_mapping(files.mapping)
-    columns = files.columns or (None if stored is None else stored.columns)
-    found = preview(data, columns=columns, layout=files.layout, sheet=files.sheet)
+    found = preview(data, **files.stated()[0])
     title = f"{data.name}: {plural(found.rows, 'row')}, layout {found.layout}"
     rows = [(c.heading, c.key or "ignored", c.unit or "", c.si or "") for c in found.columns]
     table = [ResultTable(title, ("heading", "meaning", "unit", "SI unit"), rows, words=4)] if rows else []

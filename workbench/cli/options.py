@@ -113,24 +113,28 @@ class FileOptions:
     joined: tuple[AbstractSource, ...] = ()
     joins: ClassVar = "sources"
 
-    def read(self, path: Path, arm):
-        """Measurements of a file, with as many joints as the arm has."""
+    def stated(self) -> tuple[dict[str, Any], Any]:
+        """How a file is read, as options and then the mapping say; and columns of the table of joints."""
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
+        stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
+        how = {name: getattr(self, name) or getattr(stored, name) for name in ("columns", "sheet", "layout")}
+        return how, stored.joints
+
+    def read(self, path: Path, arm):
+        """Measurements of a file, with as many joints as the arm has."""
         for source in self.joined:
             if (found := source.read(path, arm, self.joints)) is not None:
                 return found
-        stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
+        how, joint_columns = self.stated()
         try:
             return wb.read_measurements(
                 path,
                 joints=arm.joint_names,
                 base=arm.base.pose,
-                columns=self.columns or stored.columns,
-                sheet=self.sheet or stored.sheet,
-                layout=self.layout or stored.layout,
                 joint_table=self.joints,
-                joint_columns=stored.joints,
+                joint_columns=joint_columns,
+                **how,
             )
         except ShapeError as error:
             from workbench.arm.urdf import tip_of
@@ -215,11 +219,12 @@ class OutputOptions:
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
-    """Comma-separated whole numbers."""
+    """Comma-separated whole numbers and ranges of them, as `3,21-37`, with the dash of messages, too."""
     try:
-        return [] if text is None else [int(part) for part in text.split(",") if part.strip()]
+        ends = [part.replace("–", "-").split("-") for part in (text or "").split(",") if part.strip()]
+        return [number for first, *last in ends for number in range(int(first), int([first, *last][-1]) + 1)]
     except ValueError:
-        raise OptionError(f"{option} must be whole numbers such as 3,4, got '{text}'") from None
+        raise OptionError(f"{option} must be whole numbers such as 3,4 or 21-37, got '{text}'") from None
 
 
 def numbers(text: str):
@@ -318,28 +323,24 @@ def orientations_of(text: str):
     from workbench.base import se3
     from workbench.plate.plate_toml import load_plate
 
-    try:
-        angles = np.deg2rad([float(part) for part in text.split(",")])
-    except ValueError:
+    angles = np.deg2rad(numbers(text))
+    if not len(angles):
         return load_plate(text).poses[:, :3, :3]
-    if angles.shape != (3,):
+    if len(angles) != 3:
         raise OptionError(f"an orientation must be roll,pitch,yaw in degrees, or a plate, got '{text}'")
     return se3.rpy_to_matrix(angles)[None]
 
 
 def region_of(text: str):
     """A region: of a plate by file or name, or from its corners, `x,y,z:x,y,z` in m."""
-    import numpy as np
-
     from workbench.plate.plate_toml import load_plate
 
-    try:
-        low, high = (np.array([float(part) for part in corner.split(",")]) for corner in text.split(":"))
-    except ValueError:
+    corners = [numbers(corner) for corner in text.split(":")]
+    if not all(map(len, corners)):
         return load_plate(text).region
-    if low.shape != (3,) or high.shape != (3,):
+    if [*map(len, corners)] != [3, 3]:
         raise OptionError(f"a region must be two corners x,y,z:x,y,z in m, or a plate, got '{text}'")
-    return wb.Region(min=low, max=high)
+    return wb.Region(min=corners[0], max=corners[1])
 
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:

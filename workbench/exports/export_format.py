@@ -164,14 +164,13 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         path: File to write.
         rows: Poses to compare.
     """
-    before = _before(job)
+    job = replace(job, before=_before(job))
     calibrated, whole = job.robot, usable_arm(job.robot)
     if job.nominal is not None:
         require_same_arm(whole.robot, job.nominal)
     carried = whole if form.takes_calibrated else usable_arm(job.robot, effects=False)
     if not form.takes_calibrated:
         job = replace(job, robot=carried.robot.in_first_session)
-    job = replace(job, before=before)
     with understood(f"a file for --for {form.name}", "--into") if job.source else nullcontext():
         text = form.write(job)
         read = form.read(text, job)

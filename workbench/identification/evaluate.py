@@ -29,12 +29,10 @@ def evaluate(
     robot, data = as_read(robot, data, reading, notes_rival=True)
     robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
-    notes = list(data.notes)
     used = data.take(data.included)
     if not len(used):
         raise DataError(f"{data.source}: all rows are excluded; there is nothing to evaluate")
-    notes += robot.extrapolation_warnings(used.q, used.row)
-    fitted = 0
+    notes, fitted = [*data.notes, *robot.extrapolation_warnings(used.q, used.row)], 0
     if fit_frames:
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]

@@ -21,7 +21,7 @@ from workbench.base.types import Outcome, frozen
 from workbench.base.wording import first_of
 from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome
 from workbench.identification.consider_covariance import Considered, covariance
-from workbench.identification.noise import effective_parameters, factor_at
+from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.tool_observability import idle_constants, observed_by
 from workbench.identification.undetermined_combinations import Factor, factorise_pieces
@@ -141,7 +141,7 @@ class Fit(AbstractReported):
     @cached_property
     def spare(self) -> float:
         """Degrees of freedom: measured numbers less parameters; below one, errors can't be assessed."""
-        return self.problem.count - effective_parameters(self.problem, self.factor)
+        return degrees_of_freedom(self.problem, self.factor)
 
     @property
     def is_assessed(self) -> bool:

@@ -12,7 +12,7 @@ from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy import special
+from scipy import linalg, special
 
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
@@ -25,6 +25,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import SearchOutcome, factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
+from workbench.identification.errors.expected_deviation import expected_deviation
 from workbench.identification.errors.row_errors import RowErrors, Spread, count_measured, row_errors
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
@@ -40,6 +41,8 @@ CERTAINLY, ROUNDING = 1e-12, 1e-12
 """Significance level at which no simpler model is fitted, and residual variance that is rounding."""
 STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
 """Corrections of the arm beyond these are implausible: more likely the tool differs from the file."""
+USUAL_DEVIATION = 1e-3
+"""Expected deviation of constants that needs no other frames [rad, m]."""
 MAX_BASE_ERROR_RATIO = 10.0
 """A base declared as known is refused if its error is this many times that of a free one …"""
 CLEAR_SHARE_OF_REACH = 0.05
@@ -225,14 +228,22 @@ class _FrameTrial:
         moved = np.abs(self.search.x - self.problem.start) / np.where(kinds, STRANGE_ANGLE, STRANGE_LENGTH)
         return float(moved[self.problem.geometry].max(initial=0.0))
 
+    @cached_property
+    def expected_deviation(self) -> float:
+        """How far from nominal the rows let the arm's constants be expected with these frames [rad, m]."""
+        return max(expected_deviation(self.problem)[0], USUAL_DEVIATION)
+
     def beats(self, other: "_FrameTrial") -> bool:
         """Whether this freer model is significantly better than the other.
 
         If the other needs corrections of the arm that can't be manufacturing errors (a tool offset appears in
-        the last joint, a base offset in the first), the freer one is taken whatever the F test says: with few
-        rows, or one bad row, the test has no power.
+        the last joint, a base offset in the first) and this one far smaller ones, it is taken whatever the F
+        test says: with few rows, or one bad row, the test has no power.
         """
-        if other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness:
+        if other.strangeness > 1.0 and (
+            self.strangeness < 0.5 * other.strangeness
+            or self.expected_deviation < 0.5 * other.expected_deviation
+        ):
             return True
         return _chance(other, self.problem, self.factor, 2.0 * self.search.history[-1]) < SIGNIFICANCE
 
@@ -244,8 +255,7 @@ class _FrameTrial:
             moved = *(was.xyz - found.xyz), *se3.matrix_to_rotvec(found.rotation.T @ was.rotation)
             off |= zip((f"{kind}.{part}" for part in FRAME_PARTS), moved, strict=True)
         held = np.array([name in off for name in self.problem.names])
-        u, size, _ = np.linalg.svd(self.factor.r[:, ~held], full_matrices=False)
-        others = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
+        others = linalg.orth(self.factor.r[:, ~held], rcond=RANK_TOLERANCE)
         more = self.factor.r[:, held] @ np.array([off[n] for n in self.problem.names if n in off])
         more = more - others @ (others.T @ more)
         gained, left = self.factor.rank - others.shape[1], self.problem.count - self.factor.rank

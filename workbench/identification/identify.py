@@ -129,11 +129,10 @@ def _runs(
         share = 0.4 + 0.5 * k / len(algorithms)
         progress(share, f"{algorithm.title}: fitting {plural(len(problem.names), 'parameter')}")
         fit, decided = _fit(problem, algorithm, loss, begin), ready.identifiability
-        if decided is not None:
-            fit = replace(fit, actual=decided.actual, considered=decided.considered)
         found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
         errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
         if decided is not None:
+            fit = replace(fit, actual=decided.actual, considered=decided.considered)
             errors = (errors[0].widened(*decided.uncertainty), errors[1].widened(*decided.uncertainty))
         runs[algorithm.name] = Run(*errors, fit, ready.held_out_data, new_sessions=new)
     return runs

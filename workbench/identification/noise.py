@@ -148,7 +148,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 
 def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> float | None:
     """Degrees of freedom as a share of the components; None if none is left."""
-    free = problem.count - effective_parameters(problem, factor_at(problem, x) if factor is None else factor)
+    free = degrees_of_freedom(problem, factor_at(problem, x) if factor is None else factor)
     return None if free < 1.0 else max(free / problem.count, 0.02)
 
 
@@ -162,9 +162,9 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
     return factorise_pieces((piece for _, piece in problem.pieces(x)), problem.units)
 
 
-def effective_parameters(problem: Problem, factor: Factor) -> float:
-    """Trace of the hat matrix of the measured rows: the number of parameters that they determine."""
-    return factor.rank - float(((problem.prior @ factor.root) ** 2).sum())
+def degrees_of_freedom(problem: Problem, factor: Factor) -> float:
+    """Measured numbers less the trace of their hat matrix, which is how many parameters they determine."""
+    return problem.count - (factor.rank - float(((problem.prior @ factor.root) ** 2).sum()))
 
 
 def with_alike_readings(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:

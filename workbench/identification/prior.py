@@ -86,13 +86,7 @@ KEY = "prior"
 def prior_json(fit: Fit) -> dict[str, Any]:
     """Names, values and information [1/rad², 1/m²] of the arm's constants as plain data."""
     prior = Prior.of(fit)
-    return {
-        KEY: {
-            "names": list(prior.names),
-            "values": prior.values.tolist(),
-            "information": prior.information.tolist(),
-        }
-    }
+    return {KEY: {"names": prior.names, "values": prior.values, "information": prior.information}}
 
 
 def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:

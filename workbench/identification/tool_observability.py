@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
+from scipy import linalg
 
 from workbench.arm.calibration_record import MAX_POSITION, Expected, Observed, representative_rows
 from workbench.arm.frame import FRAME_PARTS, Frame
@@ -34,12 +35,9 @@ MIN_INFORMATION = 1e-6
 def observed_by(fit: "Fit") -> Observed:
     """Observability of the tool in a fit."""
     position, rotation = _directions(fit)
-    rows = representative_rows(fit.problem.data.q)
-    motion = Motion.of(fit.problem.data).take(rows)
+    motion = Motion.of(fit.problem.data).take(representative_rows(fit.problem.data.q))
     tool, flange = (_expected_error(fit, motion, at_flange=place) for place in (False, True))
-    return Observed(
-        position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(fit.problem.data.q[rows])
-    )
+    return Observed(position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(motion.q))
 
 
 def idle_constants(fit: "Fit") -> frozenset[str]:
@@ -101,10 +99,7 @@ def _less(
     """Root mean squares of each column of a field, less its projection on other columns."""
     left = field.reshape(3 * len(field), field.shape[2])
     if columns:
-        u, size, _ = np.linalg.svd(
-            np.concatenate(columns, axis=2).reshape(len(left), -1), full_matrices=False
-        )
-        basis = u[:, size > 1e-9 * size[0]]
+        basis = linalg.orth(np.concatenate(columns, axis=2).reshape(len(left), -1), rcond=1e-9)
         left = left - basis @ (basis.T @ left)
     return np.sqrt((left**2).sum(0) / len(field))
 

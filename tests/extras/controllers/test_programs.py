@@ -1,6 +1,7 @@
 """The generated program against the package: poses with every effect, corrections pose by pose."""
 
-import importlib.util
+import runpy
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,10 +28,7 @@ STATE = {"payload": 1.5, "temperature": 31.0}
 def in_python(robot: Robot, nominal: Robot, folder):
     path = export_robot(FORMS["python-module"], folder / "arm.py", Job(robot=robot, nominal=nominal)).path
     assert "workbench" not in path.read_text().split('"""', 2)[2]
-    spec = importlib.util.spec_from_file_location("generated_arm", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return SimpleNamespace(**runpy.run_path(str(path)))
 
 
 def calibrated(name: str, *effects: AbstractEffect) -> tuple[Robot, Robot]:

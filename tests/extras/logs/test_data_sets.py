@@ -3,16 +3,12 @@
 import numpy as np
 import pytest
 from refusals import refuses
+from round_trip import angle
 
-from workbench.base import se3
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import preview, read_measurements
 
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
-
-
-def angles_between(a, b):
-    return np.linalg.norm(se3.matrix_to_rotvec(a @ np.swapaxes(b, -1, -2)), axis=-1)
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +21,7 @@ def test_ur10_grid_series(shared_data, ur10):
     assert len(original) == len(ur10) == 11911
     np.testing.assert_allclose(original.q, ur10.q, atol=1e-12)
     np.testing.assert_allclose(original.position, ur10.position, atol=6e-8)
-    assert angles_between(original.rotation, ur10.rotation).max() < 2e-8
+    assert angle(original.rotation, ur10.rotation).max() < 2e-8
     np.testing.assert_allclose(original.time, ur10.time, atol=0.51)
     np.testing.assert_allclose(original.temperature, ur10.temperature, atol=6e-5)
     assert original.group.tolist() == ur10.group.tolist()

@@ -37,14 +37,19 @@ class Run:
 @pytest.fixture(scope="module")
 def run_of_arm() -> Run:
     """One second at each pose, moves of different length between them, 25 samples a second."""
+    return moving_arm(lambda low, high, rng: rng.uniform(low, high))
+
+
+def moving_arm(duration) -> Run:
+    """An arm whose stands and moves take as long as `duration` says of their shortest and longest [s]."""
     rng = np.random.default_rng(3)
     arm = wb.load_robot("ur10")
     standstills = rng.uniform(-1.0, 1.0, (POSES, 6))
     parts = []
     for k in range(POSES):
-        parts.append(np.repeat(standstills[k : k + 1], int(RATE * rng.uniform(0.9, 1.5)), 0))
+        parts.append(np.repeat(standstills[k : k + 1], int(RATE * duration(0.9, 1.5, rng)), 0))
         if k + 1 < POSES:
-            share = np.linspace(0.0, 1.0, int(RATE * rng.uniform(0.6, 2.0)))[1:-1, None]
+            share = np.linspace(0.0, 1.0, int(RATE * duration(0.6, 2.0, rng)))[1:-1, None]
             eased = 3 * share**2 - 2 * share**3
             parts.append(standstills[k] + eased * (standstills[k + 1] - standstills[k]))
     q = np.concatenate(parts)
@@ -267,6 +272,12 @@ def test_a_take_is_joined_with_a_log(write, shift, run_of_arm, tmp_path):
     assert ("clocks differ by" in message) == (shift != 0.0)
     if shift:
         assert f"{shift:+.1f}" in message
+
+
+def test_an_arm_that_moves_in_one_rhythm_is_joined_by_how_fast_it_moved(tmp_path):
+    even = moving_arm(lambda low, high, _: (low + high) / 2.0)
+    take, joints = optitrack(tmp_path / "take.csv", even), log(tmp_path, even, shift=1234.5)
+    check(wb.read_measurements(take, joint_table=joints, joints=6), even, position=1e-8)
 
 
 def test_stands_of_a_take_are_joined_row_by_row(run_of_arm, tmp_path):

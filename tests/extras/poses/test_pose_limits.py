@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng as rng
 from refusals import refuses
 
 from workbench.arm.kinematics.forward import tool_poses
@@ -17,10 +18,6 @@ from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
-
-
-def rng(seed=0):
-    return np.random.default_rng(seed)
 
 
 def gaps(robot, q):

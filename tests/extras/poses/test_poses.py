@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from numpy.random import default_rng as rng
 from refusals import mentions
 
 from workbench.arm.linearisation import linearise
@@ -11,10 +12,6 @@ from workbench.data.readers import read_trajectory
 from workbench.extras.poses.climb import PoseClimb
 from workbench.extras.poses.informative_poses import informative_poses
 from workbench.plate.observability import INDICES
-
-
-def rng(seed=0):
-    return np.random.default_rng(seed)
 
 
 @pytest.mark.parametrize("index", INDICES)

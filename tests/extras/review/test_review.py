@@ -1,18 +1,12 @@
 """Recordings in the viewer, and replayed."""
 
 import json
-import shutil
 
 import pytest
 
 from tests.session.recordings import rewrite
 from workbench.extras.review.viewer import pictures_of
 from workbench.session.journal.reader import read_recording
-
-
-@pytest.fixture
-def copy(sample, tmp_path):
-    return shutil.copytree(sample.folder, tmp_path / "copy")
 
 
 @pytest.mark.parametrize("cut", [500, 20_000, 400_000, 10**9])

@@ -2,7 +2,6 @@
 
 import os
 import resource
-import shutil
 import time
 
 import pytest
@@ -19,11 +18,6 @@ from workbench.session.journal.restore import restore
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.recorder import parts, recorder
 from workbench.views.recording.rerun_output import FileOutlet
-
-
-@pytest.fixture
-def copy(sample, tmp_path):
-    return shutil.copytree(sample.folder, tmp_path / "copy")
 
 
 def begun(folder, sample, **options):

@@ -49,7 +49,6 @@ def closure_starts(
     *,
     length: float,
     entries: Sequence[int] = (0,),
-    shift: float = RANDOM_SHIFT,
 ) -> Float[np.ndarray, "rows starts 6"]:
     """Joint angles near every solution, with spurious ones among them.
 
@@ -59,7 +58,6 @@ def closure_starts(
         length: Unit of length that brings positions near 1 [m].
         entries: Joints that take the role of joint 1 (from 0) in turn: the closed loop may be entered
             anywhere, and a target that is degenerate for one entry is not for another. 16 starts each.
-        shift: Random change of the constants [rad, and share of `length`].
     """
     fixed, h = constants.copy(), targets.copy()
     fixed[:, :3, 3] /= length
@@ -69,7 +67,7 @@ def closure_starts(
     loop[:, 5] = fixed[6] @ se3.inverse(h) @ fixed[0]
     loops = []
     for first in entries:
-        noise = np.random.default_rng(SHIFT_SEED + first).standard_normal((6, 6)) * shift
+        noise = np.random.default_rng(SHIFT_SEED + first).standard_normal((6, 6)) * RANDOM_SHIFT
         noise = se3.pose(se3.rotvec_to_matrix(noise[:, :3]), noise[:, 3:])
         loops.append(np.roll(loop @ noise, -first, axis=1))
     entered = np.concatenate(loops)

@@ -58,14 +58,13 @@ class RosBag(AbstractFileLayout):
             return joints
         pose = chosen(list(streams["poses"]), naming, f"{path}: poses", "pose")
         time, numbers = (np.array(part) for part in zip(*streams["poses"][pose], strict=True))
-        turns = numbers[:, 3:] / np.linalg.norm(numbers[:, 3:], axis=1, keepdims=True)
         measured = Fields(
             source=str(path),
             lines=tuple(range(1, len(time) + 1)),
             values={"time": time, **dict(zip("xyz", numbers[:, :3].T, strict=True))},
             headings=dict.fromkeys("xyz", pose),
             units=dict.fromkeys("xyz", "m") | {"time": "s"},
-            rotation=se3.quaternion_to_matrix(turns),
+            rotation=se3.quaternion_to_matrix(numbers[:, 3:]),
             notes=(f"layout '{self.name}'", f"the tool is the body '{pose}'"),
         )
         return join_by_time(measured, joints, one_clock=True)

@@ -150,26 +150,28 @@ def clock_offset(
 ) -> tuple[float, tuple[str, ...]]:
     """What is added to times of the measurements to have those of the log, and a sentence if that is not 0.
 
-    Where both are dense, the moments in which something moved are correlated over all offsets. Where the
-    measurements are few, both clocks are taken for one.
+    Where both are dense, the moments in which something moved are correlated over all offsets, and how fast
+    it moved, as a program may move in one rhythm. Where the measurements are few, both clocks are taken for
+    one.
     """
     if not (_dense(time) and _dense(log)):
         return 0.0, ()
     from scipy.signal import correlate
 
-    moved, drove = _moving(time, points), _moving(log, q)
-    score = correlate(drove, moved)
-    score /= max(float(np.sqrt((drove**2).sum() * (moved**2).sum())), 1e-12)
-    offsets = STEP * (np.arange(len(score)) - (len(moved) - 1)) + log[0] - time[0]
+    measured = _motion(time, points)
+    alike, as_fast = map(correlate, _motion(log, q), measured)
+    score = np.maximum(alike, 0.0) * np.maximum(as_fast, 0.0)
+    offsets = STEP * (np.arange(len(score)) - (measured.shape[1] - 1)) + log[0] - time[0]
     best = int(np.argmax(score))
     others = score[np.abs(offsets - offsets[best]) > 1.0]
     now = score[np.abs(offsets) <= 3.0 * STEP]
-    if len(now) and now.max() > 0.9 * score[best] and score[best] > MIN_CORRELATION:
+    if len(now) and now.max() > 0.9 * score[best] and alike[best] > MIN_CORRELATION:
         return 0.0, ()
-    if score[best] < MIN_CORRELATION or (len(others) and score[best] < MIN_CORRELATION_RATIO * others.max()):
+    if alike[best] < MIN_CORRELATION or (len(others) and score[best] < MIN_CORRELATION_RATIO * others.max()):
+        how = "no offset" if alike[best] < MIN_CORRELATION else "more than one offset"
         raise DataError(
-            "measurements and joints move at different times, whatever the offset of their clocks: check "
-            "that they are of the same run, or give both the same clock in time[s]",
+            f"{how} of their clocks makes measurements and joints move at the same times: check that they "
+            "are of the same run, or give both the same clock in time[s]",
             column="time",
         )
     return float(offsets[best]), (
@@ -177,19 +179,18 @@ def clock_offset(
     )
 
 
-def _moving(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.ndarray, " steps"]:
-    """Whether something moved, step by step, less its mean."""
+def _motion(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.ndarray, "2 steps"]:
+    """Whether something moved, step by step, and how fast, each less its mean and of norm 1."""
     from scipy.ndimage import uniform_filter1d
 
     seen = np.isfinite(values).all(1)
     time, values = time[seen], values[seen]
-    steps = np.arange(time[0], time[-1], STEP)
-    if len(steps) < 2:
-        return np.zeros(1)
+    steps = np.arange(time[0], time[-1] + 2.0 * STEP, STEP)  # two at least
     even = np.stack([np.interp(steps, time, column) for column in values.T], 1)
     speed = np.linalg.norm(np.diff(uniform_filter1d(even, 5, axis=0, mode="constant"), axis=0), axis=1)
-    flags = (speed > 0.05 * np.quantile(speed, 0.95)).astype(float)
-    return flags - flags.mean()
+    both = np.stack([speed > 0.05 * np.quantile(speed, 0.95), speed])
+    both -= both.mean(1, keepdims=True)
+    return both / np.maximum(np.linalg.norm(both, axis=1, keepdims=True), 1e-12)
 
 
 def _dense(time: Times) -> bool:

@@ -271,10 +271,10 @@ def _notes(method, errors: PathErrors, worse: np.ndarray, speed, points: np.ndar
         rows = f"{plural(int(points.sum()), 'row')} ({first_of(np.flatnonzero(points), 10)})"
         yield f"near a singularity, {off}: {rows}"
     if worse.any():
-        text = "rows keep their commanded joints, corrected they would be worse"
-        yield f"{int(worse.sum())} {text}: {first_of(np.flatnonzero(worse), 10)}"
-    if method is CorrectionMethod.ITERATED and (left := errors.position > ACCEPTED_ERROR).any():
-        row = int(np.argmax(errors.position))
+        rows = f"{plural(int(worse.sum()), 'row')} ({first_of(np.flatnonzero(worse), 10)})"
+        yield f"as commanded, since a correction would make them worse: {rows}"
+    if method is CorrectionMethod.ITERATED and (left := (errors.position > ACCEPTED_ERROR) & ~worse).any():
+        row = int(np.argmax(errors.position * left))
         yield (
             f"{int(left.sum())} rows can't be reached exactly (row {row}: {1e3 * errors.position[row]:.3g} "
             "mm off): a load changes sign within a joint's backlash there"

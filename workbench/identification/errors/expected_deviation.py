@@ -24,11 +24,12 @@ from typing import Final
 
 import numpy as np
 from jaxtyping import Float
+from scipy import linalg
 
 from workbench.base.errors import OptionError
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import thinned
-from workbench.identification.noise import effective_parameters, factor_at
+from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
 
@@ -61,14 +62,20 @@ def with_expected_deviation(
         return problem
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
+    found, spread = expected_deviation(problem, x)
+    return problem.with_deviation(found / spread)
+
+
+def expected_deviation(problem: Problem, x: Float[np.ndarray, " p"] | None = None) -> tuple[float, float]:
+    """The most likely one [rad, m], and the scatter of the rows in stated standard deviations."""
     if x is None:
         wide = problem.with_deviation(MAX_DEVIATION)
         x = Opt2(limit=60).search(wide, begin=Opt2(limit=60).search(thinned(wide)).x).x
     factor = factor_at(problem, x)
-    spare = problem.count - effective_parameters(problem, factor)
-    spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0  # in stated deviations
+    spare = degrees_of_freedom(problem, factor)
+    spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0
     spread = max(float(spread), 1e-9)  # exact rows need no expectation
-    return problem.with_deviation(most_likely(problem, x, factor, spread) / spread)
+    return most_likely(problem, x, factor, spread), spread
 
 
 def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, spread: float = 1.0) -> float:
@@ -82,8 +89,7 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     geometry, jacobian = problem.geometry, factor.r / spread
     own, other = jacobian[:, geometry] / factor.units[geometry], jacobian[:, ~geometry]
     nominal = factor.compressed / spread + own @ (x - problem.start)[geometry]
-    u, size, _ = np.linalg.svd(other, full_matrices=False)
-    frames = u[:, size > RANK_TOLERANCE * size.max(initial=0.0)]
+    frames = linalg.orth(other, rcond=RANK_TOLERANCE)
     own, nominal = (table - frames @ (frames.T @ table) for table in (own, nominal))
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2

@@ -61,11 +61,9 @@ def prepare_without_gross_outliers(
     gross: list[int] = []
     ready = prepare(robot, data, choices, **options)
     for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
-        usual, limit = Spread.of(ready.nominal.train_rows.position).median, GROSS_REACH_SHARE * robot.reach
-        both = (
-            (ready.nominal.train_rows, ready.problem.data),
-            (ready.nominal.held_out_rows, ready.held_out_data),
-        )
+        nominal, limit = ready.nominal, GROSS_REACH_SHARE * robot.reach
+        usual = Spread.of(nominal.train_rows.position).median
+        both = (nominal.train_rows, ready.problem.data), (nominal.held_out_rows, ready.held_out_data)
         fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
         limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
         far = ready.held_out_rows[held > limit] if ready.is_one_file else ready.held_out_rows

@@ -68,7 +68,7 @@ class Optimum:
     @cached_property
     def spare(self) -> float:
         """Measured numbers beyond those that the unknowns took; at least one."""
-        return max(self.problem.count - noises.effective_parameters(self.problem, self.factor), 1.0)
+        return max(noises.degrees_of_freedom(self.problem, self.factor), 1.0)
 
     @cached_property
     def mean_square(self) -> float:
