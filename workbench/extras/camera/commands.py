@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, final
 
 import workbench as wb
 from workbench.base.errors import OptionError
+from workbench.base.files import check_ending, write_bytes, write_text
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
 from workbench.cli.option_records import AbstractSource
@@ -28,7 +29,6 @@ def board(
     boards: Annotated[int, option("Number of boards with different markers, for one arm and camera.")] = 1,
 ) -> None:
     """A ChArUco board to print at true size, and its target.toml."""
-    from workbench.base.files import check_ending, write_bytes, write_text
     from workbench.extras.camera.camera import Mount
     from workbench.extras.camera.printed import across_down, board_pdf, fitting_marker
     from workbench.extras.camera.target import Charuco, charuco_target, target_toml
@@ -71,7 +71,6 @@ def handeye(
     json: opt.JsonOption = None,
 ) -> None:
     """Camera on the hand or in the cell, and its target, from pairs of robot and target poses."""
-    from workbench.base.files import check_ending
     from workbench.extras.camera.camera import Mount
     from workbench.extras.camera.hand_eye import ENDINGS
 

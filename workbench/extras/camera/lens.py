@@ -41,8 +41,7 @@ def assumed_of_folder(rig: Rig, folder: Path) -> Rig:
         return rig
     files = list(picture_files(folder, rig))
     sizes = [picture.shape[::-1] for picture in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
-    size = max(sizes, key=sizes.count)
-    return replace(rig, cameras=(_assumed("", rig, size, CENTRE_SIGMA),))
+    return replace(rig, cameras=(_assumed("", rig, max(sizes, key=sizes.count), CENTRE_SIGMA),))
 
 
 def assumed_of_corners(rig: Rig, names: Iterable[str], uv: Float[np.ndarray, "n 2"]) -> Rig:
