@@ -60,3 +60,5 @@ def test_what_stands_in_the_way_is_said_of_a_virtual_arm_too(first):
     for branch in ("designed", "mixed"):  # among what is clear
         _, rows = measure_plate(first.robot, first.plate, branch=branch)
         assert rows.exclude is None
+    deep = first.plate.moved(np.array([0.0, 0.0, -5.0]), np.zeros(3))  # beside a pedestal
+    assert not any(hits(robot, deep, [0] * 40, q))

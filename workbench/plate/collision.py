@@ -43,13 +43,14 @@ def table_height(robot: Robot) -> float | None:
 
 def obstacles(robot: Robot, plate: Plate, blocks_of: Iterable[int] | None = None) -> dict[str, Collider]:
     """What an arm can run into, by name: the plate's solid, the blocks of all or some of its targets, the
-    table; nothing without a solid."""
+    table if none of them lies below it; nothing without a solid."""
     if plate.size is None:
         return {}
     place, own, mounted = plate.pose.tobytes(), "target" if plate.anchors is None else "anchor", plate.mounted
     chosen = range(len(mounted)) if blocks_of is None else blocks_of
     blocks = {f"the block of {own} {i + 1}": _block(place, mounted[i].pose.tobytes()) for i in chosen}
-    table = {} if (height := table_height(robot)) is None else {"the table": below(height)}
+    lowest, height = min(t.xyz[2] for t in (plate, *plate.targets)), table_height(robot)
+    table = {} if height is None or lowest < height else {"the table": below(height)}
     return {"the plate": _slab(place, plate.size.tobytes()), **blocks, **table}
 
 

@@ -153,8 +153,7 @@ def _is_there(robot: Robot, target: Target) -> bool:
     """Whether a target's joint angles put the tool into its whole pose."""
     if target.q is None:
         return False
-    at = in_base(robot, target.q[None])
-    return bool(np.abs(at[0] - target.pose).max() < THERE)
+    return bool(np.abs(in_base(robot, target.q[None])[0] - target.pose).max() < THERE)
 
 
 def single_branches(solutions: Solutions) -> dict[str, Float[np.ndarray, "targets n"]]:
