@@ -49,6 +49,8 @@ def test_the_table_is_in_the_way_of_elbows_below_it(first):
     lowest, found = body_frames(robot, q)[:, 2:-1, 2, 3].min(1), np.array(hits(robot, away, [0] * 40, q))
     assert {hit.partition(" would ")[2] for hit in found[lowest < 0.0]} == {"run into the table"}
     assert "" in found[lowest > 0.0]
+    deep = first.plate.moved(np.array([0.0, 0.0, -5.0]), np.zeros(3))  # beside a pedestal
+    assert not any(hits(robot, deep, [0] * 40, q))
 
 
 def test_what_stands_in_the_way_is_said_of_a_virtual_arm_too(first):
@@ -60,5 +62,3 @@ def test_what_stands_in_the_way_is_said_of_a_virtual_arm_too(first):
     for branch in ("designed", "mixed"):  # among what is clear
         _, rows = measure_plate(first.robot, first.plate, branch=branch)
         assert rows.exclude is None
-    deep = first.plate.moved(np.array([0.0, 0.0, -5.0]), np.zeros(3))  # beside a pedestal
-    assert not any(hits(robot, deep, [0] * 40, q))
