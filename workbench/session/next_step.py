@@ -32,7 +32,7 @@ from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
-from workbench.session.stages import before_and_after, share_of_noise, stages
+from workbench.session.stages import before_and_after, expected_elsewhere, share_of_noise, stages
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import is_better
 
@@ -169,16 +169,23 @@ def _loaded(session: Session) -> NextStep | None:
 
 
 def _added(session: Session) -> NextStep | None:
-    """Everything found is in the model; the tone is good only where the causes of the rest are named."""
+    """Everything found is in the model; the tone is good only where the causes of the rest are named.
+
+    Where no instrument's noise is known, a rest that follows nothing may be just that.
+    """
     found = session.results.diagnosis
     if not session.results.accepted:
         return None
     if found is not None and not found.is_named:
         left, tone = "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
+        if np.isfinite(far := expected_elsewhere(session)) and found.residual_map is not None:
+            left = f"Part of that is learned from the rows: far from their poses expect {compared(far)} mm"
     elif found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
         left, tone = "No known effect explains the rest", Tone.CAREFUL
+        if found.known_noise is None:
+            left += "; state the instrument's noise to know whether it is more"
     urdf = {} if session.results.run is None else session.results.run.file_errors
     if "URDF" in urdf:
         left += f". A URDF, which holds geometry alone, has {compared(urdf['URDF'].position_mm.mean)} mm"
@@ -304,8 +311,9 @@ def _plate(session: Session) -> NextStep:
         return NextStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
-    text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
-    if before := _better_before(session):
+    before, judgement = _better_before(session), "" if judged is None else f"; {judged.text}"
+    text = capital(_predicted(session, begun=not before)) + judgement
+    if before:
         undo = Action("Undo this step", Tab.PLATE, Undo())
         tone = Tone.PLAIN if judged is None else judged.tone
         return NextStep(f"{text}; before this step it was {before} mm.", tone, undo, improve)
@@ -325,12 +333,10 @@ def _plate(session: Session) -> NextStep:
 
 
 def _better_before(session: Session) -> str:
-    """The error [mm] to which undo leads back on a plate that stands where it stood, if it was smaller."""
+    """The error [mm] by this instrument to which undo leads back, if it was smaller."""
     done, now = session.history.done, session.score
-    same = (
-        step for step in session.history.past if done and step.plate is done[-1].plate
-    )  # by this instrument
-    if (last := next(same, None)) is None or not np.array_equal(last.plate.xyz, session.plate.xyz):
+    same = (step for step in session.history.past if done and step.plate is done[-1].plate)
+    if (last := next(same, None)) is None:
         return ""
     before = compared(1e3 * last.score.position)
     return before if is_better(last.score, now) and before != compared(1e3 * now.position) else ""
@@ -343,13 +349,14 @@ def _trial() -> Action | None:
     return None if found is None else Action("Try this plate", Tab.PLATE, found())
 
 
-def _predicted(session: Session) -> str:
+def _predicted(session: Session, *, begun: bool = True) -> str:
+    """The predicted error; where `begun` also that at the start, if it was another."""
     now, first = (1e3 * score.position for score in (session.score, session.history.first.score))
     if np.isnan(now) and session.region.sampled is session.plate.region:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    is_other = np.isfinite(first) and compared(first) != compared(now)
+    is_other = begun and np.isfinite(first) and compared(first) != compared(now)
     began = f", {compared(first)} mm at the start" if is_other else ""
     return f"predicted error after calibration {compared(now)} mm rms{began}"
 

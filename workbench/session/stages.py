@@ -20,23 +20,25 @@ class StageErrors:
     """Errors up to one stage of the model.
 
     Args:
-        title: What the model has by then.
+        title: The stage.
+        words: What the model has by then, for people.
         error: Mean position error [mm].
         turned: Mean orientation error [°]; None if none were measured.
         rows: Position errors row by row [m].
     """
 
     title: ModelStage
+    words: str
     error: float
     turned: float | None
     rows: Float[np.ndarray, " rows"]
 
     @classmethod
-    def of(cls, title: ModelStage, errors: AbstractValidation) -> "StageErrors":
+    def of(cls, title: ModelStage, words: str, errors: AbstractValidation) -> "StageErrors":
         """Errors on held-out rows; on the fitted ones where none were held out."""
         mean = errors.judged
         turned = None if mean.orientation_deg is None else mean.orientation_deg.mean
-        return cls(title, mean.position_mm.mean, turned, errors.judged_rows.position)
+        return cls(title, words, mean.position_mm.mean, turned, errors.judged_rows.position)
 
 
 def stages(session: Session) -> tuple[StageErrors, ...]:
@@ -44,12 +46,31 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
     found, diagnosis = session.results.identification, session.results.diagnosis
     if found is None:
         return ()
-    out, title = [StageErrors.of(STAGES[0], found.nominal)], ModelStage.GEOMETRY
-    if session.results.accepted:
-        if (geometry := session.results.geometry or (diagnosis and diagnosis.before)) is not None:
-            out.append(StageErrors.of(title, geometry))
-        title = ModelStage.EFFECTS
-    return (*out, StageErrors.of(title, found.runs[session.results.fit]))
+    known: list[tuple[ModelStage, AbstractValidation]] = [(ModelStage.NOMINAL, found.nominal)]
+    geometry = session.results.geometry or (diagnosis and diagnosis.before)
+    if session.results.accepted and geometry is not None:
+        known.append((ModelStage.GEOMETRY, geometry))
+    last = ModelStage.EFFECTS if session.results.accepted else ModelStage.GEOMETRY
+    known.append((last, found.runs[session.results.fit]))
+    return tuple(StageErrors.of(stage, stage_words(session)[stage], errors) for stage, errors in known)
+
+
+def stage_words(session: Session) -> dict[ModelStage, str]:
+    """What the model has by each stage, for people; what only predicts is said to be learned."""
+    found, words = session.results.diagnosis, {stage: str(stage) for stage in STAGES}
+    if found is not None and found.residual_map is not None:
+        named = "effects and " if found.causes else ""
+        words[ModelStage.EFFECTS] = f"{named}learned correction"
+    return words
+
+
+def expected_elsewhere(session: Session) -> float:
+    """Position error to expect far from the measured poses [mm]; NaN where it is no larger than at them."""
+    found = session.results.identification
+    if found is None or not found.transfer_warning():
+        return float("nan")
+    expected = 1e3 * found.transfer.anywhere.position
+    return expected if expected > stages(session)[-1].error else float("nan")
 
 
 def shown_stage(session: Session, rows: Comparison) -> ModelStage:
