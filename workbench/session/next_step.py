@@ -6,7 +6,6 @@ the rows of a table (`ROWS`) the first that applies to the session says the step
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from workbench.session.export import File, NotedFile, fixture_zip
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
-from workbench.session.stages import before_and_after, expected_elsewhere, share_of_noise, stages
+from workbench.session.stages import before_and_after, share_of_noise, stages
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import is_better
 
@@ -164,22 +163,16 @@ def _loaded(session: Session) -> NextStep | None:
         return None
     if loaded.match is not None and loaded.is_foreign:
         return _foreign(loaded.match, loaded.file)
-    text = f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}."
-    return NextStep(text, next=FIT, other=LOAD)
+    return NextStep(f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=LOAD)
 
 
 def _added(session: Session) -> NextStep | None:
-    """Everything found is in the model; the tone is good only where the causes of the rest are named.
-
-    Where no instrument's noise is known, a rest that follows nothing may be just that.
-    """
+    """Everything found is in the model; the tone is good only where the causes of the rest are named."""
     found = session.results.diagnosis
     if not session.results.accepted:
         return None
     if found is not None and not found.is_named:
         left, tone = "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
-        if np.isfinite(far := expected_elsewhere(session)) and found.residual_map is not None:
-            left = f"Part of that is learned from the rows: far from their poses expect {compared(far)} mm"
     elif found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
@@ -233,8 +226,9 @@ def _identified(session: Session) -> NextStep | None:
     if doubts := found.doubts(found.runs[session.results.fit]):
         return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
     if known is not None and known.refused:
-        text = f"No parameter was identified: {known.advice or known.refused}."
-        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
+        return NextStep(
+            f"No parameter was identified: {known.advice or known.refused}.", Tone.CAREFUL, MORE, COMPARE
+        )
     if known is not None:
         return NextStep(f"{errors}; {known.title} identified.", Tone.GOOD, TAKE, COMPARE)
     if times <= BEYOND_NOISE:
@@ -311,9 +305,8 @@ def _plate(session: Session) -> NextStep:
         return NextStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
-    before, judgement = _better_before(session), "" if judged is None else f"; {judged.text}"
-    text = capital(_predicted(session, begun=not before)) + judgement
-    if before:
+    text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
+    if before := _better_before(session):
         undo = Action("Undo this step", Tab.PLATE, Undo())
         tone = Tone.PLAIN if judged is None else judged.tone
         return NextStep(f"{text}; before this step it was {before} mm.", tone, undo, improve)
@@ -324,8 +317,7 @@ def _plate(session: Session) -> NextStep:
         text = f"{text}. A search may find better places for the targets."
     elif (number := more_targets(session)) is not None:
         text = f"{text}. These places are the best found; more targets lower the error."
-        more = ImprovePlate(len(history.past), number)
-        improve = Action(f"Search {number} targets", Tab.PLATE, more)
+        improve = Action(f"Search {number} targets", Tab.PLATE, ImprovePlate(len(history.past), number))
     else:
         text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
         return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
@@ -342,23 +334,19 @@ def _better_before(session: Session) -> str:
     return before if is_better(last.score, now) and before != compared(1e3 * now.position) else ""
 
 
-@cache
 def _trial() -> Action | None:
     """The plate tried on virtual arms, where an extra does so."""
     found = next((kind for kind in kinds().values() if issubclass(kind, AbstractPlateTrial)), None)
     return None if found is None else Action("Try this plate", Tab.PLATE, found())
 
 
-def _predicted(session: Session, *, begun: bool = True) -> str:
-    """The predicted error; where `begun` also that at the start, if it was another."""
-    now, first = (1e3 * score.position for score in (session.score, session.history.first.score))
+def _predicted(session: Session) -> str:
+    now = 1e3 * session.score.position
     if np.isnan(now) and session.region.sampled is session.plate.region:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    is_other = begun and np.isfinite(first) and compared(first) != compared(now)
-    began = f", {compared(first)} mm at the start" if is_other else ""
-    return f"predicted error after calibration {compared(now)} mm rms{began}"
+    return f"predicted error after calibration {compared(now)} mm rms"
 
 
 def _takes_next_poses(session: Session) -> bool:

@@ -17,7 +17,7 @@ NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 
 @dataclass(frozen=True, eq=False)
 class StageErrors:
-    """Errors up to one stage of the model.
+    """Errors up to one stage of the model on held-out rows; on the fitted ones where none were held out.
 
     Args:
         title: The stage.
@@ -33,34 +33,27 @@ class StageErrors:
     turned: float | None
     rows: Float[np.ndarray, " rows"]
 
-    @classmethod
-    def of(cls, title: ModelStage, words: str, errors: AbstractValidation) -> "StageErrors":
-        """Errors on held-out rows; on the fitted ones where none were held out."""
-        mean = errors.judged
-        turned = None if mean.orientation_deg is None else mean.orientation_deg.mean
-        return cls(title, words, mean.position_mm.mean, turned, errors.judged_rows.position)
-
 
 def stages(session: Session) -> tuple[StageErrors, ...]:
     """Errors of the nominal arm, with its geometry, with what was found: what there is, on the same rows."""
-    found, diagnosis = session.results.identification, session.results.diagnosis
-    if found is None:
+    results, words = session.results, stage_words(session)
+    if (found := results.identification) is None:
         return ()
-    known: list[tuple[ModelStage, AbstractValidation]] = [(ModelStage.NOMINAL, found.nominal)]
-    geometry = session.results.geometry or (diagnosis and diagnosis.before)
-    if session.results.accepted and geometry is not None:
-        known.append((ModelStage.GEOMETRY, geometry))
-    last = ModelStage.EFFECTS if session.results.accepted else ModelStage.GEOMETRY
-    known.append((last, found.runs[session.results.fit]))
-    return tuple(StageErrors.of(stage, stage_words(session)[stage], errors) for stage, errors in known)
+    known: list[AbstractValidation | None] = [found.nominal, found.runs[results.fit]]
+    if results.accepted:
+        known.insert(1, results.geometry or (results.diagnosis and results.diagnosis.before))
+    out = []
+    for stage, errors in ((s, e) for s, e in zip(STAGES, known, strict=False) if e is not None):
+        mean, turned, rows = errors.judged, errors.judged.orientation_deg, errors.judged_rows.position
+        out.append(StageErrors(stage, words[stage], mean.position_mm.mean, turned and turned.mean, rows))
+    return tuple(out)
 
 
 def stage_words(session: Session) -> dict[ModelStage, str]:
     """What the model has by each stage, for people; what only predicts is said to be learned."""
     found, words = session.results.diagnosis, {stage: str(stage) for stage in STAGES}
     if found is not None and found.residual_map is not None:
-        named = "effects and " if found.causes else ""
-        words[ModelStage.EFFECTS] = f"{named}learned correction"
+        words[ModelStage.EFFECTS] = f"{'effects and ' if found.causes else ''}learned correction"
     return words
 
 

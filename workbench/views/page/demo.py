@@ -195,19 +195,14 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     if found is not None and found.effects:
         yield DemoScene(f"Found: {_found(found, causes)}", seconds=8.0)
         yield DemoScene("One button adds what was found to the model …", (AddEffects(),), seconds=2.0)
-        yield DemoScene(_added(session()), tuple(map(ShowRow, range(0, 120, 12))), seconds=8.0)
+        far = expected_elsewhere(session())
+        only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
+        text = f"The model moves to where the real arm is{only}."
+        yield DemoScene(text, tuple(map(ShowRow, range(0, 120, 12))), seconds=8.0)
     unnamed = " The rest has no name." if found is not None and found.residual_map is not None else ""
     why = f"The geometry was off{f', and {causes}' if causes else ''}.{unnamed} "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
     yield DemoScene(f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0)
-
-
-def _added(session: Session) -> str:
-    """Where the model is now, and where what was learned doesn't hold."""
-    text, far = "The model moves to where the real arm is", expected_elsewhere(session)
-    if not np.isfinite(far):
-        return f"{text}."
-    return f"{text}: near the measured poses. Far from them {compared(far)} mm are expected."
 
 
 def _found(found: Diagnosis, causes: str) -> str:

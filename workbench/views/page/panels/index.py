@@ -102,10 +102,7 @@ def _details(session: Session) -> str:
 
 
 def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
-    """Error and index side by side, with curves of the last drag, and what the last step changed.
-
-    The error alone judges a step: the index may rise while it grows, as when a target is lost.
-    """
+    """Error and index side by side, with curves of the last drag; of the last step the error is the judge."""
     now, noise = session.score, session.noise
     past = session.history.past if session.drag is not None else session.history.past[:-1]
     before = past[-1].score if past else session.history.first.score

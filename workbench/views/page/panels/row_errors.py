@@ -66,7 +66,9 @@ def chart(
     x, marks, is_out = rows.number[order].astype(float), [], np.isin(rows.number[order], list(excluded))
     for stage in stages:
         y = errors[order, STAGES.index(stage)]
-        titles = [_title(rows, k, v, stage) for k, v in zip(order, y.tolist(), strict=True)]
+        kinds = ("held out" if out else "fitted" for out in rows.held_out[order])
+        told = zip(rows.number[order].tolist(), kinds, y.tolist(), strict=True)
+        titles = [f"row {k} ({kind}): {error:.3g} mm {stage}" for k, kind, error in told]
         leads = [links[k] for k in order]
         ink, name = css(STAGE_COLOURS[stage]), str(stage).capitalize()
         marks.append(Marks(x, np.where(is_out, np.nan, y), ink, titles, leads, name=name))
@@ -83,8 +85,3 @@ def chart(
     at = now if x.min() <= now <= x.max() else None
     drawing = Chart(marks, 90.0, ends, floor=0.0, now=at, uprights=uprights).svg()
     return heading("Remaining error by row, from 0 [mm]; a click puts the arm there") + drawing
-
-
-def _title(rows: Comparison, k: int, error: float, stage: ModelStage) -> str:
-    kind = "held out" if rows.held_out[k] else "fitted"
-    return f"row {int(rows.number[k])} ({kind}): {error:.3g} mm {stage}"
