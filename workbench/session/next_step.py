@@ -176,9 +176,8 @@ def _added(session: Session) -> NextStep | None:
     elif found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
-        left, tone = "No known effect explains the rest", Tone.CAREFUL
-        if found.known_noise is None:
-            left += "; state the instrument's noise to know whether it is more"
+        ask = "" if found.known_noise is not None else "; state the instrument's noise to know if it is more"
+        left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
     urdf = {} if session.results.run is None else session.results.run.file_errors
     if "URDF" in urdf:
         left += f". A URDF, which holds geometry alone, has {compared(urdf['URDF'].position_mm.mean)} mm"
@@ -203,8 +202,7 @@ def _diagnosed(session: Session) -> NextStep | None:
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     rest = "all of it noise" if found.known_noise is not None else "and nothing found in it"
-    text = f"{left} left, {rest}: the geometric model is sufficient."
-    return NextStep(text, Tone.GOOD, TAKE, COMPARE)
+    return NextStep(f"{left} left, {rest}: the geometric model is sufficient.", Tone.GOOD, TAKE, COMPARE)
 
 
 def _promise(found: Diagnosis) -> str:

@@ -60,10 +60,8 @@ def make_bodies(robot: Robot, *, swell: float = 1.0, is_plain: bool = False) -> 
     radii = swell * robot.reach * np.linspace(FIRST_LINK_RADIUS, LAST_LINK_RADIUS, max(len(order), 2))
     bodies: list[Body | None] = [None] * len(order)
     for i, k in enumerate(order):
-        element = robot.chain.elements[drivers[k]]
-        last = i == len(order) - 1
-        housing = _housing(element, SLIM * float(radii[i]), first=i == 0)
-        bodies[k] = _link(paths[k + 1], float(radii[i]), housing, last=last)
+        housing = _housing(robot.chain.elements[drivers[k]], SLIM * float(radii[i]), first=i == 0)
+        bodies[k] = _link(paths[k + 1], float(radii[i]), housing, last=i == len(order) - 1)
     return (_foot(robot, paths[0], float(radii[0])), *(b for b in bodies if b is not None))
 
 

@@ -197,8 +197,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         yield DemoScene("One button adds what was found to the model …", (AddEffects(),), seconds=2.0)
         far = expected_elsewhere(session())
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
-        text = f"The model moves to where the real arm is{only}."
-        yield DemoScene(text, tuple(map(ShowRow, range(0, 120, 12))), seconds=8.0)
+        yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
     unnamed = " The rest has no name." if found is not None and found.residual_map is not None else ""
     why = f"The geometry was off{f', and {causes}' if causes else ''}.{unnamed} "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
