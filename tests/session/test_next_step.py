@@ -108,7 +108,7 @@ def made_worse(session: Session) -> Session:
 
 def with_plate_kept(session: Session) -> Session:
     history = replace(session.history, done=(session.history.best,))
-    plate = replace(session.plate, name="changed")
+    plate = replace(session.plate, xyz=session.plate.xyz + 0.01)
     return replace(session, plate=plate, history=history, choices=replace(session.choices, wanted=None))
 
 

@@ -6,7 +6,6 @@ the rows of a table (`ROWS`) the first that applies to the session says the step
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
@@ -164,8 +163,7 @@ def _loaded(session: Session) -> NextStep | None:
         return None
     if loaded.match is not None and loaded.is_foreign:
         return _foreign(loaded.match, loaded.file)
-    text = f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}."
-    return NextStep(text, next=FIT, other=LOAD)
+    return NextStep(f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=LOAD)
 
 
 def _added(session: Session) -> NextStep | None:
@@ -178,7 +176,8 @@ def _added(session: Session) -> NextStep | None:
     elif found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
-        left, tone = "No known effect explains the rest", Tone.CAREFUL
+        ask = "" if found.known_noise is not None else "; state the instrument's noise to know if it is more"
+        left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
     urdf = {} if session.results.run is None else session.results.run.file_errors
     if "URDF" in urdf:
         left += f". A URDF, which holds geometry alone, has {compared(urdf['URDF'].position_mm.mean)} mm"
@@ -203,8 +202,7 @@ def _diagnosed(session: Session) -> NextStep | None:
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     rest = "all of it noise" if found.known_noise is not None else "and nothing found in it"
-    text = f"{left} left, {rest}: the geometric model is sufficient."
-    return NextStep(text, Tone.GOOD, TAKE, COMPARE)
+    return NextStep(f"{left} left, {rest}: the geometric model is sufficient.", Tone.GOOD, TAKE, COMPARE)
 
 
 def _promise(found: Diagnosis) -> str:
@@ -226,8 +224,9 @@ def _identified(session: Session) -> NextStep | None:
     if doubts := found.doubts(found.runs[session.results.fit]):
         return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
     if known is not None and known.refused:
-        text = f"No parameter was identified: {known.advice or known.refused}."
-        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
+        return NextStep(
+            f"No parameter was identified: {known.advice or known.refused}.", Tone.CAREFUL, MORE, COMPARE
+        )
     if known is not None:
         return NextStep(f"{errors}; {known.title} identified.", Tone.GOOD, TAKE, COMPARE)
     if times <= BEYOND_NOISE:
@@ -316,8 +315,7 @@ def _plate(session: Session) -> NextStep:
         text = f"{text}. A search may find better places for the targets."
     elif (number := more_targets(session)) is not None:
         text = f"{text}. These places are the best found; more targets lower the error."
-        more = ImprovePlate(len(history.past), number)
-        improve = Action(f"Search {number} targets", Tab.PLATE, more)
+        improve = Action(f"Search {number} targets", Tab.PLATE, ImprovePlate(len(history.past), number))
     else:
         text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
         return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
@@ -325,18 +323,15 @@ def _plate(session: Session) -> NextStep:
 
 
 def _better_before(session: Session) -> str:
-    """The error [mm] to which undo leads back on a plate that stands where it stood, if it was smaller."""
+    """The error [mm] by this instrument to which undo leads back, if it was smaller."""
     done, now = session.history.done, session.score
-    same = (
-        step for step in session.history.past if done and step.plate is done[-1].plate
-    )  # by this instrument
-    if (last := next(same, None)) is None or not np.array_equal(last.plate.xyz, session.plate.xyz):
+    same = (step for step in session.history.past if done and step.plate is done[-1].plate)
+    if (last := next(same, None)) is None:
         return ""
     before = compared(1e3 * last.score.position)
     return before if is_better(last.score, now) and before != compared(1e3 * now.position) else ""
 
 
-@cache
 def _trial() -> Action | None:
     """The plate tried on virtual arms, where an extra does so."""
     found = next((kind for kind in kinds().values() if issubclass(kind, AbstractPlateTrial)), None)
@@ -344,14 +339,12 @@ def _trial() -> Action | None:
 
 
 def _predicted(session: Session) -> str:
-    now, first = (1e3 * score.position for score in (session.score, session.history.first.score))
+    now = 1e3 * session.score.position
     if np.isnan(now) and session.region.sampled is session.plate.region:
         return "the arm does not reach the region"
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    is_other = np.isfinite(first) and compared(first) != compared(now)
-    began = f", {compared(first)} mm at the start" if is_other else ""
-    return f"predicted error after calibration {compared(now)} mm rms{began}"
+    return f"predicted error after calibration {compared(now)} mm rms"
 
 
 def _takes_next_poses(session: Session) -> bool:

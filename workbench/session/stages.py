@@ -17,39 +17,53 @@ NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 
 @dataclass(frozen=True, eq=False)
 class StageErrors:
-    """Errors up to one stage of the model.
+    """Errors up to one stage of the model on held-out rows; on the fitted ones where none were held out.
 
     Args:
-        title: What the model has by then.
+        title: The stage.
+        words: What the model has by then, for people.
         error: Mean position error [mm].
         turned: Mean orientation error [°]; None if none were measured.
         rows: Position errors row by row [m].
     """
 
     title: ModelStage
+    words: str
     error: float
     turned: float | None
     rows: Float[np.ndarray, " rows"]
 
-    @classmethod
-    def of(cls, title: ModelStage, errors: AbstractValidation) -> "StageErrors":
-        """Errors on held-out rows; on the fitted ones where none were held out."""
-        mean = errors.judged
-        turned = None if mean.orientation_deg is None else mean.orientation_deg.mean
-        return cls(title, mean.position_mm.mean, turned, errors.judged_rows.position)
-
 
 def stages(session: Session) -> tuple[StageErrors, ...]:
     """Errors of the nominal arm, with its geometry, with what was found: what there is, on the same rows."""
-    found, diagnosis = session.results.identification, session.results.diagnosis
-    if found is None:
+    results, words = session.results, stage_words(session)
+    if (found := results.identification) is None:
         return ()
-    out, title = [StageErrors.of(STAGES[0], found.nominal)], ModelStage.GEOMETRY
-    if session.results.accepted:
-        if (geometry := session.results.geometry or (diagnosis and diagnosis.before)) is not None:
-            out.append(StageErrors.of(title, geometry))
-        title = ModelStage.EFFECTS
-    return (*out, StageErrors.of(title, found.runs[session.results.fit]))
+    known: list[AbstractValidation | None] = [found.nominal, found.runs[results.fit]]
+    if results.accepted:
+        known.insert(1, results.geometry or (results.diagnosis and results.diagnosis.before))
+    out = []
+    for stage, errors in ((s, e) for s, e in zip(STAGES, known, strict=False) if e is not None):
+        mean, turned, rows = errors.judged, errors.judged.orientation_deg, errors.judged_rows.position
+        out.append(StageErrors(stage, words[stage], mean.position_mm.mean, turned and turned.mean, rows))
+    return tuple(out)
+
+
+def stage_words(session: Session) -> dict[ModelStage, str]:
+    """What the model has by each stage, for people; what only predicts is said to be learned."""
+    found, words = session.results.diagnosis, {stage: str(stage) for stage in STAGES}
+    if found is not None and found.residual_map is not None:
+        words[ModelStage.EFFECTS] = f"{'effects and ' if found.causes else ''}learned correction"
+    return words
+
+
+def expected_elsewhere(session: Session) -> float:
+    """Position error to expect far from the measured poses [mm]; NaN where it is no larger than at them."""
+    found = session.results.identification
+    if found is None or not found.transfer_warning():
+        return float("nan")
+    expected = 1e3 * found.transfer.anywhere.position
+    return expected if expected > stages(session)[-1].error else float("nan")
 
 
 def shown_stage(session: Session, rows: Comparison) -> ModelStage:

@@ -18,7 +18,7 @@ parts_of = lru_cache(maxsize=1)(fixture_of)
 
 
 def targets_csv(plate: Plate) -> str:
-    """Poses of the tool at the targets in the robot's base, to full precision, as `as-measured` reads them.
+    """Poses of the tool at the targets in the robot's base, to 1 nm and 1e-6°, as `as-measured` reads them.
 
     R = Rz(yaw) Ry(pitch) Rx(roll). Of a ball-bar's plate also the length of the bar from each anchor.
     """
@@ -29,7 +29,7 @@ def targets_csv(plate: Plate) -> str:
         head += [f"bar{k}[mm]" for k in range(1, len(anchors) + 1)]
         columns.append(1e3 * np.linalg.norm(plate.poses[:, None, :3, 3] - anchors, axis=2))
     buffer = io.StringIO()
-    rows = ([i, *map(repr, row)] for i, row in enumerate(np.hstack(columns).tolist(), start=1))
+    rows = ([i, *map(repr, row)] for i, row in enumerate(np.hstack(columns).round(6).tolist(), start=1))
     csv.writer(buffer, lineterminator="\n").writerows([head, *rows])
     return buffer.getvalue()
 

@@ -157,13 +157,6 @@ class Recording:
         states = _first_states(self.header, self.robot, self.plate)
         return start(self.robot, self.plate, is_given=bool(self.header.get("plate_given")), states=states)
 
-    def truncated_at(self, step: int) -> "Recording":
-        """The recording cut off after so many commands."""
-        if not 0 <= step <= len(self.lines):
-            text = f"step must be 0 to {len(self.lines)} in {self.folder}, got {step}"
-            raise OptionError(text, option="step", found=step)
-        return replace(self, lines=self.lines[:step])
-
 
 def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     """Read a recording.
@@ -195,7 +188,10 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
     robot, plate = inputs(folder)
     found = Recording(folder, header, robot, plate, lines, length, bool(rest), unsettled.decode())
-    return found if to is None else found.truncated_at(to)
+    if to is not None and not 0 <= to <= len(found.lines):
+        wrong = f"step must be 0 to {len(found.lines)} in {found.folder}, got {to}"
+        raise OptionError(wrong, option="step", found=to)
+    return replace(found, lines=found.lines[:to])
 
 
 def _last_place(folder: Path) -> tuple[int, bytes] | None:

@@ -21,7 +21,7 @@ from workbench.report.result_fields import ResultFields
 from workbench.session.command import UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.numbers import ROUNDING, Difference, compare, numbers_of
-from workbench.session.journal.reader import JournalLine, Recording
+from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps, stored_steps, takes_long
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
@@ -108,16 +108,13 @@ def restore(
     if not found:
         return Restored(session, recording, compared)
     header = recording.header | {"workbench": package_version(), "numbers": now.get(0, written[0])}
-    every = enumerate(recording.lines, start=1)
-    lines = [_rewritten(line, now[step]) if step in now else line for step, line in every]
+    lines = list(recording.lines)
+    for k, line in ((step - 1, lines[step - 1]) for step in now if step):
+        fields = {name: value for name, value in json.loads(line.text).items() if name != codec.CHECK}
+        text = json.dumps(fields | {"numbers": now[k + 1]}, ensure_ascii=False, allow_nan=False)
+        lines[k] = replace(line, numbers=now[k + 1], text=codec.sealed(text))
     rewritten = replace(recording, lines=tuple(lines), header=header)
     return Restored(session, rewritten, compared, tuple(found), _reason(recording, found[0].step))
-
-
-def _rewritten(line: JournalLine, numbers: dict[str, Any]) -> JournalLine:
-    fields = {name: value for name, value in json.loads(line.text).items() if name != codec.CHECK}
-    text = json.dumps(fields | {"numbers": numbers}, ensure_ascii=False, allow_nan=False)
-    return replace(line, numbers=numbers, text=codec.sealed(text))
 
 
 def _number(difference: Difference) -> str:

@@ -2,6 +2,7 @@
 
 The link after joint k is drawn along the path that the chain takes from that joint's axis to the next one;
 a cylinder marks each axis. All parts of a link move with the frame right after the joint's own element.
+They lie within the capsules that are checked for clearance: what seems to touch is refused.
 """
 
 import itertools
@@ -18,11 +19,12 @@ from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
+from workbench.plate.optimiser.capsules import FIRST_LINK_RADIUS, LAST_LINK_RADIUS, PROBE_LENGTH, PROBE_RADIUS
 from workbench.views.appearance.colours import JOINT, LINK, PROBE
 from workbench.views.appearance.shapes import Solid, along, ball, cylinder, merged, tube
 
-THICK, THIN = 0.035, 0.021
-"""Radius of the first and of the last link, as a share of the arm's reach."""
+SLIM = 0.73
+"""Radius of a drawn link in radii of its capsule, whose round end holds the housing of a joint with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +57,11 @@ def make_bodies(robot: Robot, *, swell: float = 1.0, is_plain: bool = False) -> 
     drivers = robot.chain.driven
     order = np.argsort(drivers)
     paths = skeleton.link_paths(robot)
-    radii = swell * robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
+    radii = swell * robot.reach * np.linspace(FIRST_LINK_RADIUS, LAST_LINK_RADIUS, max(len(order), 2))
     bodies: list[Body | None] = [None] * len(order)
     for i, k in enumerate(order):
-        element = robot.chain.elements[drivers[k]]
-        last = i == len(order) - 1
-        housing = _housing(element, float(radii[i]), first=i == 0)
-        bodies[k] = _link(paths[k + 1], float(radii[i]), housing, last=last)
+        housing = _housing(robot.chain.elements[drivers[k]], SLIM * float(radii[i]), first=i == 0)
+        bodies[k] = _link(paths[k + 1], float(radii[i]), housing, last=i == len(order) - 1)
     return (_foot(robot, paths[0], float(radii[0])), *(b for b in bodies if b is not None))
 
 
@@ -96,14 +96,14 @@ def body_frames(
 def _link(path: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
     """A tube along the path, a housing about the axis, and the probe at the end of the last link.
 
-    Balls round the bends off; housings hide both ends but the last link's.
+    All lie in capsules of that radius. Balls round the bends off; housings hide the other ends but the last.
     """
     probe: list[Solid] = []
     if last and len(path) > 1:
         stop, probe = _probe(path[-2], path[-1], radius)
         path = np.array([*path[:-1], stop])
-    shell = [tube(start, end, radius) for start, end in itertools.pairwise(path)]
-    shell += [ball(radius, bend) for bend in (path[1:] if last else path[1:-1])]
+    shell = [tube(start, end, SLIM * radius) for start, end in itertools.pairwise(path)]
+    shell += [ball(SLIM * radius, bend) for bend in (path[1:] if last else path[1:-1])]
     parts = [Part(housing, JOINT)]
     if shell:
         parts.append(Part(merged(shell), LINK))
@@ -114,21 +114,21 @@ def _link(path: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *,
 
 def _housing(element: Element, radius: float, *, first: bool) -> Solid:
     """A cylinder about the joint's axis; the first one does not reach down into the ground."""
-    length = (1.2 if element.axis.turns else 2.0) * radius
-    solid = cylinder(1.16 * radius, 0.0 if first else -length, length, bevel=0.16 * radius)
+    solid = cylinder(1.16 * radius, 0.0 if first else -radius, radius, bevel=0.3 * radius)
     return solid.moved(along(np.eye(3)[element.axis % 3], np.zeros(3)))
 
 
 def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarray, list[Solid]]:
     """Where the last tube stops, and a slender probe from there to the tool's origin."""
     length = float(np.linalg.norm(end - start))
-    if length < 3.0 * radius:
+    if length < radius:
         return end, []
     direction = (end - start) / length
-    stop = end - direction * min(0.5 * length, 4.0 * radius)
-    neck, slender = stop + direction * radius, 0.3 * radius
+    link = length - min(0.5 * length, PROBE_LENGTH * radius)
+    stop = start + direction * (link - min(radius, 0.5 * link))
+    neck, slender = stop + direction * 0.55 * radius, PROBE_RADIUS * radius
     tip = end - direction * 2.0 * slender
-    flange = cylinder(1.15 * radius, 0.0, 0.35 * radius, bevel=0.08 * radius)
+    flange = cylinder(0.58 * radius, 0.0, 0.25 * radius, bevel=0.05 * radius)
     solids = [
         flange.moved(along(direction, neck)),
         tube(neck, tip, slender),

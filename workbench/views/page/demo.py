@@ -24,6 +24,7 @@ from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
 from workbench.session.joint_errors import NO_LAW
 from workbench.session.page_state import Tab
+from workbench.session.stages import expected_elsewhere, stage_words
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -38,8 +39,8 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "Mean error at held-out poses: nominal, geometry, effects. Now your robot."
-"""It stands until somebody does something."""
+END = "Mean error at held-out poses: nominal, geometry, {}. Now your robot."
+"""With what the last stage has; it stands until somebody does something."""
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
 
@@ -193,14 +194,14 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     causes = "" if found is None else " and ".join(cause.plain for cause in found.causes)
     if found is not None and found.effects:
         yield DemoScene(f"Found: {_found(found, causes)}", seconds=8.0)
-        yield DemoScene(
-            "One button adds them, and the model moves to where the real arm is.",
-            (AddEffects(), *map(ShowRow, range(0, 120, 12))),
-            seconds=10.0,
-        )
+        yield DemoScene("One button adds what was found to the model …", (AddEffects(),), seconds=2.0)
+        far = expected_elsewhere(session())
+        only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
+        yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
     unnamed = " The rest has no name." if found is not None and found.residual_map is not None else ""
     why = f"The geometry was off{f', and {causes}' if causes else ''}.{unnamed} "
-    yield DemoScene(f"{why}{END}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0)
+    end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
+    yield DemoScene(f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0)
 
 
 def _found(found: Diagnosis, causes: str) -> str:

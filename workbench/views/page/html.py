@@ -93,13 +93,13 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:.{min(places, 8)}f}"
 
 
-def change(now: float, first: float, *, larger_is_better: bool) -> str:
-    """Change against the beginning in percent, green where better, red where worse; to stand behind it."""
+def change(now: float, first: float, *, is_verdict: bool = True) -> str:
+    """Change against the beginning in percent; one that judges is green if smaller, red if larger."""
     if not (np.isfinite(now) and np.isfinite(first)) or first == 0:
         return ""
     share = now / first - 1.0
     if abs(share) < UNCHANGED:
         return f' · <span style="color:{MUTED}">unchanged</span>'
-    colour = GOOD if (share > 0) == larger_is_better else BAD
+    colour = MUTED if not is_verdict else BAD if share > 0 else GOOD
     shown = f"{100 * share:+.1f} %" if abs(share) < 9.995 else f"×{now / first:.0f}"
     return f' · <span style="color:{colour}">{shown.replace("-", "−")}</span>'

@@ -16,7 +16,7 @@ NEARER = 0.62
 """Distance of the eye, as a share of a page's, whose picture is wider."""
 NO_LEGEND = rrb.PlotLegend(visible=False)
 POSITION, ROTATION = "position [mm]", "rotation [°]"
-EACH = f"{POSITION}: grey nominal, blue geometry, orange with effects"
+EACH = f"{POSITION}: grey nominal, blue geometry, orange with what was added"
 PLOTS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
     "predicted": ("Predicted errors", {POSITION: ("position_mm",), ROTATION: ("rotation_deg",)}),
     "index": ("Observability", {name: (name,) for name in ("O", "O1", "O2", "O3", "O4", "O5")}),

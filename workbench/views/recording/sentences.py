@@ -55,7 +55,7 @@ def about(session: Session) -> str:
         "out of reach. **Arms:** solid, J1 … at its joints: nominal; orange: the real one as far as known.",
         f"**Points** were measured: coloured by their error once there is a fit{_scale_text(session)}.",
         "**Arrows** lead from predicted to measured positions, in the colour of the model's stage: grey",
-        "nominal, blue with its geometry identified, orange with effects; likewise lines and bars of errors.",
+        "nominal, blue with its geometry identified, orange with what was added; likewise lines and bars.",
         f"All errors, of arms and arrows alike, are drawn × {session.choices.overlay.exaggeration:g}.",
     ]
     return "\n".join(lines)

@@ -16,7 +16,7 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
 from workbench.session.comparison import STAGES
 from workbench.session.journal.entry import Ending
-from workbench.session.stages import stages
+from workbench.session.stages import stage_words, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.sink import differences
@@ -92,16 +92,17 @@ class Series(AbstractTimeline):
         is_all = entry is not None and not isinstance(entry.command, DRAGS)
         for path, value in (*_score(session.score), *_errors(session)):
             if path not in self._drawn:
-                self._style(canvas, path)
+                self._style(canvas, path, session)
             if is_all or self._drawn.get(path) != value:
                 self._drawn[path] = value
                 canvas.log(path, rr.Scalars(value if math.isfinite(value) else math.nan))
 
-    def _style(self, canvas: Canvas, path: str) -> None:
-        name = path.split("/")[1]
-        colour = COLOURS.get(name.split("_")[0], SELECTED)
+    def _style(self, canvas: Canvas, path: str, session: Session) -> None:
+        name, _, unit = path.split("/")[1].partition("_")
+        colour, words = COLOURS.get(name, SELECTED), stage_words(session)
+        title = {PATHS[stage]: words[stage] for stage in words}.get(name, name)
         step = rr.components.InterpolationMode.StepAfter
-        line = rr.SeriesLines(names=name.replace("_", " "), colors=colour, interpolation_mode=step)
+        line = rr.SeriesLines(names=f"{title} {unit}".strip(), colors=colour, interpolation_mode=step)
         canvas.log(path, line, rr.SeriesPoints(colors=colour, marker_sizes=4.0), static=True)
 
 
@@ -126,9 +127,10 @@ class RowErrorTimeline(AbstractTimeline):
         if rows is None or rows.calibrated is None or group in self._drawn:
             return
         self._drawn.add(group)
+        words = stage_words(moment.session)
         for stage in rows.stages:
             path = f"row_error/{PATHS[stage]}_mm/{group}"
-            lines = rr.SeriesLines(names=f"{results.fit}: {stage} mm", colors=STAGE_COLOURS[stage])
+            lines = rr.SeriesLines(names=f"{results.fit}: {words[stage]} mm", colors=STAGE_COLOURS[stage])
             canvas.log(path, lines, static=True)
             errors = 1e3 * rows.stage_errors[:, STAGES.index(stage)]
             canvas.rows(path, rr.Scalars.columns(scalars=errors), len(rows))

@@ -53,9 +53,13 @@ class ColumnsPanel(AbstractPanel):
             self.html(lambda s: "" if (file := file_of(s)) is None else listing(file))
 
     def _heading(self, session: Session) -> str:
-        """The chosen one; of another file the first one in doubt."""
+        """The chosen one; of another file the first that is left out or lacks its unit, or else the first."""
         before, self._shown = self._shown, (file := file_of(session))
-        return self._column.typed if file is None or file is before else _first_doubtful(file)
+        if file is None or file is before:
+            return self._column.typed
+        named = [c for c in file.preview.columns if c.heading]
+        doubts = [c for c in named if lacks_unit(c)] + [c for c in named if c.key is None]
+        return (doubts or named)[0].heading
 
     def _meanings(self, session: Session) -> list[str]:
         names = list(meanings(session.robot.dof))
@@ -108,10 +112,3 @@ def _meaning(column: TableColumn) -> str:
     if column.key is None:
         return "left out"
     return f"{ours(column)}: unit?" if lacks_unit(column) else ours(column)
-
-
-def _first_doubtful(file: MeasurementFile) -> str:
-    """The heading of the first column that is left out or lacks its unit; of the first one if none is."""
-    named = [c for c in file.preview.columns if c.heading]
-    doubts = [c for c in named if lacks_unit(c)] + [c for c in named if c.key is None]
-    return (doubts or named)[0].heading

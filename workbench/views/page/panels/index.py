@@ -102,7 +102,7 @@ def _details(session: Session) -> str:
 
 
 def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
-    """Error and index side by side, with curves of the last drag, and what the last step changed."""
+    """Error and index side by side, with curves of the last drag; of the last step the error is the judge."""
     now, noise = session.score, session.noise
     past = session.history.past if session.drag is not None else session.history.past[:-1]
     before = past[-1].score if past else session.history.first.score
@@ -114,8 +114,8 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     )
     own = f"and {number(np.rad2deg(now.rotation))}°, rms" if np.isfinite(now.rotation) else "rms"
     index, last = now.indices[INDEX.name], before.indices[INDEX.name]
-    error_change = change(now.position, before.position, larger_is_better=False) if is_moved else ""
-    index_change = change(index, last, larger_is_better=True) if is_moved else ""
+    error_change = change(now.position, before.position) if is_moved else ""
+    index_change = change(index, last, is_verdict=False) if is_moved else ""
     errors, indices = zip(*trace, strict=True) if trace else ((), ())
     return (
         '<div style="display:flex;gap:16px;font-variant-numeric:tabular-nums">'

@@ -11,7 +11,7 @@ from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelSta
 from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
 from workbench.session.played_motion import Played
 from workbench.session.real_arm import bending_robot
-from workbench.session.stages import shown_stage
+from workbench.session.stages import shown_stage, stage_words
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
     BLOCKED,
@@ -156,23 +156,24 @@ def _dot(colour: tuple[int, int, int]) -> str:
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
     """Errors of the measured points, and their colours."""
+    words = stage_words(session)
     parts = (
-        stage_choice(rows, shown_stage(session, rows), links),
+        stage_choice(rows, shown_stage(session, rows), links, words),
         colour_bar(error_scale(rows)),
         marks(rows, is_left_out=bool(session.measurements.left_out)),
         "" if session.results.diagnosis is None else events(session.results.diagnosis.events, rows),
-        row_errors(rows, session.results.row) if session.playback.focus is Focus.ROW else "",
+        row_errors(rows, session.results.row, words) if session.playback.focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
 
-def stage_choice(rows: Comparison, shown: ModelStage, links: Mapping[ModelStage, str]) -> str:
+def stage_choice(rows: Comparison, shown: ModelStage, links: Mapping[ModelStage, str], words: Mapping) -> str:
     """Whose errors are shown; a click on another stage of the model chooses it."""
     parts = []
     for stage in rows.stages:
         style = "font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
-        hint = f"Show the errors of this model: {stage}"
-        parts.append(f'<a href="{text(links[stage])}" title="{hint}" style="{style}">{stage}</a>')
+        name = f'title="Show the errors of this model" style="{style}">{words[stage]}'
+        parts.append(f'<a href="{text(links[stage])}" {name}</a>')
     return f"<div>Error: {' · '.join(parts)}</div>"
 
 
@@ -206,11 +207,11 @@ def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
     return f'<div data-testid="events" title="{hint}">{marked}</div>'
 
 
-def row_errors(rows: Comparison, row: int) -> str:
+def row_errors(rows: Comparison, row: int, words: Mapping[ModelStage, str]) -> str:
     """Errors of a row."""
     kind = "held out" if rows.held_out[row] else "fitted"
     known = [
-        f"{number(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {text(stage)}"
+        f"{number(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {words[stage]}"
         for stage in rows.stages
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]

@@ -6,8 +6,7 @@ from jaxtyping import Float
 from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.chart import Chart, Marks, Upright
-from workbench.session.comparison import ModelStage
-from workbench.session.stages import StageErrors, noise_length, stages
+from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import STAGE_COLOURS, css
 from workbench.views.page.html import CAREFUL, MUTED, block, number, on_any_page, text
@@ -23,7 +22,7 @@ def result_card(session: Session) -> str:
     found = session.results.identification
     if found is None:
         return ""
-    done = first, *_, last = stages(session)
+    done = first, *_ = stages(session)
     kind = "held-out" if len(done[0].rows) == len(found.held_out_data) else "fitted"
     fitted = [frame for frame, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
@@ -31,10 +30,10 @@ def result_card(session: Session) -> str:
     below = f"Mean position error on {measured} {kind} poses{where}; the chart counts them by their error."
     if not measured:
         below = f"No positions were measured{where}."
-    elsewhere, less_certain = "", found.transfer_warning()
-    if less_certain and (expected := 1e3 * found.transfer.anywhere.position) > last.error:
+    elsewhere = ""
+    if np.isfinite(expected := expected_elsewhere(session)):
         says = f"{number(expected)} mm expected" if expected < first.error else "not certain to beat nominal"
-        hint = text(capital(less_certain))
+        hint = text(capital(found.transfer_warning()))
         elsewhere = f'<div title="{hint}" style="color:{CAREFUL}">{says} elsewhere</div>'
     return block(
         numbers(done)
@@ -57,7 +56,8 @@ def numbers(done: tuple[StageErrors, ...]) -> str:
     parts = [
         f'<div style="text-align:center"><div style="font-size:24px;font-weight:650;line-height:1.2">'
         f"{number(stage.error)}</div>"
-        f'<div style="color:{on_any_page(colour)};font-weight:600">{text(stage.title)}</div></div>'
+        f'<div style="color:{on_any_page(colour)};font-weight:600;max-width:9em">'
+        f"{text(stage.words)}</div></div>"
         for stage, colour in zip(done, _colours(done), strict=True)
     ]
     arrow = f'<div style="font-size:20px;color:{MUTED}">→</div>'
@@ -79,7 +79,7 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
     edges = np.geomspace(0.9 * min(ends), 1.1 * max(ends), BINS + 1)
     x = np.repeat(np.log(edges), 2)
     marks = [
-        Marks(x, _steps(some, edges), ink, (stage.title,), is_line=True, is_filled=True)
+        Marks(x, _steps(some, edges), ink, (stage.words,), is_line=True, is_filled=True)
         for stage, some, ink in zip(done, values, _colours(done), strict=True)
     ]
     seen = [Upright(float(np.log(noise)), f"the instrument: {number(noise, 2)} mm", "currentColor")]
@@ -88,7 +88,7 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
 
 
 def _colours(done: tuple[StageErrors, ...]) -> tuple[str, ...]:
-    return tuple(css(STAGE_COLOURS[ModelStage(stage.title)]) for stage in done)
+    return tuple(css(STAGE_COLOURS[stage.title]) for stage in done)
 
 
 def _steps(values: np.ndarray, edges: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Error of every row in the order of measuring: a click on one puts the arm there."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -12,6 +12,7 @@ from workbench.report.chart import Chart, Marks, Upright
 from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.page_state import Tab
+from workbench.session.stages import stage_words
 from workbench.session.state import Session
 from workbench.views.appearance.colours import EVENT, EXCLUDED, STAGE_COLOURS, css
 from workbench.views.page.html import block, heading
@@ -39,8 +40,8 @@ class RowErrorsPanel(AbstractPanel):
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
-        drawing = chart(rows, session.results.row, links, excluded, happened)
-        return block(drawing, testid="row-chart")
+        words = stage_words(session)
+        return block(chart(rows, session.results.row, links, words, excluded, happened), testid="row-chart")
 
 
 def shown(rows: Comparison) -> list[int]:
@@ -53,6 +54,7 @@ def chart(
     rows: Comparison,
     row: int,
     links: dict[int, str],
+    words: Mapping[ModelStage, str],
     excluded: Collection[int] = (),
     happened: Sequence[AbstractEvent] = (),
 ) -> str:
@@ -66,9 +68,11 @@ def chart(
     x, marks, is_out = rows.number[order].astype(float), [], np.isin(rows.number[order], list(excluded))
     for stage in stages:
         y = errors[order, STAGES.index(stage)]
-        titles = [_title(rows, k, v, stage) for k, v in zip(order, y.tolist(), strict=True)]
+        kinds = ("held out" if out else "fitted" for out in rows.held_out[order])
+        told = zip(rows.number[order].tolist(), kinds, y.tolist(), strict=True)
+        titles = [f"row {k} ({kind}): {error:.3g} mm {words[stage]}" for k, kind, error in told]
         leads = [links[k] for k in order]
-        ink, name = css(STAGE_COLOURS[stage]), str(stage).capitalize()
+        ink, name = css(STAGE_COLOURS[stage]), words[stage].capitalize()
         marks.append(Marks(x, np.where(is_out, np.nan, y), ink, titles, leads, name=name))
         marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
     ends = (f"row {int(x.min())}", str(int(x.max())))
@@ -83,8 +87,3 @@ def chart(
     at = now if x.min() <= now <= x.max() else None
     drawing = Chart(marks, 90.0, ends, floor=0.0, now=at, uprights=uprights).svg()
     return heading("Remaining error by row, from 0 [mm]; a click puts the arm there") + drawing
-
-
-def _title(rows: Comparison, k: int, error: float, stage: ModelStage) -> str:
-    kind = "held out" if rows.held_out[k] else "fitted"
-    return f"row {int(rows.number[k])} ({kind}): {error:.3g} mm {stage}"
