@@ -33,6 +33,7 @@ from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.effects.joint_coupling import JointCoupling
+from workbench.arm.effects.tilting import AbstractTilting
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
@@ -67,6 +68,7 @@ UNTRIED_ACROSS = "without masses, compliance of bearings and links under load ca
 NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
 NO_JOINT = "without a tenth of the rows, or with wider noise, each of its joints is unclear or replaceable"
 SCATTERS = "its joint scatters as much as it moves by this law, so the law is not complete"
+LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
 
@@ -196,8 +198,7 @@ class _Judge:
         untried = _untried(terms.whole, self.arm)
         is_masked = self._is_masked(terms)
         reason = untried or challenge.doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion))
-        if isinstance(terms.whole, AbstractEvent):
-            reason = reason or terms.whole.twin(self.arm.dof)
+        reason = reason or self._twin(terms.whole)
         if untried == UNTRIED or is_masked:
             odds = min(odds, 1.0)
         is_sure = not reason and odds >= CERTAIN
@@ -223,6 +224,12 @@ class _Judge:
             driver=challenge.driver,
             is_law=challenge.cap > 1.0,
         )
+
+    def _twin(self, whole: AbstractEffect) -> str:
+        """What would give the same rows, as a clause."""
+        if isinstance(whole, AbstractTilting):
+            return LINK_TILTS
+        return whole.twin(self.arm.dof) if isinstance(whole, AbstractEvent) else ""
 
     def _is_masked(self, terms: _Terms) -> bool:
         """Whether a joint that scatters alone does so as much as its terms move it."""

@@ -351,6 +351,19 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
     beside = across(chain, turning, rows.wrenches)
     for k in rows.varied(beside):
         j = turning[k]
+        sides = beside[:, k] / np.maximum(np.linalg.norm(beside[:, k], axis=1, keepdims=True), 1e-300)
+        for shape, alike in (Shape.LINE, beside[:, k]), (Shape.JUMP, sides):
+            yield rows.follower(
+                Driver.LOAD,
+                "the load across {}, in its bearing or link",
+                inserted_names(chain, [j], Insertion.TILT),
+                np.ones((len(alike), 1)),
+                joints=(j,),
+                together=alike[rows.order, :, None],
+                kind=Insertion.TILT,
+                by_load=True,
+                shape=shape,
+            )
         angle = q[:, j] + chain.values[chain.driven[j]]
         c, s = np.cos(angle), np.sin(angle)
         here = beside[:, k]
