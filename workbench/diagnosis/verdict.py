@@ -46,7 +46,7 @@ def conclude(
         after: Errors with the effects.
     """
     is_added = residual_map is not None or any(c.is_added for c in causes)
-    more = f" {correction.sentence}." if correction is not None and correction.is_material else ""
+    more = f" {correction.sentence}." if correction is not None and correction.reduced else ""
     if explains_little(*sure, robot.reach):
         drivers = "".join(f" The error {f.text}." for f in followed)
         return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)}{drivers}{more}"

@@ -168,15 +168,18 @@ class Correction:
     after: tuple[float, float]
 
     @property
-    def is_material(self) -> bool:
-        """Whether it is worth a word."""
-        return any(b < MAX_LEFT * a for a, b in zip(self.before, self.after, strict=True))
+    def reduced(self) -> list[int]:
+        """What it reduces noticeably: 0 the error of positions, 1 that of orientations."""
+        pairs = enumerate(zip(self.before, self.after, strict=True))
+        return [k for k, (before, after) in pairs if after < MAX_LEFT * before]
 
     @property
     def sentence(self) -> str:
-        k = 0 if np.isfinite(self.before[0]) else 1
-        before, after = (f"{size[k]:.2g}{(' mm', '°')[k]}" for size in (self.before, self.after))
-        return f"A correction from your rows would reduce {before} to {after}"
+        changes = (
+            " to ".join(f"{size[k]:.3g}{(' mm', '°')[k]}" for size in (self.before, self.after))
+            for k in self.reduced
+        )
+        return f"A correction from your rows would reduce {' and '.join(changes)}"
 
 
 def followed_text(parts: Sequence[Follower]) -> str:
@@ -385,7 +388,7 @@ class DriverEvidence:
         if len(others) == len(kept):
             return kept
         after, before = remaining(self.searched, [kept, others]).tolist()
-        return kept if Correction(tuple(before), tuple(after)).is_material else others
+        return kept if Correction(tuple(before), tuple(after)).reduced else others
 
     @cached_property
     def _clock(self) -> tuple[np.ndarray, np.ndarray]:
