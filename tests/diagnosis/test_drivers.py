@@ -63,7 +63,7 @@ def test_motions_are_known_only_where_rows_followed_each_other():
     whole = make("none", 3).data
     path = path_of(whole.take(np.arange(5, 9)), whole)
     np.testing.assert_allclose(path.moves, np.diff(whole.q, axis=0)[4:8])
-    assert path.speed is None
+    assert not path.is_steady
     assert path_of(whole, replace(whole, time=None)) is None
     turned = replace(whole, direction=-whole.direction)
     assert path_of(turned, turned) is None

@@ -87,7 +87,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         tried, too_few = Tried.LOADS, None
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
-    if too_few is None and path is not None and path.speed is not None:
+    if too_few is None and path is not None and path.is_steady:
         alone = validated(rounds(first, rng, tried=Tried.NONE))
         if ask("a lag", lambda: alone.drivers is not None and alone.drivers.is_lag, False):
             return alone

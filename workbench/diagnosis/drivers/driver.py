@@ -3,9 +3,11 @@
 | driver | of | through |
 |---|---|---|
 | angle | a joint | the joint, its bearing, another joint |
+| | sum and difference of two joints next to each other, so also products | either joint |
 | load | a joint's moment about its axis, also with its angle, or under other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
 | motion | a joint's last motion, also with its load or its angle | the joint |
+| | a joint's last motion | another joint |
 | | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths; for time, any constant |
 | place | where the tool is | frame |
@@ -46,8 +48,9 @@ from workbench.diagnosis.drivers.process import (
 from workbench.diagnosis.search.candidate_columns import known_wrenches
 from workbench.identification.problem import Problem
 
-ANGLE_LENGTHS, OTHER_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.5
-"""Correlation lengths over a joint's own angle, another's, and the size of a motion [rad or m]."""
+ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.8, 0.5
+"""Correlation lengths over a joint's own angle, another's, sum and difference of two, and a motion's size [rad
+or m]."""
 LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
 """Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
 MIN_LOAD, MIN_VARIATION = 1e-3, 0.03
@@ -188,12 +191,14 @@ class Path:
     Args:
         moves: By how far each moved from the row before [rad or m].
         wound: How far each is wound up, from −1 to 1: a spring that drags a block, which slips after `SLIPS`.
-        speed: How fast each moved in the row [rad/s or m/s]; None where rows are too far apart to tell.
+        speed: How fast each moved in the row, from the rows about it [rad/s or m/s].
+        is_steady: Whether rows are near enough to each other for that to be so.
     """
 
     moves: Float[np.ndarray, "rows n"]
     wound: Float[np.ndarray, "rows n slips"]
-    speed: Float[np.ndarray, "rows n"] | None
+    speed: Float[np.ndarray, "rows n"]
+    is_steady: bool
 
 
 def path_of(data: Dataset, whole: Dataset) -> Path | None:
@@ -228,7 +233,7 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
     agrees = (np.sign(moves[mine]) == data.direction) | (data.direction == 0.0) | (moves[mine] == 0.0)
     if agrees.mean() <= AGREES:
         return None
-    return Path(moves[mine], wound[mine], speeds[mine] if is_steady else None)
+    return Path(moves[mine], wound[mine], speeds[mine], bool(is_steady))
 
 
 class _Rows:
@@ -322,12 +327,19 @@ def _angles(rows: _Rows) -> Iterator[Follower]:
             text = f"{what}, in its bearing"
             wave = smooth(mine, ANGLE_LENGTHS[1])
             yield rows.follower(Driver.ANGLE, text, tilts, wave, joints=(j,), kind=Insertion.TILT)
+    q = rows.motion.q
     for j, k in permutations(range(rows.chain.dof), 2):
         if k in rows.alive:
             text = f"the angle of {joint_list((k,))}, in {{}}"
-            wave = smooth(rows.motion.q[:, k], OTHER_LENGTH)
+            wave = smooth(q[:, k], OTHER_LENGTH)
             found = rows.follower(Driver.ANGLE, text, driven_names(rows.chain, [j]), wave, joints=(j,))
             yield replace(found, by=k)
+            if abs(j - k) == 1 and j in rows.alive:
+                sum_of, other = (smooth(q[:, j] + sign * q[:, k], TWO_LENGTH) for sign in (1.0, -1.0))
+                text = f"the angles of {joint_list(sorted((j, k)))}, in {{}}"
+                both = np.column_stack([sum_of, other])
+                found = rows.follower(Driver.ANGLE, text, driven_names(rows.chain, [j]), both, joints=(j,))
+                yield replace(found, by=k)
 
 
 def _loads(rows: _Rows) -> Iterator[Follower]:
@@ -389,10 +401,11 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
     sign, q = np.nan_to_num(rows.motion.direction), rows.motion.q
     loads = own(rows.chain, range(rows.chain.dof), rows.wrenches) if len(rows.wrenches) else np.zeros(q.shape)
     heavy = rows.varied(loads[:, :, None])
-    if rows.path is not None and rows.path.speed is not None:
+    if rows.path is not None:
         moved, ones = driven_names(rows.chain, range(rows.chain.dof)), np.ones((len(sign), 1))
         speed = rows.path.speed[rows.order, :, None]
-        yield rows.follower(Driver.MOTION, SPEED, moved, ones, together=speed, shape=Shape.LAG)
+        shape = Shape.LAG if rows.path.is_steady else None
+        yield rows.follower(Driver.MOTION, SPEED, moved, ones, together=speed, shape=shape)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
         moved = driven_names(rows.chain, [j])
         if rows.path is not None:
@@ -404,6 +417,10 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
             shapes[""] = smooth(size, MOTION_LENGTH)
         if j in heavy:
             shapes[" load"] = smooth(loads[:, j] / loads[:, j].std(), LOAD_LENGTHS[1])
+        for i in {*range(rows.chain.dof)} - {j}:
+            text, there = f"the last motion of {joint_list((j,))}, in {{}}", driven_names(rows.chain, [i])
+            found = rows.follower(Driver.MOTION, text, there, sign[:, j, None], joints=(i,))
+            yield replace(found, by=j)
         for tag, shape in shapes.items():
             what = f"the last motion of {{}}{f' and its{tag}' if tag else ''}"
             shape = sign[:, j, None] * with_one(shape)
@@ -419,6 +436,9 @@ def _times(rows: _Rows) -> Iterator[Follower]:
             rows, Driver.TIME, f"{TIME}, as under a payload that changes, in {{}}", wandering(t)
         )
         yield from constants_over_time(rows.problem, rows.x)
+    if len(names := rows.data.sessions) > 1:
+        session = np.column_stack([rows.data.in_session(name) for name in names[1:]])
+        yield from _through_all(rows, Driver.TIME, "the session", session)
 
 
 def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
