@@ -49,8 +49,8 @@ from workbench.diagnosis.search.candidate_columns import known_wrenches
 from workbench.identification.problem import Problem
 
 ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.8, 0.5
-"""Correlation lengths over a joint's own angle, another's, sum and difference of two, and a motion's size [rad
-or m]."""
+"""Correlation lengths over a joint's own angle, another's, sum and difference of two, and a motion's size
+[rad or m]."""
 LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
 """Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
 MIN_LOAD, MIN_VARIATION = 1e-3, 0.03
