@@ -31,6 +31,7 @@ from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import BASE, Insertion, across, driven_names, inserted_names, own, turns
 from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import moved_joints
+from workbench.arm.effects.tilting import AbstractTilting
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
@@ -116,7 +117,8 @@ class Follower:
         joints: These joints, counted from 0.
         candidate: The process, its weights with one variance.
         shape: How it depends on its driver, if as simply as a law; by any function without.
-        by: The joint whose angle it follows, if that isn't the one that it moves.
+        by: The joint that it follows, if that isn't the one that it moves.
+        is_even: Whether it gives way about both axes across a joint alike.
     """
 
     driver: Driver
@@ -125,11 +127,15 @@ class Follower:
     candidate: Candidate
     shape: Shape | None = None
     by: int | None = None
+    is_even: bool = False
 
     def holds(self, effect: AbstractEffect, chain: Chain) -> bool:
-        """Whether an effect's law is one of its functions: of the same quantity through the same elements."""
+        """Whether an effect's law is one of its functions: of the same quantity through the same elements; a
+        bearing gives way as the next link may."""
         assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
         moved, elements = {*self.candidate.effect.moved}, {*effect.elements(chain)}
+        if isinstance(effect, AbstractTilting) and self.candidate.effect.kind is Insertion.BEND:
+            elements = {*inserted_names(chain, effect.joints, Insertion.BEND)}
         joints = {*self.joints} if self.by is None else {*self.joints, self.by}
         if self.shape is not None and (self.shape is Shape.JUMP) != effect.has_play:
             return False
@@ -353,9 +359,8 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         joint, what = driven_names(chain, [j]), "the load of {}"
         shapes = [np.column_stack([smooth(load, length), leap]) for length in LOAD_LENGTHS]
         shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
-        for k, (shape, found) in enumerate(
-            [*((None, f) for f in shapes), (Shape.LINE, load[:, None]), (Shape.JUMP, leap)]
-        ):
+        simple = (Shape.LINE, load[:, None]), (Shape.JUMP, leap)
+        for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
             yield rows.follower(
                 Driver.LOAD, what, joint, found, joints=(j,), by_load=True, shape=shape, tag=f" {k}"
             )
@@ -364,18 +369,19 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
     for k in rows.varied(beside):
         j = turning[k]
         sides = beside[:, k] / np.maximum(np.linalg.norm(beside[:, k], axis=1, keepdims=True), 1e-300)
-        for shape, alike in (Shape.LINE, beside[:, k]), (Shape.JUMP, sides):
-            yield rows.follower(
+        for shape, even in (Shape.LINE, beside[:, k]), (Shape.JUMP, sides):
+            found = rows.follower(
                 Driver.LOAD,
                 "the load across {}, in its bearing or link",
                 inserted_names(chain, [j], Insertion.TILT),
-                np.ones((len(alike), 1)),
+                np.ones((len(even), 1)),
                 joints=(j,),
-                together=alike[rows.order, :, None],
+                together=even[rows.order, :, None],
                 kind=Insertion.TILT,
                 by_load=True,
                 shape=shape,
             )
+            yield replace(found, is_even=True)
         angle = q[:, j] + chain.values[chain.driven[j]]
         c, s = np.cos(angle), np.sin(angle)
         here = beside[:, k]

@@ -269,7 +269,7 @@ class DriverEvidence:
             return self._described(left, {f: first[f] for f in some if f in first}, most)
 
         home = [f for f in self._over(driver) if self._holds(f, law)]
-        there = best(f for f in home if f.shape is not Shape.TURNED)[0]
+        there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
         free = best(f for f in home if f.shape is None)[0]
         found = [best(f for f in self._over(d) if f not in home) for d in Driver]
         for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
