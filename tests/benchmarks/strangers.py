@@ -228,6 +228,8 @@ def _step(v):
 
 
 SOFT = ("joint-compliance", "uneven-compliance")
+NEAR = {"flexure": ("bearing-compliance",)}
+"""Of a kind out of the catalogue: a link as soft about both axes is a bearing's law, and that claim names both."""
 STRANGERS = {
     "settling": Stranger(settling, "motion"),
     "sticking": Stranger(sticking, "motion"),
@@ -249,7 +251,7 @@ STRANGERS = {
     "payload": Stranger(payload_between, "time", SOFT),
     "quantised": Stranger(quantised, ""),
 } | {
-    f"without-{short}": Stranger(partial(by_law, law), driver, out=out)
+    f"without-{short}": Stranger(partial(by_law, law), driver, NEAR.get(short, ()), out)
     for short, law, driver, out in (
         ("compliance", "joint-compliance", "load", (*SOFT, "gravity-sag")),
         ("backlash-load", ("backlash", None, "moment"), "load", ("backlash",)),

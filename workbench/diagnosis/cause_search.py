@@ -19,10 +19,11 @@ from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
-from workbench.diagnosis.drivers.evidence import DriverEvidence
+from workbench.diagnosis.drivers.evidence import DriverEvidence, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
+from workbench.diagnosis.search.evidence import NONZERO_ERRORS, drop
 from workbench.diagnosis.search.rounds import (
     Searched,
     Stage,
@@ -101,12 +102,21 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     if drivers is not None and (pull := ask("gravity", lambda: gravity_elsewhere(drivers), None)) is not None:
         turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried))
         gain = description_length(search.last) - description_length(turned.last)
-        laws = tuple(t for t in turned.last.model if driver_of(t.candidate.effect) is Driver.LOAD)
-        wins = laws and turned.drivers and turned.drivers.challenges([laws])[0].cap >= PROBABLE
-        search = turned if gain > np.log(CERTAIN) and wins else search
+        search = turned if gain > np.log(CERTAIN) and _shows_gravity(turned) else search
     if explains_little(search.nominal.train, search.after.train, robot.reach):
         search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
+
+
+def _shows_gravity(search: CauseSearch) -> bool:
+    """Whether a law of load is clear: gravity is seen through it alone."""
+    if search.drivers is None:
+        return False
+    fit, open_ones = search.last.stage.fit, undecided(search.drivers)
+    laws = (t.candidate for t in drop(search.last.model, open_ones) if not is_nameless(t))
+    loaded = {n for c in laws if driver_of(c.effect) is Driver.LOAD for n in c.names}
+    sizes = zip(fit.problem.names, np.abs(fit.x), fit.std, strict=True)
+    return any(size >= NONZERO_ERRORS * error for name, size, error in sizes if name in loaded)
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:

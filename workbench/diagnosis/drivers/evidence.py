@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench.arm.effects.axes import Insertion
 from workbench.arm.effects.events import AbstractStep
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
@@ -271,7 +272,9 @@ class DriverEvidence:
         home = [f for f in self._over(driver) if self._holds(f, law)]
         there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
         free = best(f for f in home if f.shape is None)[0]
-        found = [best(f for f in self._over(d) if f not in home) for d in Driver]
+        bends = law[0].candidate.effect.insertion is Insertion.BEND  # evenly is a case of that
+        even = [f for f in self._over(driver) if bends and f.is_even and f.shape is Shape.LINE]
+        found = [best(f for f in self._over(d) if f not in (*home, *even)) for d in Driver]
         for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
             if self._holds(step, law):
                 there = max(there, by_step)
@@ -288,7 +291,9 @@ class DriverEvidence:
         as_simple = [is_jump or len(r.candidate.names) == 1 for is_jump, r in zip(jumps, rivals, strict=True)]
         is_simplest = is_simple and not more and not (rivals and all(as_simple))
         there = max(there, own - 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count)))
-        return Challenge(own - max(gain, free), there - gain, rivals, rest, driver, is_simplest)
+        return Challenge(
+            own - max(gain, free, best(even)[0]), there - gain, rivals, rest, driver, is_simplest
+        )
 
     @property
     def _model(self) -> Model:
