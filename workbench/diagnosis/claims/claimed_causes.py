@@ -23,7 +23,7 @@ coupling is only probable there, as bearing loads depend on other joints' positi
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -33,7 +33,8 @@ from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.effects.joint_coupling import JointCoupling
-from workbench.arm.effects.tilting import AbstractTilting
+from workbench.arm.effects.link_flexure import LinkFlexure
+from workbench.arm.effects.tilting import AbstractTilting, BearingCompliance
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
@@ -218,7 +219,7 @@ class _Judge:
             contribution_mm=at_tool[0],
             contribution_deg=at_tool[1],
             text=sentence_of(terms.whole, unsure, self.std, self.arm, self.motion),
-            look_alikes=rivals,
+            look_alikes=(*rivals, *_even_links(terms.whole)),
             unsure=unsure,
             doubt=reason or "",
             driver=challenge.driver,
@@ -244,6 +245,12 @@ class _Judge:
             if any(j in scattering and size < limits[j] for j, size in zip(joints, sizes, strict=True)):
                 return True
         return False
+
+
+def _even_links(whole: AbstractEffect) -> Iterator[AbstractEffect]:
+    """Links that would give the same rows as bearings, whatever is measured."""
+    if isinstance(whole, BearingCompliance):
+        yield LinkFlexure(whole.joints, tuple(c for c in whole.coefficients for _ in range(2)))
 
 
 def _untried(whole: AbstractEffect, arm: Robot) -> str | None:

@@ -271,8 +271,9 @@ class DriverEvidence:
 
         home = [f for f in self._over(driver) if self._holds(f, law)]
         there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
-        free = best(f for f in home if f.shape is None)[0]
         bends = law[0].candidate.effect.insertion is Insertion.BEND  # evenly is a case of that
+        link = [f for f in home if not bends and f.candidate.effect.insertion is Insertion.BEND]
+        free = best(f for f in home if f.shape is None or f in link)[0]
         even = [f for f in self._over(driver) if bends and f.is_even and f.shape is Shape.LINE]
         found = [best(f for f in self._over(d) if f not in (*home, *even)) for d in Driver]
         for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
