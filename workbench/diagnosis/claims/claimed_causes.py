@@ -46,7 +46,7 @@ from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness,
 from workbench.diagnosis.claims.reduced_models import validated_without
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.claims.survival import Survival, survival
-from workbench.diagnosis.confidence import CERTAIN, PROBABLE
+from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
@@ -62,8 +62,6 @@ MIN_RESIDUAL_SHARE, MIN_NOISE_SHARE = 0.1, 1.0 / 3.0
 """Minimum shares of the residual and of the noise that a cause must explain."""
 MAX_CAUSES = 6
 """Maximum number of causes."""
-MAX_ODDS = 1e12
-"""Odds are capped at this value."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
 NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"

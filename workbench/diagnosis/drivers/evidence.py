@@ -23,7 +23,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.contributions import remaining
 from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
-from workbench.diagnosis.confidence import PROBABLE, Confidence
+from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     WAY,
     Driver,
@@ -41,8 +41,6 @@ from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.problem import Problem
 
-SURE = 100.0
-"""Odds against every process from which a law, or a driver, is certain."""
 MIN_GAIN = 8.0
 """Log evidence from which an error follows a driver at all [nat]."""
 MAX_FREEDOM = 6
@@ -100,12 +98,12 @@ class Challenge:
         """Odds that the law may have at most: 1, 20 or any.
 
         Where the rows leave open which element moves, the simplest law may be probable, unless another one
-        is sure, and is never certain.
+        is, and is never certain.
         """
-        open_for = -np.log(SURE) if self.is_simplest else np.log(PROBABLE)
+        open_for = (-1.0 if self.is_simplest else 1.0) * np.log(PROBABLE)
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
-        return np.inf if min(self.lead, self.apart) >= np.log(SURE) else PROBABLE
+        return np.inf if min(self.lead, self.apart) >= np.log(CERTAIN) else PROBABLE
 
     @property
     def doubt(self) -> str:
@@ -139,9 +137,7 @@ class FollowedDriver:
 
     @property
     def confidence(self) -> Confidence:
-        if self.lead >= np.log(SURE):
-            return Confidence.CERTAIN
-        return Confidence.PROBABLE if self.lead >= np.log(PROBABLE) else Confidence.OPEN
+        return Confidence.of(np.exp(min(self.lead, np.log(MAX_ODDS))))
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -348,7 +344,7 @@ class DriverEvidence:
         if best is None or best.shape is not Shape.LAG:
             return False
         left, lag = left_of(self.grams, self._model), self._beside[best]
-        if self._against_play(left, best, lag) < np.log(SURE):
+        if self._against_play(left, best, lag) < np.log(CERTAIN):
             return False
         return with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
 
