@@ -67,8 +67,9 @@ class RemainingError:
         """Whether something is left to explain: noise of readings has one size for joints that turn, and one
         for those that slide; other scatter is a joint's own."""
         noise = self.scattering
-        is_own = noise is not None and (noise.joints_that_scatter or len({*noise.sigma} - {0.0}) > 2)
-        return self.is_more_than_noise or bool(is_own and not noise.digit)
+        if self.is_more_than_noise or noise is None or noise.digit:
+            return self.is_more_than_noise
+        return bool(noise.joints_that_scatter) or len({*noise.sigma} - {0.0}) > 2
 
     @beside("the note on joint readings", "")
     def joint_noise_warning(self, chain: Chain) -> str:

@@ -410,8 +410,8 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
     if rows.path is not None:
         moved, ones = driven_names(rows.chain, range(rows.chain.dof)), np.ones((len(sign), 1))
         speed = rows.path.speed[rows.order, :, None]
-        shape = Shape.LAG if rows.path.is_steady else None
-        yield rows.follower(Driver.MOTION, SPEED, moved, ones, together=speed, shape=shape)
+        lag = Shape.LAG if rows.path.is_steady else None
+        yield rows.follower(Driver.MOTION, SPEED, moved, ones, together=speed, shape=lag)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
         moved = driven_names(rows.chain, [j])
         if rows.path is not None:
