@@ -3,8 +3,9 @@
 from enum import StrEnum
 
 CERTAIN, PROBABLE = 1000.0, 20.0
-"""Minimum odds for each name, against claims and processes alike; below, a cause and its rival are one claim.
-With kinds left out of the catalogue, the nearest law won by 100 : 1 and more against processes."""
+"""Minimum odds for each name against claims and processes elsewhere; below, a cause and its rival are one."""
+CERTAIN_WITHIN = 100.0
+"""Minimum odds of a certain law against processes that contain it: their freedom alone costs 100 and more."""
 MAX_ODDS = 1e12
 """Odds are capped at this value."""
 

@@ -23,7 +23,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.contributions import remaining
 from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
-from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE, Confidence
+from workbench.diagnosis.confidence import CERTAIN, CERTAIN_WITHIN, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     WAY,
     Driver,
@@ -103,7 +103,8 @@ class Challenge:
         open_for = (-1.0 if self.is_simplest else 1.0) * np.log(PROBABLE)
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
-        return np.inf if min(self.lead, self.apart) >= np.log(CERTAIN) else PROBABLE
+        is_sure = self.lead >= np.log(CERTAIN_WITHIN) and self.apart >= np.log(CERTAIN)
+        return np.inf if is_sure else PROBABLE
 
     @property
     def doubt(self) -> str:
