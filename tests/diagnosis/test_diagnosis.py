@@ -17,6 +17,7 @@ from workbench.base.progress import Cancelled, cancelled, running
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.document import error_units
 from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.diagnosis.result import harm_done
 from workbench.identification.problem import Problem
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -140,15 +141,12 @@ def test_what_was_not_measured_is_null(nothing):
 def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):
     """By more than the standard error of the mean score, row by row."""
     assert diagnosed.harm is None
-    held = diagnosed.before.held_out_rows
-    rng = np.random.default_rng(0)
+    held, rng = diagnosed.before.held_out_rows, np.random.default_rng(0)
     for more, is_worse in ((0.0, False), (3.0, True)):
-        noise = diagnosed.noise.position * (rng.standard_normal(len(held.position)) + more)
-        worse = replace(diagnosed.after, held_out_rows=replace(held, position=held.position + noise))
-        found = replace(diagnosed, after=worse)
-        assert (found.harm is not None) is is_worse
-        assert found.is_good is not is_worse
-    assert replace(found, effects=()).harm is None
+        noise = diagnosed.remaining.noise.position * (rng.standard_normal(len(held.position)) + more)
+        harm = harm_done(held, replace(held, position=held.position + noise), diagnosed.remaining.noise)
+        assert (harm is not None) is is_worse
+        assert replace(diagnosed, harm=harm).is_good is not is_worse
 
 
 # -- cancelled ------------------------------------------------------------------------------------

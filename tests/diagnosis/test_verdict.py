@@ -57,8 +57,8 @@ def test_what_is_left_is_compared_with_the_noise_that_rows_state(soft):
     robot, rows = soft
     found = diagnose(robot, rows, noise=Noise(1e-3, 1e-2))
     sigma = float(np.sqrt((rows.sigma[:, :3] ** 2).mean()))
-    assert found.known_noise.position == pytest.approx(sigma)
-    assert found.noise.position == pytest.approx(sigma, rel=0.2)
+    assert found.remaining.known_noise.position == pytest.approx(sigma)
+    assert found.remaining.noise.position == pytest.approx(sigma, rel=0.2)
     assert found.verdict is Verdict.EXPLAINED
     doubted = diagnose(robot, replace(rows, sigma=rows.sigma / 3.0))
     assert doubted.verdict is Verdict.PARTLY

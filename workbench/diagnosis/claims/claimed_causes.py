@@ -41,16 +41,16 @@ from workbench.arm.statics.deflection import law_sizes
 from workbench.base.advice import beside
 from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
-from workbench.diagnosis.claims.contributions import explained
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
-from workbench.diagnosis.claims.reduced_models import validated_without
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
+from workbench.diagnosis.search.contributions import explained
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
+from workbench.diagnosis.search.reduced_models import validated_without
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
 from workbench.identification.joint_reading_noise import Readings, readings
@@ -85,7 +85,7 @@ def find_causes(
         std: Standard errors of its coefficients.
         drivers: What the error follows at that search.
     """
-    judge = _Judge.of(searched, arm, known_noise, std)
+    judge = _Judge(searched, arm, searched.stage.motion, known_noise, std)
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
     sizes = explained(searched, groups).tolist()
@@ -141,34 +141,30 @@ class _Judge:
 
     Args:
         motion: Of the fitted rows.
-        scatter: Of joint readings; None if they seem exact.
-        minimum: Size from which terms are a cause.
-        maximum: Largest motion of an element per unit of every coefficient [rad or m].
     """
 
     searched: Searched
     arm: Robot
     motion: Motion
+    known_noise: Noise | None
     std: StandardErrors
-    scatter: Readings | None
-    minimum: float
-    maximum: dict[str, float]
 
-    @classmethod
-    def of(cls, searched: Searched, arm: Robot, known_noise: Noise | None, std: StandardErrors) -> "_Judge":
-        """With what holds for all terms."""
-        geometric, motion = searched.stage.geometric_problem, searched.stage.motion
-        left = float(np.sqrt(validated(searched.grams, searched.model).sum() / searched.grams.count))
-        noise = _noise(left, geometric.typical_noise, known_noise)
-        return cls(
-            searched,
-            arm,
-            motion,
-            std,
-            scatter=readings(geometric),
-            minimum=max(MIN_NOISE_SHARE * noise, MIN_RESIDUAL_SHARE * left),
-            maximum=law_sizes(arm, motion, [*arm.coefficients]),
-        )
+    @cached_property
+    def scatter(self) -> Readings | None:
+        """Of joint readings; None if they seem exact."""
+        return readings(self.searched.stage.geometric_problem)
+
+    @cached_property
+    def minimum(self) -> float:
+        """Size from which terms are a cause."""
+        grams, weighing = self.searched.grams, self.searched.stage.geometric_problem.typical_noise
+        left = float(np.sqrt(validated(grams, self.searched.model).sum() / grams.count))
+        return max(MIN_NOISE_SHARE * _noise(left, weighing, self.known_noise), MIN_RESIDUAL_SHARE * left)
+
+    @cached_property
+    def maximum(self) -> dict[str, float]:
+        """Largest motion of an element per unit of every coefficient [rad or m]."""
+        return law_sizes(self.arm, self.motion, [*self.arm.coefficients])
 
     def is_named(self, terms: _Terms) -> bool:
         """Whether terms are a cause; events always are, as they determine which arm is saved."""

@@ -21,8 +21,6 @@ from workbench.arm.effects.axes import Insertion
 from workbench.arm.effects.events import AbstractStep
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.claims.contributions import remaining
-from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.confidence import CERTAIN, CERTAIN_WITHIN, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     WAY,
@@ -35,8 +33,10 @@ from workbench.diagnosis.drivers.driver import (
     path_of,
 )
 from workbench.diagnosis.drivers.process import DriverProcess
+from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, joints_of, offers, solve
 from workbench.diagnosis.search.gram_matrices import Grams, compress
+from workbench.diagnosis.search.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.problem import Problem
@@ -149,7 +149,7 @@ class FollowedDriver:
     def text(self) -> str:
         """Clause that continues `The error`."""
         rival = self.rival if self.confidence is Confidence.OPEN else None
-        other = "" if rival is None else f", or {rival.what}"
+        other = "" if rival is None else f", or {followed_text((rival,))}"
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
 
 
@@ -162,8 +162,8 @@ class Correction:
         after: With the processes besides.
     """
 
-    before: tuple[float, float]
-    after: tuple[float, float]
+    before: Sequence[float]
+    after: Sequence[float]
 
     @property
     def reduced(self) -> list[int]:
@@ -270,8 +270,8 @@ class DriverEvidence:
         there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
         bends = law[0].candidate.effect.insertion is Insertion.BEND  # evenly is a case of that
         link = [f for f in home if not bends and f.candidate.effect.insertion is Insertion.BEND]
-        free = best(f for f in home if f.shape is None or f in link)[0]
         even = [f for f in self._over(driver) if bends and f.is_even and f.shape is Shape.LINE]
+        free = max(best(f for f in home if f.shape is None or f in link)[0], best(even)[0])
         found = [best(f for f in self._over(d) if f not in (*home, *even)) for d in Driver]
         for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
             if self._holds(step, law):
@@ -289,9 +289,7 @@ class DriverEvidence:
         as_simple = [is_jump or len(r.candidate.names) == 1 for is_jump, r in zip(jumps, rivals, strict=True)]
         is_simplest = is_simple and not more and not (rivals and all(as_simple))
         there = max(there, own - 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count)))
-        return Challenge(
-            own - max(gain, free, best(even)[0]), there - gain, rivals, rest, driver, is_simplest
-        )
+        return Challenge(own - max(gain, free), there - gain, rivals, rest, driver, is_simplest)
 
     @property
     def _model(self) -> Model:
@@ -345,9 +343,8 @@ class DriverEvidence:
         if best is None or best.shape is not Shape.LAG:
             return False
         left, lag = left_of(self.grams, self._model), self._beside[best]
-        if self._against_play(left, best, lag) < np.log(CERTAIN):
-            return False
-        return with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
+        is_sure = self._against_play(left, best, lag) >= np.log(CERTAIN)
+        return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
 
     def _delay(self, lag: Follower, model: Model) -> float:
         """By how long places are later than joints in a model with this process [s]."""
@@ -391,7 +388,7 @@ class DriverEvidence:
         if len(others) == len(kept):
             return kept
         after, before = remaining(self.searched, [kept, others]).tolist()
-        return kept if Correction(tuple(before), tuple(after)).reduced else others
+        return kept if Correction(before, after).reduced else others
 
     @cached_property
     def _clock(self) -> tuple[np.ndarray, np.ndarray]:
@@ -444,8 +441,7 @@ class DriverEvidence:
         grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
         more = (*model, *(o.term for o in offers(left_of(grams, model), parts)))
         whole = replace(self.searched, grams=grams, model=more)
-        before, after = remaining(whole, [model, more]).tolist()
-        return Correction(tuple(before), tuple(after))
+        return Correction(*remaining(whole, [model, more]).tolist())
 
     def _over(self, driver: Driver) -> list[Follower]:
         return [f for f in self.followers if f.driver == driver]
