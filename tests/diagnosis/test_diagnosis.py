@@ -17,7 +17,6 @@ from workbench.base.progress import Cancelled, cancelled, running
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.document import error_units
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.result import harm_done
 from workbench.identification.problem import Problem
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -138,15 +137,10 @@ def test_what_was_not_measured_is_null(nothing):
 # -- words ----------------------------------------------------------------------------------------
 
 
-def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):
-    """By more than the standard error of the mean score, row by row."""
+def test_an_arm_that_its_effects_make_worse_is_not_good(diagnosed):
     assert diagnosed.harm is None
-    held, rng = diagnosed.before.held_out_rows, np.random.default_rng(0)
-    for more, is_worse in ((0.0, False), (3.0, True)):
-        noise = diagnosed.remaining.noise.position * (rng.standard_normal(len(held.position)) + more)
-        harm = harm_done(held, replace(held, position=held.position + noise), diagnosed.remaining.noise)
-        assert (harm is not None) is is_worse
-        assert replace(diagnosed, harm=harm).is_good is not is_worse
+    assert diagnosed.is_good
+    assert not replace(diagnosed, harm="worse").is_good
 
 
 # -- cancelled ------------------------------------------------------------------------------------

@@ -172,6 +172,13 @@ def test_terms_that_cancel_are_sized_by_what_they_leave():
     assert "up to 4." in uneven.sentence(wb.load_robot("aria").chain, motion)
 
 
+def test_a_law_does_not_end_at_the_largest_load_of_its_rows():
+    """A fit of masses stalled there."""
+    wrenches = np.full((1, 6, 6), 10.0)
+    soft = UnevenCompliance((1,), (0.0, 0.0, 1e-3)).softened(chain := wb.load_robot("aria").chain, wrenches)
+    assert soft.slope(chain, Motion(np.zeros((1, 6))), wrenches).any()
+
+
 @pytest.mark.parametrize("axes", ["tool", "frame"])
 def test_two_seats_of_a_reflector_are_no_noise(axes):
     """No driver explains them: the residuals have two centres."""

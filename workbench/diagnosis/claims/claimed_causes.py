@@ -192,8 +192,9 @@ class _Judge:
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
         untried = _untried(terms.whole, self.arm)
         is_masked = self._is_masked(terms)
-        reason = untried or challenge.doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion))
-        reason = reason or self._twin(terms.whole)
+        doubt, twin = challenge.doubt, self._twin(terms.whole)
+        doubt = twin or doubt if doubt and challenge.cap > 1.0 else doubt
+        reason = untried or doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion)) or twin
         if untried == UNTRIED or is_masked:
             odds = min(odds, 1.0)
         is_sure = not reason and odds >= CERTAIN
