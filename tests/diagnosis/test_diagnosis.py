@@ -134,15 +134,6 @@ def test_what_was_not_measured_is_null(nothing):
     check_errors(found["after"]["train"], turned=False)
 
 
-# -- words ----------------------------------------------------------------------------------------
-
-
-def test_an_arm_that_its_effects_make_worse_is_not_good(diagnosed):
-    assert diagnosed.harm is None
-    assert diagnosed.is_good
-    assert not replace(diagnosed, harm="worse").is_good
-
-
 # -- cancelled ------------------------------------------------------------------------------------
 
 

@@ -133,7 +133,6 @@ def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed, said, m
         ("without-bearing", 6000, Confidence.OPEN, "explains as much"),
         slow("without-flexure", 6000, Confidence.PROBABLE, "or link-flexure at joint 3; .* the same rows"),
         slow("without-compliance", 6004, Confidence.OPEN, "explains as much"),
-        slow("without-clearance", 1004005, Confidence.OPEN, "explains as much"),
     ],
 )
 def test_a_law_is_not_certain_where_another_element_explains_as_much(kind, seed, odds, said):
@@ -143,28 +142,17 @@ def test_a_law_is_not_certain_where_another_element_explains_as_much(kind, seed,
     assert re.search(said, f"{cause.claim}; {cause.doubt}")
 
 
-@pytest.mark.parametrize(
-    ("off", "said"),
-    [
-        (
-            lambda rows: 0.02 * np.gradient(rows.q, axis=0) / np.gradient(rows.time)[:, None],
-            r"the speed of the joints \(certain\)",
-        ),
-        (
-            lambda rows: -7e-4 * rows.direction[:, 4:5] * np.eye(6)[3],
-            r"the last motion of joint 5, in joint 4 \(certain\)",
-        ),
-        (
-            lambda rows: -4e-4 * np.sin(3.0 * (rows.q[:, 1:2] + rows.q[:, 2:3])) * np.eye(6)[2],
-            "the angles of joints 2, 3, in joint 3",
-        ),
-    ],
-)
-def test_joints_that_follow_speed_or_other_joints_do_not_scatter(off, said):
+def test_joints_that_follow_speed_or_other_joints_do_not_scatter():
     """They did, or followed another joint's angle, or their load."""
-    made = make("none", 0)
-    found = diagnose(made.robot, replace(made.data, q=made.data.q + off(made.data)), held_out=0.0)
-    assert re.match(f"The error follows {said}", found.message)
+    made, axis = make("none", 0), np.eye(6)
+    q, speed = made.data.q, np.gradient(made.data.q, axis=0) / np.gradient(made.data.time)[:, None]
+    for off, said in (
+        (0.02 * speed, "the speed of the joints (certain)"),
+        (-7e-4 * made.data.direction[:, 4:5] * axis[3], "the last motion of joint 5, in joint 4 (certain)"),
+        (-4e-4 * np.sin(3.0 * (q[:, 1:2] + q[:, 2:3])) * axis[2], "the angles of joints 2, 3, in joint 3"),
+    ):
+        found = diagnose(made.robot, replace(made.data, q=q + off), held_out=0.0)
+        assert found.message.startswith(f"The error follows {said}")
 
 
 def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():

@@ -60,6 +60,8 @@ def test_what_is_left_is_compared_with_the_noise_that_rows_state(soft):
     assert found.remaining.known_noise.position == pytest.approx(sigma)
     assert found.remaining.noise.position == pytest.approx(sigma, rel=0.2)
     assert found.verdict is Verdict.EXPLAINED
+    assert found.is_good
+    assert not replace(found, harm="the effects make it worse").is_good
     doubted = diagnose(robot, replace(rows, sigma=rows.sigma / 3.0))
     assert doubted.verdict is Verdict.PARTLY
     assert "times what the known noise" in doubted.message
