@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_463,
     "plate": 5_706,
     "identification": 9_691,
-    "diagnosis": 7_206,
+    "diagnosis": 7_208,
     "exports": 356,
     "session": 7_113,
     "views": 8_495,

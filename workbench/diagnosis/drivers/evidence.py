@@ -23,6 +23,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.confidence import CERTAIN, CERTAIN_WITHIN, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
+    TIME,
     WAY,
     Driver,
     Follower,
@@ -311,7 +312,7 @@ class DriverEvidence:
             if best is None or tried[best].gain < minimum:
                 break
             gains = {f: o.gain for f, o in tried.items()}
-            over_time = [f for f in tried if f.driver is Driver.TIME and best.driver is Driver.TEMPERATURE]
+            over_time = [f for f in tried if f.phrase.startswith(TIME) and best.driver is Driver.TEMPERATURE]
             if over_time:  # a change of temperature hides a knock, and tells when it was
                 by_step, step = self._stepped(left.model, max(over_time, key=gains.__getitem__))
                 gains[step] = by_step + float(np.log(len(self._clock[0])))
@@ -321,7 +322,7 @@ class DriverEvidence:
                 lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
             shown = best
-            if best.driver is Driver.TIME:  # a step between two rows, if that is likelier
+            if best.phrase.startswith(TIME):  # a step between two rows, if that is likelier
                 by_step, step = self._stepped(left.model, best)
                 shown = step if by_step > tried[best].gain + np.log(PROBABLE) else best
             larger = (*left.model, tried[best].term)
@@ -404,7 +405,8 @@ class DriverEvidence:
         events = {t.candidate: t.candidate.effect for t in law}
         steps = {c: e.moment for c, e in events.items() if isinstance(e, AbstractStep)}
         for candidate, moment in steps.items():
-            tried = [f for f in self._over(Driver.TIME) if f.shape is None] or constants
+            clocked = [f for f in self.followers if f.phrase.startswith(TIME)]  # not what sessions do
+            tried = [f for f in clocked if f.shape is None] or constants
             found = [f.as_step(*self._clock, moment) for f in tried]
             gains = np.array(self._gains(model, found)) - np.log(candidate.tries)
             yield from zip(gains.tolist(), found, strict=True)
