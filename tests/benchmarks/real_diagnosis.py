@@ -106,7 +106,7 @@ def one(robot, train, held) -> Part:
         sentences=tuple(claim.sentence for claim in found),
         map_mm=map_gain(result),
         verdict=str(result.verdict),
-        joint_noise=None if result.joint_noise is None else 1e3 * max(result.joint_noise.sigma),
+        joint_noise=None if (noise := result.remaining.joint_noise) is None else 1e3 * max(noise.sigma),
         seconds=seconds,
     )
 

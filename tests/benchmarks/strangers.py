@@ -343,6 +343,8 @@ def judged(kind: str, seed: int) -> Met:
     if result.effects:  # else it is the geometry alone, fitted to held-out rows too
         saved = _error(result.calibrated, exact)
     sure = [c for c in result.causes if c.confidence != "cannot tell"]
+    near = {*stranger.near, *stranger.out}
+    wrong = [c for c in sure if near.isdisjoint([c.kind, *(e.name for e in c.look_alikes)])]
     followed = [str(f.driver) for f in result.followed if f.confidence != "cannot tell"]
     drivers = tuple(dict.fromkeys([*followed, *(str(c.driver) for c in sure)]))
     noise = 1e3 * SIGMA[0] * np.sqrt(3.0) * (1.0 if kind != "quantised" else 1.2)
@@ -351,7 +353,7 @@ def judged(kind: str, seed: int) -> Met:
     return Met(
         claims=tuple(f"{c.kind} {[j + 1 for j in c.joints]} {c.confidence}" for c in result.causes),
         drivers=drivers,
-        wrong=tuple(str(c.confidence) for c in sure if c.kind not in stranger.near),
+        wrong=tuple(str(c.confidence) for c in wrong),
         is_driver=not {*drivers}.isdisjoint(stranger.driver.split()) if is_seen else None,
         is_green=bool(result.is_good and left > GREEN),
         left=left,

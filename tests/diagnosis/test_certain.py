@@ -17,12 +17,12 @@ from workbench.arm.motion import Motion
 from workbench.diagnosis.cause_search import search_causes
 from workbench.diagnosis.claims import claimed_causes
 from workbench.diagnosis.claims.accepted_terms import _same_claim, place_of
-from workbench.diagnosis.claims.contributions import explained
 from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.saved_model import saved_model
 from workbench.diagnosis.search.candidates import Catalogue
+from workbench.diagnosis.search.contributions import explained
 from workbench.diagnosis.search.evidence import Term, validated
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
@@ -116,7 +116,7 @@ def test_a_laws_size_is_estimated_without_the_prior_that_selected_it():
     problem = geometric(make("none", 3))
     searched = searched_with(problem, ECCENTRIC)
     grams, model = searched.grams, searched.model
-    known, flat = (refit(problem, grams, model, flat=f).fit.problem for f in (False, True))
+    known, flat = (refit(problem, grams, model, is_final=f).fit.problem for f in (False, True))
     mine = [known.names.index(n) for n in ECCENTRIC.names]
     sizes = [np.linalg.norm(p.prior[:, mine]) for p in (known, flat)]
     assert sizes[1] == pytest.approx(1e-2 * sizes[0])

@@ -134,23 +134,6 @@ def test_what_was_not_measured_is_null(nothing):
     check_errors(found["after"]["train"], turned=False)
 
 
-# -- words ----------------------------------------------------------------------------------------
-
-
-def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):
-    """By more than the standard error of the mean score, row by row."""
-    assert diagnosed.harm is None
-    held = diagnosed.before.held_out_rows
-    rng = np.random.default_rng(0)
-    for more, is_worse in ((0.0, False), (3.0, True)):
-        noise = diagnosed.noise.position * (rng.standard_normal(len(held.position)) + more)
-        worse = replace(diagnosed.after, held_out_rows=replace(held, position=held.position + noise))
-        found = replace(diagnosed, after=worse)
-        assert (found.harm is not None) is is_worse
-        assert found.is_good is not is_worse
-    assert replace(found, effects=()).harm is None
-
-
 # -- cancelled ------------------------------------------------------------------------------------
 
 

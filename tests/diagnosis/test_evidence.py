@@ -8,7 +8,6 @@ from scipy import linalg, stats
 from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.claims.reduced_models import left_of, left_without, own_offers, validated_without
 from workbench.diagnosis.search.evidence import (
     MIN_F_RATIO,
     Term,
@@ -20,6 +19,7 @@ from workbench.diagnosis.search.evidence import (
     offers,
     validated,
 )
+from workbench.diagnosis.search.reduced_models import left_of, left_without, own_offers, validated_without
 from workbench.diagnosis.search.stepwise_search import supported
 
 FREE = tuple(Candidate(e) for e in EFFECTS)

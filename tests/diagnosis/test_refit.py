@@ -47,9 +47,9 @@ def offered(case):
 def test_chords_end_where_gauss_newton_ends(arm, monkeypatch):
     stage, grams, model = offered(make("compliance", 2, arm))
     begin = linear_answer(stage, grams, model)
-    whole = refit(stage.problem, grams, model, begin=begin).fit
+    whole = refit(stage.problem, grams, model, starts=[begin]).fit
     monkeypatch.setattr(refits, "MAX_JACOBIAN_ELEMENTS", 0)
-    pieces = refit(stage.problem, grams, model, begin=begin).fit
+    pieces = refit(stage.problem, grams, model, starts=[begin]).fit
     assert pieces.problem.names == whole.problem.names
     assert pieces.outcome.ok
     off = whole.problem.evaluate(whole.x).jacobian @ (pieces.x - whole.x)

@@ -57,9 +57,11 @@ def test_what_is_left_is_compared_with_the_noise_that_rows_state(soft):
     robot, rows = soft
     found = diagnose(robot, rows, noise=Noise(1e-3, 1e-2))
     sigma = float(np.sqrt((rows.sigma[:, :3] ** 2).mean()))
-    assert found.known_noise.position == pytest.approx(sigma)
-    assert found.noise.position == pytest.approx(sigma, rel=0.2)
+    assert found.remaining.known_noise.position == pytest.approx(sigma)
+    assert found.remaining.noise.position == pytest.approx(sigma, rel=0.2)
     assert found.verdict is Verdict.EXPLAINED
+    assert found.is_good
+    assert not replace(found, harm="the effects make it worse").is_good
     doubted = diagnose(robot, replace(rows, sigma=rows.sigma / 3.0))
     assert doubted.verdict is Verdict.PARTLY
     assert "times what the known noise" in doubted.message
@@ -170,6 +172,13 @@ def test_terms_that_cancel_are_sized_by_what_they_leave():
     uneven = UnevenCompliance((1,), (0.0, 0.019, -0.019), load=10.0)
     motion = Motion(np.column_stack([np.zeros(5), np.linspace(0.9, 1.0, 5), *np.zeros((4, 5))]))
     assert "up to 4." in uneven.sentence(wb.load_robot("aria").chain, motion)
+
+
+def test_a_law_does_not_end_at_the_largest_load_of_its_rows():
+    """A fit of masses stalled there."""
+    wrenches = np.full((1, 6, 6), 10.0)
+    soft = UnevenCompliance((1,), (0.0, 0.0, 1e-3)).softened(chain := wb.load_robot("aria").chain, wrenches)
+    assert soft.slope(chain, Motion(np.zeros((1, 6))), wrenches).any()
 
 
 @pytest.mark.parametrize("axes", ["tool", "frame"])

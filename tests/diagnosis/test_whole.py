@@ -44,7 +44,7 @@ def test_nothing_is_found_where_nothing_is_hidden():
         result = diagnose(case.robot, case.data, held_out=0.0)
         assert result.effects == ()
         assert result.verdict is Verdict.NO_EFFECT
-        assert result.noise.position == pytest.approx(case.sigma[0], rel=0.15)
+        assert result.remaining.noise.position == pytest.approx(case.sigma[0], rel=0.15)
         assert error_of(result.calibrated, case) < 0.5
 
 

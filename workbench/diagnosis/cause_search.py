@@ -10,19 +10,20 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-from jaxtyping import Bool
 
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.base.progress import progress
 from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
+from workbench.diagnosis.claims.named_joints import clearness
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
-from workbench.diagnosis.drivers.evidence import DriverEvidence
+from workbench.diagnosis.drivers.evidence import DriverEvidence, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
+from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop
 from workbench.diagnosis.search.rounds import (
     Searched,
     Stage,
@@ -49,9 +50,10 @@ class CauseSearch:
         rounds: The searches, first to last.
         judged_fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
         too_few: Why no search was made; None if one was.
-        before: Errors of the geometry on the fitted rows that are no outliers, and on the held-out rows.
+        nominal: Errors of the nominal arm, with the best base and tool, on the fitted rows that are no
+            outliers, and on the held-out rows.
+        before: Errors of the geometry on the same rows.
         after: Errors of that arm on the same rows.
-        nominal: Errors of the nominal arm, with the best base and tool, on the same rows.
     """
 
     robot: Robot
@@ -60,9 +62,9 @@ class CauseSearch:
     rounds: Sequence[Searched]
     judged_fit: Fit
     too_few: str | None
+    nominal: Validation
     before: Validation
     after: Validation
-    nominal: Validation
 
     @property
     def last(self) -> Searched:
@@ -76,6 +78,12 @@ class CauseSearch:
             return None
         return ask("the drivers", lambda: DriverEvidence.of(self.last, self.ready.data), None)
 
+    def lasting(self) -> Model:
+        """The last model without what is of no use for other rows."""
+        if not self.last.model or self.drivers is None:
+            return self.last.model
+        return self.drivers.lasting(undecided(self.drivers))
+
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
     """Fit the geometry, then search for effects; a result that explains next to nothing means a wrong arm."""
@@ -87,7 +95,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         tried, too_few = Tried.LOADS, None
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
-    if too_few is None and path is not None and path.speed is not None:
+    if too_few is None and path is not None and path.is_steady:
         alone = validated(rounds(first, rng, tried=Tried.NONE))
         if ask("a lag", lambda: alone.drivers is not None and alone.drivers.is_lag, False):
             return alone
@@ -101,12 +109,21 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     if drivers is not None and (pull := ask("gravity", lambda: gravity_elsewhere(drivers), None)) is not None:
         turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried))
         gain = description_length(search.last) - description_length(turned.last)
-        laws = tuple(t for t in turned.last.model if driver_of(t.candidate.effect) is Driver.LOAD)
-        wins = laws and turned.drivers and turned.drivers.challenges([laws])[0].cap >= PROBABLE
-        search = turned if gain > np.log(CERTAIN) and wins else search
+        search = turned if gain > np.log(CERTAIN) and _shows_gravity(turned) else search
     if explains_little(search.nominal.train, search.after.train, robot.reach):
         search = validated(rounds(first, rng, tried=Tried.NONE))
     return search
+
+
+def _shows_gravity(search: CauseSearch) -> bool:
+    """Whether a law of load is clear: gravity is seen through it alone."""
+    if search.drivers is None:
+        return False
+    fit, kept = search.last.stage.fit, drop(search.last.model, undecided(search.drivers))
+    laws = {t.candidate.names for t in kept if not is_nameless(t)}
+    loaded = [e for e in fit.arm.effects if e.names in laws and driver_of(e) is Driver.LOAD]
+    sizes = clearness(loaded, fit.problem.named(fit.std)).values()
+    return max(sizes, default=0.0) >= NONZERO_ERRORS
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
@@ -129,26 +146,19 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Trie
 def _validated_search(
     robot: Robot, ready: Prepared, first: Stage, too_few: str | None, found: Sequence[Searched]
 ) -> CauseSearch:
-    """A search, refitted without what is of no use for other rows, with its errors on rows that lie on a
-    known side of its events."""
-    whole, ready = ready, without_undecided(ready, found[-1])
-    fit = found[-1].stage.fit if len(ready.held_out_rows) else fit_with_constants_held(found[-1])
-    keep, geometry = found[-1].stage.keep, first.fit
-    if not found[-1].model:
-        geometry = fit = geometry_as_identified(fit, ready.problem.noise if keep.all() else None)
-    before, after = (
-        _judged(ready.errors(f.arm, {**f.problem.known, **f.problem.instrument(f.x)}), keep)
-        for f in (geometry, fit)
-    )
-    nominal, model = _judged(ready.nominal, keep), found[-1].model
-    search = CauseSearch(robot, ready, first, found, fit, too_few, before, after, nominal)
-    drivers = search.drivers if model else None
-    kept = model if drivers is None else ask("what lasts", lambda: drivers.lasting(undecided(drivers)), model)
-    if len(kept) == len(model):
-        return search
-    return _validated_search(robot, whole, first, too_few, (*found, reduced(found[-1], kept)))
-
-
-def _judged(errors: Validation, keep: Bool[np.ndarray, " rows"]) -> Validation:
-    """The same without outliers, so that all arms are compared on the same rows."""
-    return Validation(errors.train_rows.take(keep), errors.held_out_rows)
+    """A search, refitted until it is without what is of no use for other rows, with its errors on rows that
+    lie on a known side of its events, and of all arms on the same rows: without outliers."""
+    while True:
+        last, rows = found[-1], without_undecided(ready, found[-1])
+        fit = last.stage.fit if len(rows.held_out_rows) else fit_with_constants_held(last)
+        keep, geometry = last.stage.keep, first.fit
+        if not last.model:
+            geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
+        arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
+        errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
+        judged = (Validation(e.train_rows.take(keep), e.held_out_rows) for e in errors)
+        search = CauseSearch(robot, rows, first, found, fit, too_few, *judged)
+        kept = ask("what lasts", search.lasting, last.model)
+        if len(kept) == len(last.model):
+            return search
+        found = (*found, reduced(last, kept))

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Unpack
+from typing import Unpack, final
 
 import numpy as np
-from jaxtyping import Float
 
 import workbench.diagnosis.report.document  # noqa: F401 how results are shown
+from workbench.arm.effects import AbstractEffect
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask, failures
@@ -26,10 +26,10 @@ from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
 from workbench.diagnosis.drivers.driver import driver_of
 from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
-from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
+from workbench.diagnosis.next_poses import Measurable, NextPoses, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
-from workbench.diagnosis.result import Diagnosis, Verdict, harm_done
+from workbench.diagnosis.result import AbstractClaims, Diagnosis, fields_of, harm_done
 from workbench.diagnosis.saved_model import ModelComparison, SavedModel, best_geometry, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
@@ -46,6 +46,7 @@ from workbench.identification.rows.excluded_outliers import (
     MAX_NAMED_ROWS,
     prepare_without_gross_outliers,
 )
+from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.identification.rows.two_places import two_places
 
 
@@ -90,22 +91,21 @@ def diagnose(
         saved = saved_model(search)
         claims = _claims(search, saved, given=robot, known=choices.noise)
         progress(0.9, "choosing poses to measure next")
-        next_ones = _measured_next(search, saved, claims, rng=rng, measurable=measurable)
-        result = _diagnosis(search, saved, claims, next_ones, given=robot, gross=gross)
+        fit, wanted = search.last.stage.fit, _wanted(saved, claims.causes)
+        following = ask(
+            "poses to measure next",
+            lambda: next_poses(fit.problem, fit.x, wanted, rng=rng, measurable=measurable),
+            (np.zeros((0, robot.dof)), ()),
+        )
+        result = _diagnosis(search, saved, claims, following, given=robot, gross=gross)
     progress(1.0, "done")
     return replace(result, warnings=tuple(failed), seconds=perf_counter() - began)
 
 
-@dataclass(frozen=True, eq=False)
-class _Claims:
-    """Claims of the diagnosis; fields as in `Diagnosis`."""
-
-    causes: tuple[Cause, ...]
-    followed: tuple[FollowedDriver, ...]
-    residual_map: ResidualMap | None
-    remaining: RemainingError
-    verdict: Verdict
-    message: str
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Claims(AbstractClaims):
+    """Before the poses to measure next."""
 
 
 def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Noise | None) -> _Claims:
@@ -119,21 +119,18 @@ def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Nois
     found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
     causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
     residual_map = _residual_map(search, saved, causes)
-    verdict, message = Verdict.UNEXPLAINED, search.too_few or ""
-    if search.too_few is None:
-        verdict, message = conclude(
-            causes,
-            followed,
-            correction,
-            residual_map,
-            remaining,
-            robot=search.robot,
-            sure=(search.nominal.without(saved.suspects), search.after.without(saved.suspects)),
-            before=search.before.judged,
-            after=search.after.judged,
-        )
-    message = " ".join(filter(None, (message, *_additions(search, saved, remaining.noise))))
-    return _Claims(causes, followed, residual_map, remaining, verdict, message)
+    verdict, message = conclude(search, saved, causes, followed, correction, residual_map, remaining)
+    errors = search.before.held_out_rows, search.after.held_out_rows
+    harm = harm_done(*errors, remaining.noise) if saved.effects else None
+    return _Claims(
+        causes=causes,
+        residual_map=residual_map,
+        followed=followed,
+        remaining=remaining,
+        harm=harm,
+        verdict=verdict,
+        message=" ".join(filter(None, (message, *_additions(search, saved, harm)))),
+    )
 
 
 def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError:
@@ -191,13 +188,11 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     )
 
 
-def _additions(search: CauseSearch, saved: SavedModel, noise: Noise) -> Iterator[str]:
+def _additions(search: CauseSearch, saved: SavedModel, harm: str | None) -> Iterator[str]:
     """Sentences that follow the verdict: undecided flanks, degradation, which arm is saved."""
     if missing := ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
-    if worse := degradation_warning(search.nominal, search.after):
-        yield f"Warning: {worse}."
-    if saved.effects and (worse := harm_done(search.before.held_out_rows, search.after.held_out_rows, noise)):
+    for worse in filter(None, (degradation_warning(search.nominal, search.after), harm)):
         yield f"Warning: {worse}."
     others = search.after.without(saved.suspects).text("mean")
     if others and saved.suspects.any() and not saved.suspects.all():
@@ -207,31 +202,18 @@ def _additions(search: CauseSearch, saved: SavedModel, noise: Noise) -> Iterator
         yield saved.now.sentence
 
 
-def _measured_next(
-    search: CauseSearch,
-    saved: SavedModel,
-    claims: _Claims,
-    *,
-    rng: np.random.Generator,
-    measurable: Measurable | None,
-) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
-    """Poses that reduce the uncertainty of accepted effects and separate them from look-alikes."""
-    fit = search.last.stage.fit
-    refused = {e.names for c in claims.causes if not c.is_law for e in c.effects}
-    requested = [a.effect for a in saved.effects if a.effect.names not in refused]
-    requested += [e for c in claims.causes if c.is_law for e in c.look_alikes]
-    return ask(
-        "poses to measure next",
-        lambda: next_poses(fit.problem, fit.x, requested, rng=rng, measurable=measurable),
-        (np.zeros((0, search.robot.dof)), ()),
-    )
+def _wanted(saved: SavedModel, causes: Sequence[Cause]) -> list[AbstractEffect]:
+    """Accepted effects, and look-alikes from which poses to measure next are to separate them."""
+    refused = {e.names for c in causes if not c.is_law for e in c.effects}
+    accepted = [a.effect for a in saved.effects if a.effect.names not in refused]
+    return accepted + [e for c in causes if c.is_law for e in c.look_alikes]
 
 
 def _diagnosis(
     search: CauseSearch,
     saved: SavedModel,
     claims: _Claims,
-    next_ones: tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]],
+    following: NextPoses,
     *,
     given: Robot,
     gross: np.ndarray,
@@ -239,18 +221,19 @@ def _diagnosis(
     """Compute the remaining fields and collect the result; `gross` are rows excluded before any fit."""
     ready, stage, fit = search.ready, search.last.stage, search.judged_fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
-    rest = claims.remaining
     off = ready.data.take(outliers)
     geometries = {each: best_geometry(each, search.first.fit) for each in {fit, saved.fit}}
     texts = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
+    split = fields_of(AbstractSplit, ready) | {
+        "excluded": tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
+        "notes": tuple(filter(None, notes(search, saved, outliers, given))),
+    }
     return Diagnosis(
+        **fields_of(AbstractClaims, claims),
+        **split,
         nominal_robot=search.robot,
         data=ready.data,
-        train_rows=ready.train_rows,
-        held_out_rows=ready.held_out_rows,
-        held_out_data=ready.held_out_data,
         new_sessions=ready.new_mountings(fit.calibrated),
-        excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         outliers=outliers,
         outlier_errors=ask(
             "the errors of outliers",
@@ -267,20 +250,11 @@ def _diagnosis(
         before=search.before,
         after=search.after,
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
-        causes=claims.causes,
-        residual_map=claims.residual_map,
         ranking=ask("the ranking", lambda: ModelComparison(ready, search.rounds[0]).ranking(), ()),
-        noise=rest.noise,
-        known_noise=rest.known_noise,
-        joint_noise=rest.joint_noise,
-        followed=claims.followed,
         now=saved.now,
-        verdict=claims.verdict,
-        message=claims.message,
         is_tried=search.too_few is None,
         undetectable=saved.undetectable,
-        measure_next=next_ones[0],
-        next_reasons=next_ones[1],
-        notes=tuple(filter(None, notes(search, saved, outliers, given))),
+        measure_next=following[0],
+        next_reasons=following[1],
         seconds=0.0,
     )

@@ -112,8 +112,8 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     tried, as rows that were held out may be worse whether constants are held or not.
     """
     before = last.stage.fit
-    begin, steps = before.problem.named(before.x), MAX_LAST_STEPS
-    again = partial(refit, geometric, last.grams, last.model, data=data, begin=begin, steps=steps, flat=True)
+    starts = [before.problem.named(before.x)]
+    again = partial(refit, geometric, last.grams, last.model, data=data, starts=starts, is_final=True)
     held = again(holds=True).fit
     if _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held

@@ -70,6 +70,10 @@ class NextReason:
     shrinks_to: float
 
 
+NextPoses = tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]
+"""Joint positions [rad or m], and why each."""
+
+
 def next_poses(
     problem: Problem,
     x: Float[np.ndarray, " p"],
@@ -78,7 +82,7 @@ def next_poses(
     rng: np.random.Generator,
     count: int = 5,
     measurable: Measurable | None = None,
-) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
+) -> NextPoses:
     """Joint positions to measure next, each with a reason that assumes the previous ones are measured.
 
     Args:

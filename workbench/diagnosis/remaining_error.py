@@ -64,9 +64,12 @@ class RemainingError:
 
     @property
     def is_unexplained(self) -> bool:
-        """Whether something is left to explain: scatter of single joints is no noise of readings."""
+        """Whether something is left to explain: noise of readings has one size for joints that turn, and one
+        for those that slide; other scatter is a joint's own."""
         noise = self.scattering
-        return self.is_more_than_noise or bool(noise and noise.joints_that_scatter and not noise.digit)
+        if self.is_more_than_noise or noise is None or noise.digit:
+            return self.is_more_than_noise
+        return bool(noise.joints_that_scatter) or len({*noise.sigma} - {0.0}) > 2
 
     @beside("the note on joint readings", "")
     def joint_noise_warning(self, chain: Chain) -> str:
@@ -90,10 +93,10 @@ class RemainingError:
         text, drivers = self._compared(), {f.driver for f in said}
         if self.followed:
             more = [f.text for f in self.followed if f.driver not in drivers]
-            text += f": it {' and '.join(more) or 'still does'}"
+            return f"{text}: it {' and '.join(more) or 'still does'}"
         if self.places:
             return f"{text}: {self.places}"
-        if self.joint_noise is None or (not self.followed and self.joint_noise.share > MIN_MAJOR_SHARE):
+        if self.joint_noise is None or self.joint_noise.share > MIN_MAJOR_SHARE:
             return text
         size, part = self.joint_noise.text(chain), f"{100 * self.joint_noise.share:.0f} %"
         return f"{text}; {part} of it resembles noise of the joint readings ({size})"

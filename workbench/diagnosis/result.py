@@ -1,10 +1,10 @@
 """The result of a diagnosis."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 from jaxtyping import Float
@@ -19,12 +19,14 @@ from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
+from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors, RowErrors, Validation
 from workbench.identification.fit import Fit
-from workbench.identification.joint_reading_noise import STUDENT_FREEDOM, Readings
+from workbench.identification.joint_reading_noise import STUDENT_FREEDOM
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run
+from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
@@ -32,6 +34,11 @@ if TYPE_CHECKING:
 
 WORTHWHILE_RATIO = 0.9
 """Ratio of a standard error after to before below which a further pose is worthwhile."""
+
+
+def fields_of(base: type[Any], record: object) -> dict[str, Any]:
+    """The fields of a base of records, with the values of one of these."""
+    return {f.name: getattr(record, f.name) for f in fields(base)}
 
 
 class Verdict(StrEnum):
@@ -126,18 +133,35 @@ def harm_done(before: RowErrors, after: RowErrors, noise: Noise) -> str | None:
     )
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AbstractClaims:
+    """What a diagnosis claims.
+
+    Args:
+        causes: Physical causes of significant size among the accepted effects, largest first.
+        residual_map: The other effects, which only predict; None if there are none.
+        followed: Drivers that the error follows without a law.
+        remaining: The error that is left.
+        harm: A warning if held-out rows are predicted worse with the effects than without; None if not.
+    """
+
+    causes: tuple[Cause, ...]
+    residual_map: ResidualMap | None
+    followed: tuple[FollowedDriver, ...]
+    remaining: RemainingError
+    harm: str | None
+    verdict: Verdict
+    message: str
+
+
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Diagnosis(AbstractReported):
-    """A whole diagnosis.
+class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
+    """A whole diagnosis; outliers are among the rows to fit.
 
     Args:
         nominal_robot: The arm as given, with assumed masses where its file has none.
-        train_rows: Rows that were fitted, indices into data, outliers among them.
-        held_out_rows: Rows that were held out, indices into data.
-        held_out_data: The held-out rows on which errors are reported.
         new_sessions: Base and tool in their sessions that no fitted row has, found from these rows.
-        excluded: Rows excluded from the start, with the reason.
         outliers: Rows excluded as outliers, indices into data.
         outlier_errors: Errors of the identified arm on them; None if there are none.
         suspects: Held-out rows that no arm explains, indices into held_out_data.
@@ -151,13 +175,7 @@ class Diagnosis(AbstractReported):
         before: Errors of `before_fit`.
         after: Errors of `after_fit`.
         effects: Accepted effects, the largest contribution first.
-        causes: Physical causes of significant size among them, largest first.
-        residual_map: The other effects, which only predict; None if there are none.
         ranking: Contribution of each candidate to the geometry alone, best first.
-        noise: Standard deviation of the residuals per axis [m], [rad]; NaN for rotations not measured.
-        known_noise: Noise known beforehand, from repeats or as given; None if unknown.
-        joint_noise: Of joint readings, used as weights; None if they seem exact.
-        followed: Drivers that the error follows without a law.
         now: The saved arm, if there were events during the measurements.
         is_tried: Whether effects were tried: the rows were enough for that.
         undetectable: Effects of load that are undetectable in the rows.
@@ -168,11 +186,7 @@ class Diagnosis(AbstractReported):
 
     nominal_robot: Robot
     data: Dataset
-    train_rows: np.ndarray
-    held_out_rows: np.ndarray
-    held_out_data: Dataset
     new_sessions: Mapping[str, Mounting]
-    excluded: tuple[tuple[int, str], ...]
     outliers: np.ndarray
     outlier_errors: Errors | None
     suspects: np.ndarray
@@ -185,20 +199,11 @@ class Diagnosis(AbstractReported):
     before: Validation
     after: Validation
     effects: tuple[Accepted, ...]
-    causes: tuple[Cause, ...]
-    residual_map: ResidualMap | None
     ranking: tuple[Ranked, ...]
-    noise: Noise
-    known_noise: Noise | None
-    joint_noise: Readings | None
-    followed: tuple[FollowedDriver, ...]
     now: Now | None
-    verdict: Verdict
-    message: str
     is_tried: bool
     undetectable: tuple[Undetectable, ...]
     measure_next: Float[np.ndarray, "_ n"]
-    notes: tuple[str, ...]
     seconds: float
     next_reasons: tuple[NextReason, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -212,13 +217,6 @@ class Diagnosis(AbstractReported):
     def robot(self) -> Robot:
         """The same, under the name that every result has for its arm."""
         return self.calibrated
-
-    @cached_property
-    @beside("whether the effects do harm", None)
-    def harm(self) -> str | None:
-        """A warning if held-out rows are predicted worse with the effects than without."""
-        rows = self.before.held_out_rows, self.after.held_out_rows
-        return harm_done(*rows, self.noise) if self.effects else None
 
     @property
     def events(self) -> tuple[AbstractEvent, ...]:
@@ -274,18 +272,18 @@ class Diagnosis(AbstractReported):
             geometry=self.geometries[1],
             new_sessions=self.new_sessions,
         )
+        split = fields_of(AbstractSplit, self) | {
+            "train_rows": self.train_rows[~is_outlier],
+            "excluded": (*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),
+        }
         return Identification(
             nominal_robot=self.nominal_robot,
             aligned=self.aligned,
             data=self.data,
-            train_rows=self.train_rows[~is_outlier],
-            held_out_rows=self.held_out_rows,
-            held_out_data=self.held_out_data,
-            excluded=(*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),
-            notes=self.notes,
             nominal=self.nominal,
             runs={self.final_fit.algorithm.name: run},
             harm=self.harm,
+            **split,
         )
 
     def parameters(self) -> "DataFrame":

@@ -13,12 +13,12 @@ from workbench.base.advice import ask
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.accepted_terms import distinct, place_of
 from workbench.diagnosis.claims.named_joints import sentence_of
-from workbench.diagnosis.claims.reduced_models import own_offers
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.final_fit import fitted_on_all, identified
 from workbench.diagnosis.result import Accepted, Ranked
 from workbench.diagnosis.search.evidence import Model, Offer, Term, drop, left_by, offers
+from workbench.diagnosis.search.reduced_models import own_offers
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
@@ -104,10 +104,8 @@ def saved_model(search: CauseSearch) -> SavedModel:
     trial = ModelComparison(ready, last)
     missing = ask("unobservable effects", lambda: () if search.too_few else undetectable(last), ())
     std = StandardErrors(final, hidden_variance(last, missing))
-    alone, after = search.before.judged, search.after.judged
-    effects = _accepted(last, final, trial, std, alone=alone, after=after)
-    now = arm_now(final)
-    return SavedModel(final, suspect_rows, note, missing, std, effects, trial, now)
+    effects = _accepted(search, final, trial, std)
+    return SavedModel(final, suspect_rows, note, missing, std, effects, trial, arm_now(final))
 
 
 def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
@@ -139,22 +137,20 @@ def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
 
 
 def _accepted(
-    last: Searched, final: Fit, trial: ModelComparison, std: StandardErrors, *, alone: Errors, after: Errors
+    search: CauseSearch, final: Fit, trial: ModelComparison, std: StandardErrors
 ) -> tuple[Accepted, ...]:
     """The effects of the last fit with standard errors, rivals and individual contributions.
 
     Args:
-        last: The last search.
+        search: The search.
         final: Its model fitted to all rows.
-        trial: Evaluates other models at that search.
+        trial: Evaluates other models at its last round.
         std: Standard errors of the coefficients [SI].
-        alone: Errors of the geometry alone on the judging rows.
-        after: Errors of the whole model on them.
     """
     sized = {e.names: e for e in final.arm.effects}
-    model, out = last.model, []
+    model, out = search.last.model, []
     unknown = [Offer(term, np.nan, np.nan) for term in model]
-    gains = ask("what each effect adds", lambda: own_offers(last.grams, model), unknown)
+    gains = ask("what each effect adds", lambda: own_offers(search.last.grams, model), unknown)
     for term, offered in sorted(zip(model, gains, strict=True), key=lambda each: -each[1].gain):
         effect, rest = sized[term.candidate.names], drop(model, [term])
         without = f"the error without {effect.phrase}"
@@ -165,8 +161,8 @@ def _accepted(
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before=ask(without, partial(trial.errors, rest), UNKNOWN) if rest else alone,
-                after=after,
+                before=ask(without, partial(trial.errors, rest), UNKNOWN) if rest else search.before.judged,
+                after=search.after.judged,
                 alternatives=alternatives,
                 text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),
             )

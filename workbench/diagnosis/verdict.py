@@ -4,14 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.wording import capital
+from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.drivers.driver import Shape
 from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict
+from workbench.diagnosis.saved_model import SavedModel
 from workbench.identification.errors.row_errors import Errors, explains_little
 
 MAX_STATED_CAUSES = 3
@@ -20,33 +21,31 @@ MAX_STATED_CAUSES = 3
 
 @beside("the verdict", (Verdict.UNEXPLAINED, "No verdict."))
 def conclude(
+    search: CauseSearch,
+    saved: SavedModel,
     causes: Sequence[Cause],
     followed: Sequence[FollowedDriver],
     correction: Correction | None,
     residual_map: ResidualMap | None,
     remaining: RemainingError,
-    *,
-    robot: Robot,
-    sure: tuple[Errors, Errors],
-    before: Errors,
-    after: Errors,
 ) -> tuple[Verdict, str]:
     """Verdict and message.
 
     Args:
+        search: The search, with the errors of nominal arm, geometry, and arm with effects.
+        saved: The saved arm, with the held-out rows that no arm explains.
         causes: Claimed causes, largest first.
         followed: Drivers that the error follows beside them.
         correction: What a correction by those that the effects leave would reduce; None without any.
         residual_map: Other added effects, which only predict.
         remaining: The error that is left.
-        robot: The nominal arm.
-        sure: Its errors and those with the effects, on the judging rows that some arm explains.
-        before: Errors of the geometry alone on all judging rows: the held-out ones, or the fitted ones if
-            none are held out.
-        after: Errors with the effects.
     """
+    if search.too_few is not None:
+        return Verdict.UNEXPLAINED, search.too_few
+    robot, before, after = search.robot, search.before.judged, search.after.judged
+    sure = search.nominal.without(saved.suspects), search.after.without(saved.suspects)
     is_added = residual_map is not None or any(c.is_added for c in causes)
-    more = f" {correction.sentence}." if correction is not None and correction.is_material else ""
+    more = f" {correction.sentence}." if correction is not None and correction.reduced else ""
     if explains_little(*sure, robot.reach):
         drivers = "".join(f" The error {f.text}." for f in followed)
         return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)}{drivers}{more}"

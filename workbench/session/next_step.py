@@ -201,8 +201,9 @@ def _diagnosed(session: Session) -> NextStep | None:
         return NextStep(_promise(found), tone, ADD if found.causes else CORRECT, poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
-    rest = "all of it noise" if found.known_noise is not None else "and nothing found in it"
-    return NextStep(f"{left} left, {rest}: the geometric model is sufficient.", Tone.GOOD, TAKE, COMPARE)
+    rest = "all of it noise" if found.remaining.known_noise is not None else "and nothing found in it"
+    text = f"{left} left, {rest}: the geometric model is sufficient."
+    return NextStep(text, Tone.GOOD, TAKE, COMPARE)
 
 
 def _promise(found: Diagnosis) -> str:

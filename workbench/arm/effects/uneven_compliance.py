@@ -5,13 +5,13 @@
 τ is the holding moment about (force along) the axis, τ_0 its maximum over the identification rows; m and h
 are middle and half of the joint's range there. A belt is most compliant where both free lengths are long, a
 drive stiffens as it winds up. The part proportional to the load is `joint-compliance`, that with its sign is
-`backlash`; both may be present as well. It predicts and names no cause. Beyond the range and τ_0 it is
-constant.
+`backlash`; both may be present as well. It predicts and names no cause. Beyond the range and 1.2 τ_0 it is
+constant: from τ_0, a fit of masses would stop where its largest load bends.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class UnevenCompliance(AbstractEffect):
     loads = Loads.OWN
     is_nameless = True
     gives_way = False
+    end: ClassVar[float] = 1.2
+    """Load relative to τ_0 from which it is constant."""
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         u, t, _ = self._driven(chain, motion, wrenches)
@@ -54,14 +56,12 @@ class UnevenCompliance(AbstractEffect):
         by_load = np.stack([u, u**2, 2.0 * np.abs(t)], -1) @ np.array(self.coefficients)
         return -(by_load * steep)[:, None, None]
 
-    def _driven(
-        self, chain: Chain, motion: Motion, wrenches: Wrenches
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _driven(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[np.ndarray, ...]:
         """u, t, and the derivative of t in the load, each (rows,)."""
         low, high = self.range
         u = np.clip((2.0 * motion.q[:, self.joints[0]] - low - high) / (high - low), -1.0, 1.0)
         t = own(chain, self.joints, wrenches)[:, 0] / (self.load or np.inf)
-        return u, np.clip(t, -1.0, 1.0), (np.abs(t) < 1.0) / (self.load or np.inf)
+        return u, t.clip(-self.end, self.end), (np.abs(t) < self.end) / (self.load or np.inf)
 
     def softened(self, chain: Chain, wrenches: Wrenches) -> "UnevenCompliance":
         maximum = float(np.abs(own(chain, self.joints, wrenches)).max(initial=0.0))

@@ -328,4 +328,4 @@ def _gain(arm, motion, deflected, rows, size) -> np.ndarray:
 def _add_products(left: np.ndarray, right: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
     """Add left · right, row by row, to the columns of a table with these indices, except negative ones."""
     known = places >= 0
-    out[:, places[known]] += (left @ right[:, :, known]).reshape(len(out), -1)
+    out[:, places[known]] += (left @ right[:, :, known]).reshape(len(out), known.sum())

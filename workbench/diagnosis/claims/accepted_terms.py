@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.claims.reduced_models import left_without
 from workbench.diagnosis.search.evidence import (
     Model,
     Offer,
@@ -17,6 +16,7 @@ from workbench.diagnosis.search.evidence import (
     left_by,
     offers,
 )
+from workbench.diagnosis.search.reduced_models import left_without
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence, kind_of
 

@@ -23,7 +23,7 @@ coupling is only probable there, as bearing loads depend on other joints' positi
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -33,22 +33,24 @@ from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.effects.joint_coupling import JointCoupling
+from workbench.arm.effects.link_flexure import LinkFlexure
+from workbench.arm.effects.tilting import AbstractTilting, BearingCompliance
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.advice import beside
 from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
-from workbench.diagnosis.claims.contributions import explained
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
-from workbench.diagnosis.claims.reduced_models import validated_without
 from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.claims.survival import Survival, survival
-from workbench.diagnosis.confidence import CERTAIN, PROBABLE
+from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
+from workbench.diagnosis.search.contributions import explained
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
+from workbench.diagnosis.search.reduced_models import validated_without
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
 from workbench.identification.joint_reading_noise import Readings, readings
@@ -60,13 +62,12 @@ MIN_RESIDUAL_SHARE, MIN_NOISE_SHARE = 0.1, 1.0 / 3.0
 """Minimum shares of the residual and of the noise that a cause must explain."""
 MAX_CAUSES = 6
 """Maximum number of causes."""
-MAX_ODDS = 1e12
-"""Odds are capped at this value."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
 NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
 NO_JOINT = "without a tenth of the rows, or with wider noise, each of its joints is unclear or replaceable"
 SCATTERS = "its joint scatters as much as it moves by this law, so the law is not complete"
+LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
 
@@ -84,7 +85,7 @@ def find_causes(
         std: Standard errors of its coefficients.
         drivers: What the error follows at that search.
     """
-    judge = _Judge.of(searched, arm, known_noise, std)
+    judge = _Judge(searched, arm, searched.stage.motion, known_noise, std)
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
     sizes = explained(searched, groups).tolist()
@@ -140,34 +141,30 @@ class _Judge:
 
     Args:
         motion: Of the fitted rows.
-        scatter: Of joint readings; None if they seem exact.
-        minimum: Size from which terms are a cause.
-        maximum: Largest motion of an element per unit of every coefficient [rad or m].
     """
 
     searched: Searched
     arm: Robot
     motion: Motion
+    known_noise: Noise | None
     std: StandardErrors
-    scatter: Readings | None
-    minimum: float
-    maximum: dict[str, float]
 
-    @classmethod
-    def of(cls, searched: Searched, arm: Robot, known_noise: Noise | None, std: StandardErrors) -> "_Judge":
-        """With what holds for all terms."""
-        geometric, motion = searched.stage.geometric_problem, searched.stage.motion
-        left = float(np.sqrt(validated(searched.grams, searched.model).sum() / searched.grams.count))
-        noise = _noise(left, geometric.typical_noise, known_noise)
-        return cls(
-            searched,
-            arm,
-            motion,
-            std,
-            scatter=readings(geometric),
-            minimum=max(MIN_NOISE_SHARE * noise, MIN_RESIDUAL_SHARE * left),
-            maximum=law_sizes(arm, motion, [*arm.coefficients]),
-        )
+    @cached_property
+    def scatter(self) -> Readings | None:
+        """Of joint readings; None if they seem exact."""
+        return readings(self.searched.stage.geometric_problem)
+
+    @cached_property
+    def minimum(self) -> float:
+        """Size from which terms are a cause."""
+        grams, weighing = self.searched.grams, self.searched.stage.geometric_problem.typical_noise
+        left = float(np.sqrt(validated(grams, self.searched.model).sum() / grams.count))
+        return max(MIN_NOISE_SHARE * _noise(left, weighing, self.known_noise), MIN_RESIDUAL_SHARE * left)
+
+    @cached_property
+    def maximum(self) -> dict[str, float]:
+        """Largest motion of an element per unit of every coefficient [rad or m]."""
+        return law_sizes(self.arm, self.motion, [*self.arm.coefficients])
 
     def is_named(self, terms: _Terms) -> bool:
         """Whether terms are a cause; events always are, as they determine which arm is saved."""
@@ -195,9 +192,9 @@ class _Judge:
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
         untried = _untried(terms.whole, self.arm)
         is_masked = self._is_masked(terms)
-        reason = untried or challenge.doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion))
-        if isinstance(terms.whole, AbstractEvent):
-            reason = reason or terms.whole.twin(self.arm.dof)
+        doubt, twin = challenge.doubt, self._twin(terms.whole)
+        doubt = twin or doubt if doubt and challenge.cap > 1.0 else doubt
+        reason = untried or doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion)) or twin
         if untried == UNTRIED or is_masked:
             odds = min(odds, 1.0)
         is_sure = not reason and odds >= CERTAIN
@@ -217,12 +214,18 @@ class _Judge:
             contribution_mm=at_tool[0],
             contribution_deg=at_tool[1],
             text=sentence_of(terms.whole, unsure, self.std, self.arm, self.motion),
-            look_alikes=rivals,
+            look_alikes=(*rivals, *_even_links(terms.whole)),
             unsure=unsure,
             doubt=reason or "",
             driver=challenge.driver,
             is_law=challenge.cap > 1.0,
         )
+
+    def _twin(self, whole: AbstractEffect) -> str:
+        """What would give the same rows, as a clause."""
+        if isinstance(whole, AbstractTilting):
+            return LINK_TILTS
+        return whole.twin(self.arm.dof) if isinstance(whole, AbstractEvent) else ""
 
     def _is_masked(self, terms: _Terms) -> bool:
         """Whether a joint that scatters alone does so as much as its terms move it."""
@@ -237,6 +240,12 @@ class _Judge:
             if any(j in scattering and size < limits[j] for j, size in zip(joints, sizes, strict=True)):
                 return True
         return False
+
+
+def _even_links(whole: AbstractEffect) -> Iterator[AbstractEffect]:
+    """Links that would give the same rows as bearings, whatever is measured."""
+    if isinstance(whole, BearingCompliance):
+        yield LinkFlexure(whole.joints, tuple(c for c in whole.coefficients for _ in range(2)))
 
 
 def _untried(whole: AbstractEffect, arm: Robot) -> str | None:

@@ -3,9 +3,11 @@
 | driver | of | through |
 |---|---|---|
 | angle | a joint | the joint, its bearing, another joint |
+| | sum and difference of two joints next to each other, so also products | either joint |
 | load | a joint's moment about its axis, also with its angle, or under other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
 | motion | a joint's last motion, also with its load or its angle | the joint |
+| | a joint's last motion | another joint |
 | | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths; for time, any constant |
 | place | where the tool is | frame |
@@ -29,6 +31,7 @@ from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import BASE, Insertion, across, driven_names, inserted_names, own, turns
 from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import moved_joints
+from workbench.arm.effects.tilting import AbstractTilting
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
@@ -46,8 +49,9 @@ from workbench.diagnosis.drivers.process import (
 from workbench.diagnosis.search.candidate_columns import known_wrenches
 from workbench.identification.problem import Problem
 
-ANGLE_LENGTHS, OTHER_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.5
-"""Correlation lengths over a joint's own angle, another's, and the size of a motion [rad or m]."""
+ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.8, 0.5
+"""Correlation lengths over a joint's own angle, another's, sum and difference of two, and a motion's size
+[rad or m]."""
 LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
 """Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
 MIN_LOAD, MIN_VARIATION = 1e-3, 0.03
@@ -113,7 +117,8 @@ class Follower:
         joints: These joints, counted from 0.
         candidate: The process, its weights with one variance.
         shape: How it depends on its driver, if as simply as a law; by any function without.
-        by: The joint whose angle it follows, if that isn't the one that it moves.
+        by: The joint that it follows, if that isn't the one that it moves.
+        is_even: Whether it gives way about both axes across a joint alike.
     """
 
     driver: Driver
@@ -122,21 +127,21 @@ class Follower:
     candidate: Candidate
     shape: Shape | None = None
     by: int | None = None
+    is_even: bool = False
 
     def holds(self, effect: AbstractEffect, chain: Chain) -> bool:
-        """Whether an effect's law is one of its functions: of the same quantity through the same elements."""
+        """Whether an effect's law is one of its functions: of the same quantity through the same elements; a
+        bearing gives way as the next link may."""
         assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
         moved, elements = {*self.candidate.effect.moved}, {*effect.elements(chain)}
+        if isinstance(effect, AbstractTilting) and self.candidate.effect.kind is Insertion.BEND:
+            elements = {*inserted_names(chain, effect.joints, Insertion.BEND)}
         joints = {*self.joints} if self.by is None else {*self.joints, self.by}
         if self.shape is not None and (self.shape is Shape.JUMP) != effect.has_play:
             return False
         if effect.of_many_joints:
             return moved <= elements and joints <= {*effect.joints}
         return joints == {*effect.joints} and 2 * len(moved & elements) >= max(len(moved), len(elements))
-
-    @property
-    def what(self) -> str:
-        return self.phrase.format(joint_list(self.joints) if self.joints else "")
 
     def as_step(self, clock: Float[np.ndarray, " rows"], row: np.ndarray, moment: float) -> "Follower":
         """The same elements, changed once at a moment of the clock: what a process over time may be.
@@ -161,7 +166,7 @@ class Follower:
         return replace(self, phrase=phrase)
 
     def text(self, beside: Sequence["Follower"]) -> str:
-        """The same with the joints of all that are of its kind."""
+        """It in words, with the joints of all that are of its kind."""
         joints = sorted({j for f in beside if f.phrase == self.phrase for j in f.joints})
         return self.phrase.format(joint_list(joints) if joints else "")
 
@@ -188,12 +193,14 @@ class Path:
     Args:
         moves: By how far each moved from the row before [rad or m].
         wound: How far each is wound up, from −1 to 1: a spring that drags a block, which slips after `SLIPS`.
-        speed: How fast each moved in the row [rad/s or m/s]; None where rows are too far apart to tell.
+        speed: How fast each moved in the row, from the rows about it [rad/s or m/s].
+        is_steady: Whether rows are near enough to each other for that to be so.
     """
 
     moves: Float[np.ndarray, "rows n"]
     wound: Float[np.ndarray, "rows n slips"]
-    speed: Float[np.ndarray, "rows n"] | None
+    speed: Float[np.ndarray, "rows n"]
+    is_steady: bool
 
 
 def path_of(data: Dataset, whole: Dataset) -> Path | None:
@@ -228,7 +235,7 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
     agrees = (np.sign(moves[mine]) == data.direction) | (data.direction == 0.0) | (moves[mine] == 0.0)
     if agrees.mean() <= AGREES:
         return None
-    return Path(moves[mine], wound[mine], speeds[mine] if is_steady else None)
+    return Path(moves[mine], wound[mine], speeds[mine], bool(is_steady))
 
 
 class _Rows:
@@ -285,17 +292,21 @@ class _Rows:
         self,
         driver: Driver,
         phrase: str,
-        moved: tuple[str, ...],
         features: Features,
         *,
         joints: tuple[int, ...] = (),
+        moved: tuple[str, ...] = (),
+        by: int | None = None,
         together: np.ndarray | None = None,
         kind: Insertion = Insertion.NONE,
         by_load: bool = False,
         shape: Shape | None = None,
         tag: str = "",
     ) -> Follower:
-        """A process that moves some elements by features of these rows."""
+        """A process that moves some elements, by default those of its kind, by features of these rows."""
+        if not moved:
+            inserted = inserted_names(self.chain, joints, kind) if joints else kind.frame
+            moved = inserted if kind else driven_names(self.chain, joints)
         effect = DriverProcess(
             joints,
             key=f"{driver} {phrase} {' '.join(moved)}{tag}{shape or ''} {features.shape[1]}",
@@ -306,64 +317,69 @@ class _Rows:
             kind=kind,
             by_load=by_load,
         )
-        return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))), shape)
+        return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))), shape, by)
 
 
 def _angles(rows: _Rows) -> Iterator[Follower]:
     for j in rows.alive:
-        mine, joint = rows.motion.q[:, j], driven_names(rows.chain, [j])
+        mine = rows.motion.q[:, j]
         what = f"the {'angle' if turns(rows.chain, j) else 'position'} of {{}}"
         for length in ANGLE_LENGTHS:
-            yield rows.follower(
-                Driver.ANGLE, what, joint, smooth(mine, length), joints=(j,), tag=f" {length}"
-            )
+            yield rows.follower(Driver.ANGLE, what, smooth(mine, length), joints=(j,), tag=f" {length}")
         if turns(rows.chain, j):
-            tilts = inserted_names(rows.chain, [j], Insertion.TILT)
-            text = f"{what}, in its bearing"
-            wave = smooth(mine, ANGLE_LENGTHS[1])
-            yield rows.follower(Driver.ANGLE, text, tilts, wave, joints=(j,), kind=Insertion.TILT)
+            text, wave = f"{what}, in its bearing", smooth(mine, ANGLE_LENGTHS[1])
+            yield rows.follower(Driver.ANGLE, text, wave, joints=(j,), kind=Insertion.TILT)
+    q = rows.motion.q
     for j, k in permutations(range(rows.chain.dof), 2):
         if k in rows.alive:
             text = f"the angle of {joint_list((k,))}, in {{}}"
-            wave = smooth(rows.motion.q[:, k], OTHER_LENGTH)
-            found = rows.follower(Driver.ANGLE, text, driven_names(rows.chain, [j]), wave, joints=(j,))
-            yield replace(found, by=k)
+            yield rows.follower(Driver.ANGLE, text, smooth(q[:, k], OTHER_LENGTH), joints=(j,), by=k)
+            if abs(j - k) == 1 and j in rows.alive:
+                sum_of, other = (smooth(q[:, j] + sign * q[:, k], TWO_LENGTH) for sign in (1.0, -1.0))
+                text = f"the angles of {joint_list(sorted((j, k)))}, in {{}}"
+                both = np.column_stack([sum_of, other])
+                yield rows.follower(Driver.ANGLE, text, both, joints=(j,), by=k)
 
 
 def _loads(rows: _Rows) -> Iterator[Follower]:
     if not len(rows.wrenches):
         return
-    chain, q = rows.chain, rows.motion.q
+    chain, q, by_load = rows.chain, rows.motion.q, partial(rows.follower, Driver.LOAD, by_load=True)
     mine, stated = (own(chain, range(chain.dof), wrenches) for wrenches in (rows.wrenches, rows.stated))
     for j in rows.varied(mine[:, :, None]):
         load, other = (each[:, j] / mine[:, j].std() for each in (mine, stated))
         leap = jump(load[:, None], np.abs(load - other))
-        joint, what = driven_names(chain, [j]), "the load of {}"
         shapes = [np.column_stack([smooth(load, length), leap]) for length in LOAD_LENGTHS]
         shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
-        for k, (shape, found) in enumerate(
-            [*((None, f) for f in shapes), (Shape.LINE, load[:, None]), (Shape.JUMP, leap)]
-        ):
-            yield rows.follower(
-                Driver.LOAD, what, joint, found, joints=(j,), by_load=True, shape=shape, tag=f" {k}"
-            )
+        simple = (Shape.LINE, load[:, None]), (Shape.JUMP, leap)
+        for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
+            yield by_load("the load of {}", found, joints=(j,), shape=shape, tag=f" {k}")
     turning = [j for j in range(chain.dof) if turns(chain, j)]
     beside = across(chain, turning, rows.wrenches)
     for k in rows.varied(beside):
         j = turning[k]
+        sides = beside[:, k] / np.maximum(np.linalg.norm(beside[:, k], axis=1, keepdims=True), 1e-300)
+        for shape, even in (Shape.LINE, beside[:, k]), (Shape.JUMP, sides):
+            evenly = by_load(
+                "the load across {}, in its bearing or link",
+                np.ones((len(even), 1)),
+                joints=(j,),
+                together=even[rows.order, :, None],
+                kind=Insertion.TILT,
+                shape=shape,
+            )
+            yield replace(evenly, is_even=True)
         angle = q[:, j] + chain.values[chain.driven[j]]
         c, s = np.cos(angle), np.sin(angle)
         here = beside[:, k]
         there = np.stack([c * here[:, 0] + s * here[:, 1], c * here[:, 1] - s * here[:, 0]], 1)
         for kind, load, part in ((Insertion.TILT, here, "bearing"), (Insertion.BEND, there, "link")):
-            what, names = f"the load across {{}}, in its {part}", inserted_names(chain, [j], kind)
+            what = f"the load across {{}}, in its {part}"
             scaled = load / max(float(np.sqrt((load**2).mean())), 1e-300)
             leap = jump(scaled)
             free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), leap])
             for shape, features in ((None, free), (Shape.LINE, scaled), (Shape.JUMP, leap)):
-                yield rows.follower(
-                    Driver.LOAD, what, names, features, joints=(j,), kind=kind, by_load=True, shape=shape
-                )
+                yield by_load(what, features, joints=(j,), kind=kind, shape=shape)
     unstated = "the load of {}, as under a payload that isn't stated"
     yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
     yield from _gravities(rows)
@@ -376,25 +392,26 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
     sign, q = np.nan_to_num(rows.motion.direction), rows.motion.q
     loads = own(rows.chain, range(rows.chain.dof), rows.wrenches) if len(rows.wrenches) else np.zeros(q.shape)
     heavy = rows.varied(loads[:, :, None])
-    if rows.path is not None and rows.path.speed is not None:
+    if rows.path is not None:
         moved, ones = driven_names(rows.chain, range(rows.chain.dof)), np.ones((len(sign), 1))
         speed = rows.path.speed[rows.order, :, None]
-        yield rows.follower(Driver.MOTION, SPEED, moved, ones, together=speed, shape=Shape.LAG)
+        lag = Shape.LAG if rows.path.is_steady else None
+        yield rows.follower(Driver.MOTION, SPEED, ones, moved=moved, together=speed, shape=lag)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
-        moved = driven_names(rows.chain, [j])
-        if rows.path is not None:
-            way = np.column_stack([sign[:, j], rows.path.wound[:, j]])
-            yield rows.follower(Driver.MOTION, WAY, moved, way, joints=(j,))
         shapes = {" angle": smooth(q[:, j], OTHER_LENGTH)}
         if rows.path is not None:
+            way = np.column_stack([sign[:, j], rows.path.wound[:, j]])
+            yield rows.follower(Driver.MOTION, WAY, way, joints=(j,))
             size = np.minimum(np.abs(rows.path.moves[:, j]), MAX_MOTION)
             shapes[""] = smooth(size, MOTION_LENGTH)
         if j in heavy:
             shapes[" load"] = smooth(loads[:, j] / loads[:, j].std(), LOAD_LENGTHS[1])
+        for i in {*range(rows.chain.dof)} - {j}:
+            text = f"the last motion of {joint_list((j,))}, in {{}}"
+            yield rows.follower(Driver.MOTION, text, sign[:, j, None], joints=(i,), by=j)
         for tag, shape in shapes.items():
             what = f"the last motion of {{}}{f' and its{tag}' if tag else ''}"
-            shape = sign[:, j, None] * with_one(shape)
-            yield rows.follower(Driver.MOTION, what, moved, shape, joints=(j,))
+            yield rows.follower(Driver.MOTION, what, sign[:, j, None] * with_one(shape), joints=(j,))
 
 
 def _times(rows: _Rows) -> Iterator[Follower]:
@@ -402,10 +419,12 @@ def _times(rows: _Rows) -> Iterator[Follower]:
     if mixed_share(rows.motion.q, clock) > MIN_MIXED:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
         yield from _through_all(rows, Driver.TIME, TIME, wandering(t))
-        yield from _payloads(
-            rows, Driver.TIME, f"{TIME}, as under a payload that changes, in {{}}", wandering(t)
-        )
+        unsaid = f"{TIME}, as under a payload that changes, in {{}}"
+        yield from _payloads(rows, Driver.TIME, unsaid, wandering(t))
         yield from constants_over_time(rows.problem, rows.x)
+    if len(names := rows.data.sessions) > 1:
+        session = np.column_stack([rows.data.in_session(name) for name in names[1:]])
+        yield from _through_all(rows, Driver.TIME, "the session", session)
 
 
 def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
@@ -414,7 +433,7 @@ def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterato
     free = tuple(p.name for p in problem.parameters if p.is_geometry and p.name in rows.chain.index)
     if free:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
-        yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", free, wandering(t))
+        yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", wandering(t), moved=free)
 
 
 def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features) -> Iterator[Follower]:
@@ -424,7 +443,7 @@ def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features) -> Iter
         loads = own(rows.chain, range(rows.chain.dof), more)
         for j in rows.varied(loads[:, :, None]):
             heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
-            yield rows.follower(driver, phrase, driven_names(rows.chain, [j]), heavy * shape, joints=(j,))
+            yield rows.follower(driver, phrase, heavy * shape, joints=(j,))
 
 
 def _gravities(rows: _Rows) -> Iterator[Follower]:
@@ -439,10 +458,8 @@ def _gravities(rows: _Rows) -> Iterator[Follower]:
         parts.append(own(chain, range(chain.dof), rows.wrenches_of(arm)))
     gives = np.stack([parts[0] - part for part in parts[1:]], axis=2)
     for j in rows.varied(gives):
-        what, moved = "the load of {}, as under gravity in another direction", driven_names(chain, [j])
-        yield rows.follower(
-            Driver.LOAD, what, moved, gives[:, j], joints=(j,), by_load=True, shape=Shape.TURNED
-        )
+        what = "the load of {}, as under gravity in another direction"
+        yield rows.follower(Driver.LOAD, what, gives[:, j], joints=(j,), by_load=True, shape=Shape.TURNED)
 
 
 def _temperatures(rows: _Rows) -> Iterator[Follower]:
@@ -454,17 +471,16 @@ def _temperatures(rows: _Rows) -> Iterator[Follower]:
 
 def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iterator[Follower]:
     """A driver of all rows through everything that it may move, by any function and by the first feature."""
-    chain, frame, tool = rows.chain, Insertion.DRIFT.frame, Insertion.SLIP.frame
+    chain, seen = rows.chain, Insertion.SLIP.frame[: 6 if rows.problem.sees_rotation else 3]
     lengths = [e for e in chain.elements if Axis.TX <= e.axis <= Axis.TZ and e.link != BASE]
     values = np.array([[chain.values[chain.index[e.name]]] for e in lengths])
     for shape, features in (None, wave), (Shape.LINE, wave[:, :1]):
         through = partial(rows.follower, driver, features=features, shape=shape)
-        yield through(f"{name}, in the measuring frame", frame, kind=Insertion.DRIFT)
-        seen = tool if rows.problem.sees_rotation else tool[:3]
-        yield through(f"{name}, in the tool", seen, kind=Insertion.SLIP)
+        yield through(f"{name}, in the measuring frame", kind=Insertion.DRIFT)
+        yield through(f"{name}, in the tool", moved=seen, kind=Insertion.SLIP)
         for j in range(chain.dof):
-            yield through(f"{name}, in {{}}", driven_names(chain, [j]), joints=(j,))
-        yield through(f"{name}, in the arm's lengths", tuple(e.name for e in lengths), together=values)
+            yield through(f"{name}, in {{}}", joints=(j,))
+        yield through(f"{name}, in the arm's lengths", moved=tuple(e.name for e in lengths), together=values)
 
 
 def _places(rows: _Rows) -> Iterator[Follower]:
@@ -476,8 +492,7 @@ def _places(rows: _Rows) -> Iterator[Follower]:
         p = (place - place.mean(0)) / place.std()
         squares = np.stack([p[:, i] * p[:, k] for i in range(3) for k in range(i, 3)], 1)
         shape = np.concatenate([p, squares - squares.mean(0)], 1)
-        frame = Insertion.DRIFT.frame
-        yield rows.follower(Driver.PLACE, "the tool's place", frame, shape, kind=Insertion.DRIFT)
+        yield rows.follower(Driver.PLACE, "the tool's place", shape, kind=Insertion.DRIFT)
 
 
 _PROCESSES = {

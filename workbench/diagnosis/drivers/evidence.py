@@ -17,13 +17,13 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench.arm.effects.axes import Insertion
 from workbench.arm.effects.events import AbstractStep
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.claims.contributions import remaining
-from workbench.diagnosis.claims.reduced_models import left_of, own_offers, with_one_more
-from workbench.diagnosis.confidence import PROBABLE, Confidence
+from workbench.diagnosis.confidence import CERTAIN, CERTAIN_WITHIN, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
+    TIME,
     WAY,
     Driver,
     Follower,
@@ -34,14 +34,14 @@ from workbench.diagnosis.drivers.driver import (
     path_of,
 )
 from workbench.diagnosis.drivers.process import DriverProcess
+from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, joints_of, offers, solve
 from workbench.diagnosis.search.gram_matrices import Grams, compress
+from workbench.diagnosis.search.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.problem import Problem
 
-SURE = 100.0
-"""Odds against every process from which a law, or a driver, is certain."""
 MIN_GAIN = 8.0
 """Log evidence from which an error follows a driver at all [nat]."""
 MAX_FREEDOM = 6
@@ -99,12 +99,13 @@ class Challenge:
         """Odds that the law may have at most: 1, 20 or any.
 
         Where the rows leave open which element moves, the simplest law may be probable, unless another one
-        is sure, and is never certain.
+        is, and is never certain.
         """
-        open_for = -np.log(SURE) if self.is_simplest else np.log(PROBABLE)
+        open_for = (-1.0 if self.is_simplest else 1.0) * np.log(PROBABLE)
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
-        return np.inf if min(self.lead, self.apart) >= np.log(SURE) else PROBABLE
+        is_sure = self.lead >= np.log(CERTAIN_WITHIN) and self.apart >= np.log(CERTAIN)
+        return np.inf if is_sure else PROBABLE
 
     @property
     def doubt(self) -> str:
@@ -138,9 +139,7 @@ class FollowedDriver:
 
     @property
     def confidence(self) -> Confidence:
-        if self.lead >= np.log(SURE):
-            return Confidence.CERTAIN
-        return Confidence.PROBABLE if self.lead >= np.log(PROBABLE) else Confidence.OPEN
+        return Confidence.of(np.exp(min(self.lead, np.log(MAX_ODDS))))
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -151,7 +150,7 @@ class FollowedDriver:
     def text(self) -> str:
         """Clause that continues `The error`."""
         rival = self.rival if self.confidence is Confidence.OPEN else None
-        other = "" if rival is None else f", or {rival.what}"
+        other = "" if rival is None else f", or {followed_text((rival,))}"
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
 
 
@@ -164,19 +163,22 @@ class Correction:
         after: With the processes besides.
     """
 
-    before: tuple[float, float]
-    after: tuple[float, float]
+    before: Sequence[float]
+    after: Sequence[float]
 
     @property
-    def is_material(self) -> bool:
-        """Whether it is worth a word."""
-        return any(b < MAX_LEFT * a for a, b in zip(self.before, self.after, strict=True))
+    def reduced(self) -> list[int]:
+        """What it reduces noticeably: 0 the error of positions, 1 that of orientations."""
+        pairs = enumerate(zip(self.before, self.after, strict=True))
+        return [k for k, (before, after) in pairs if after < MAX_LEFT * before]
 
     @property
     def sentence(self) -> str:
-        k = 0 if np.isfinite(self.before[0]) else 1
-        before, after = (f"{size[k]:.2g}{(' mm', '°')[k]}" for size in (self.before, self.after))
-        return f"A correction from your rows would reduce {before} to {after}"
+        changes = (
+            " to ".join(f"{size[k]:.3g}{(' mm', '°')[k]}" for size in (self.before, self.after))
+            for k in self.reduced
+        )
+        return f"A correction from your rows would reduce {' and '.join(changes)}"
 
 
 def followed_text(parts: Sequence[Follower]) -> str:
@@ -266,9 +268,12 @@ class DriverEvidence:
             return self._described(left, {f: first[f] for f in some if f in first}, most)
 
         home = [f for f in self._over(driver) if self._holds(f, law)]
-        there = best(f for f in home if f.shape is not Shape.TURNED)[0]
-        free = best(f for f in home if f.shape is None)[0]
-        found = [best(f for f in self._over(d) if f not in home) for d in Driver]
+        there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
+        bends = law[0].candidate.effect.insertion is Insertion.BEND  # evenly is a case of that
+        link = [f for f in home if not bends and f.candidate.effect.insertion is Insertion.BEND]
+        even = [f for f in self._over(driver) if bends and f.is_even and f.shape is Shape.LINE]
+        free = max(best(f for f in home if f.shape is None or f in link)[0], best(even)[0])
+        found = [best(f for f in self._over(d) if f not in (*home, *even)) for d in Driver]
         for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
             if self._holds(step, law):
                 there = max(there, by_step)
@@ -307,7 +312,7 @@ class DriverEvidence:
             if best is None or tried[best].gain < minimum:
                 break
             gains = {f: o.gain for f, o in tried.items()}
-            over_time = [f for f in tried if f.driver is Driver.TIME and best.driver is Driver.TEMPERATURE]
+            over_time = [f for f in tried if f.phrase.startswith(TIME) and best.driver is Driver.TEMPERATURE]
             if over_time:  # a change of temperature hides a knock, and tells when it was
                 by_step, step = self._stepped(left.model, max(over_time, key=gains.__getitem__))
                 gains[step] = by_step + float(np.log(len(self._clock[0])))
@@ -317,7 +322,7 @@ class DriverEvidence:
                 lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
             shown = best
-            if best.driver is Driver.TIME:  # a step between two rows, if that is likelier
+            if best.phrase.startswith(TIME):  # a step between two rows, if that is likelier
                 by_step, step = self._stepped(left.model, best)
                 shown = step if by_step > tried[best].gain + np.log(PROBABLE) else best
             larger = (*left.model, tried[best].term)
@@ -339,9 +344,8 @@ class DriverEvidence:
         if best is None or best.shape is not Shape.LAG:
             return False
         left, lag = left_of(self.grams, self._model), self._beside[best]
-        if self._against_play(left, best, lag) < np.log(SURE):
-            return False
-        return with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
+        is_sure = self._against_play(left, best, lag) >= np.log(CERTAIN)
+        return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
 
     def _delay(self, lag: Follower, model: Model) -> float:
         """By how long places are later than joints in a model with this process [s]."""
@@ -385,7 +389,7 @@ class DriverEvidence:
         if len(others) == len(kept):
             return kept
         after, before = remaining(self.searched, [kept, others]).tolist()
-        return kept if Correction(tuple(before), tuple(after)).is_material else others
+        return kept if Correction(before, after).reduced else others
 
     @cached_property
     def _clock(self) -> tuple[np.ndarray, np.ndarray]:
@@ -401,7 +405,8 @@ class DriverEvidence:
         events = {t.candidate: t.candidate.effect for t in law}
         steps = {c: e.moment for c, e in events.items() if isinstance(e, AbstractStep)}
         for candidate, moment in steps.items():
-            tried = [f for f in self._over(Driver.TIME) if f.shape is None] or constants
+            clocked = [f for f in self.followers if f.phrase.startswith(TIME)]  # not what sessions do
+            tried = [f for f in clocked if f.shape is None] or constants
             found = [f.as_step(*self._clock, moment) for f in tried]
             gains = np.array(self._gains(model, found)) - np.log(candidate.tries)
             yield from zip(gains.tolist(), found, strict=True)
@@ -438,8 +443,7 @@ class DriverEvidence:
         grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
         more = (*model, *(o.term for o in offers(left_of(grams, model), parts)))
         whole = replace(self.searched, grams=grams, model=more)
-        before, after = remaining(whole, [model, more]).tolist()
-        return Correction(tuple(before), tuple(after))
+        return Correction(*remaining(whole, [model, more]).tolist())
 
     def _over(self, driver: Driver) -> list[Follower]:
         return [f for f in self.followers if f.driver == driver]

@@ -13,11 +13,11 @@ from jaxtyping import Float
 from scipy import linalg, optimize
 
 from workbench.base.types import Vector3
-from workbench.diagnosis.claims.reduced_models import left_of
 from workbench.diagnosis.confidence import CERTAIN
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence, is_nameless
 from workbench.diagnosis.search.evidence import JITTER, drop, factored
+from workbench.diagnosis.search.reduced_models import left_of
 from workbench.diagnosis.search.stepwise_search import group_evidence
 
 TURNS = 30

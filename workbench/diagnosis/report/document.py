@@ -181,7 +181,7 @@ def remarks(result: Diagnosis) -> Iterator[Block]:
     """Outliers, the noise of joint readings, warnings and notes."""
     if len(result.outliers):
         yield Sentence(outlier_text(result), "outliers")
-    if (noise := result.joint_noise) is not None:
+    if (noise := result.remaining.joint_noise) is not None:
         share = f"{100 * noise.share:.0f} % of the remaining error"
         yield Sentence(f"{noise.text(result.calibrated.chain)}, {share}", "noise of joint readings")
     yield from lines("warning", result.warnings)

@@ -48,8 +48,8 @@ def diagnosis_json(result: Diagnosis) -> Json:
         causes=lambda: [_cause(c) for c in result.causes],
         map=lambda: None if result.residual_map is None else _map(result.residual_map),
         after=lambda: validation_json(result.after),
-        noise=lambda: result.noise.json(),
-        noise_floor=lambda: None if result.known_noise is None else result.known_noise.json(),
+        noise=lambda: result.remaining.noise.json(),
+        noise_floor=lambda: None if (known := result.remaining.known_noise) is None else known.json(),
         **_joint_noise(result),
         saved_arm=None if result.now is None else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
         follows=lambda: [_followed(f) for f in result.followed],
@@ -69,7 +69,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
 @beside("the noise of joint readings", {})
 def _joint_noise(result: Diagnosis) -> dict[str, object]:
     """Of every joint's readings; null for prismatic joints, whose noise is in mm under its own key."""
-    found, chain = result.joint_noise, result.calibrated.chain
+    found, chain = result.remaining.joint_noise, result.calibrated.chain
     if found is None:
         return {"joint_noise_deg": None}
     turning = [turns(chain, j) for j in range(chain.dof)]

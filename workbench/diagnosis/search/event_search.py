@@ -13,6 +13,7 @@ if every row has one, else as in the file.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -30,9 +31,9 @@ from workbench.arm.effects.events import (
 )
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.claims.reduced_models import left_of
 from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, Remainder, projection
 from workbench.diagnosis.search.gram_matrices import MIN_COLUMN_LENGTH, Grams
+from workbench.diagnosis.search.reduced_models import left_of
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 
@@ -98,6 +99,11 @@ class Timeline:
     def first(self) -> Int[np.ndarray, " pieces"]:
         """Index of the first row of every piece."""
         return self.order[np.flatnonzero(np.diff(self.piece[self.order], prepend=-1))]
+
+    def timed(self, event: AbstractEvent, place: int, **settings: Any) -> AbstractEvent:
+        """An event at one of the rows, with further settings."""
+        time = float(self.clock[place]) if self.is_timed else 0.0
+        return replace(event, row=int(self.row[place]), time_s=time, is_timed=self.is_timed, **settings)
 
     @cached_property
     def middle(self) -> Float[np.ndarray, " pieces"]:
@@ -186,14 +192,17 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
             gains = np.stack([search.gains(s[:, :, :size], s[:, :, size:][:, :, mine]) for s in sides])
             side, place = divmod(int(np.argmax(gains)), len(steps))
             if gains[side, place] > 0.0:
-                step = _step(kind.event, line, int(steps[place]), known_before=bool(side))
+                step = line.timed(kind.event, line.first[steps[place]], known_before=bool(side))
                 found.append(Candidate(step, tries=EVENT_PRIOR_ODDS * gains.size))
         if len(weights) and not isinstance(kind.event, ToolStep):
             sums, squares = (np.tensordot(w, history[:, mine], 1) for w in (weights, weights**2))
             gains = search.gains(sums[:, :, :size], squares[:, :, size:][:, :, mine])
             best = int(np.argmax(gains))
             if gains[best] > 0.0:
-                event = _warm_up(kind.event, line, float(PACES[best] * span))
+                pace, ordered = float(PACES[best] * span), line.clock[line.order]
+                over = min(int(np.searchsorted(ordered, begin + WARM_AT * pace)), len(ordered) - 1)
+                warm_up = WarmUp(kind.event.joints, begin=begin, pace=pace)  # from the first row on
+                event = line.timed(warm_up, line.order[over])
                 found.append(Candidate(event, tries=EVENT_PRIOR_ODDS * len(weights)))
     return found
 
@@ -243,20 +252,3 @@ class _EventSearch:
         charge = 0.5 * seen.sum(1) * np.log(self.left.grams.count) + np.log(EVENT_PRIOR_ODDS * places)
         promising = seen.any(1) & (rest < (1.0 - MIN_EVENT_SHARE) * self.left.square)
         return np.where(promising, 0.5 * self.left.freedom * ratio - charge, -np.inf)
-
-
-def _step(event: AbstractStep, line: Timeline, piece: int, *, known_before: bool) -> AbstractStep:
-    first = line.first[piece]
-    time = float(line.clock[first]) if line.is_timed else 0.0
-    row, is_timed = int(line.row[first]), line.is_timed
-    return replace(event, row=row, time_s=time, is_timed=is_timed, known_before=known_before)
-
-
-def _warm_up(event: AbstractEvent, line: Timeline, pace: float) -> AbstractEvent:
-    """The warm-up of the same joint, or of the frame, from the first row on."""
-    begin = float(line.clock.min())
-    ordered = line.order
-    over = ordered[min(int(np.searchsorted(line.clock[ordered], begin + WARM_AT * pace)), len(ordered) - 1)]
-    time = float(line.clock[over]) if line.is_timed else 0.0
-    row = int(line.row[over])
-    return WarmUp(event.joints, row=row, time_s=time, is_timed=line.is_timed, begin=begin, pace=pace)

@@ -1,6 +1,6 @@
 """Joint nonlinear fit of geometry and accepted effects."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -81,11 +81,9 @@ def refit(
     model: Model,
     *,
     data: Dataset | None = None,
-    begin: Mapping[str, float] | None = None,
-    fallback: Mapping[str, float] | None = None,
-    steps: int = MAX_STEPS,
+    starts: Sequence[Mapping[str, float]] = ({},),
     holds: bool = False,
-    flat: bool = False,
+    is_final: bool = False,
 ) -> FittedModel:
     """Fit geometry and a model's effects, with the noise estimated from the residuals.
 
@@ -94,13 +92,12 @@ def refit(
         grams: Inner products to which the model's precisions refer; None for no effects.
         model: Accepted effects.
         data: Rows instead of the problem's.
-        begin: Initial values from an earlier fit [SI]; the other unknowns start at nominal.
-        fallback: Others, where these are nearer: a large deflection may have no equilibrium where it was
-            expected.
-        steps: Maximum number of steps.
+        starts: Initial values from an earlier fit [SI], the nearest are taken: a large deflection may have no
+            equilibrium where it was expected, last; other unknowns start at nominal.
         holds: Whether constants that are unobservable for a rigid arm are held near nominal if masses are
             unknown.
-        flat: Whether sizes of laws are estimated without the prior about zero by which they were selected.
+        is_final: Whether it may take more steps, and sizes of laws are estimated without the prior about zero
+            by which they were selected.
     """
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
@@ -110,17 +107,14 @@ def refit(
         built = built.again(inertia=False)
     built = built.with_deviation(CONSTANT_SIGMA)
     if grams is not None and model:
-        built = _expected(built, grams, model, FLAT if flat else 1.0)
-    here = built.at(begin or {})
-    if fallback is not None:
-        here, there = (built.at(each) for each in (begin or {}, fallback))
-        square, other = (np.square(built.residual(x)).sum() for x in (here, there))
-        here = here if square < other else there
-    free = built
+        built = _expected(built, grams, model, FLAT if is_final else 1.0)
+    here, free = built.at(starts[-1]), built
+    if len(starts) > 1:
+        here = min(map(built.at, starts), key=lambda x: np.square(free.residual(x)).sum())
     if holds and any(p.unit == "kg" for p in built.parameters):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
-        built = _held(built, rigid, begin or {})
-    algorithm, held = Opt2(limit=steps, damping=DAMPING), built
+        built = _held(built, rigid, starts[-1])
+    algorithm, held = Opt2(limit=MAX_LAST_STEPS if is_final else MAX_STEPS, damping=DAMPING), built
     if grams is not None and large(built):
         known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
         search = _chord(built, here, known)

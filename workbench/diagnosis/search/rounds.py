@@ -157,8 +157,9 @@ def rounds(
         The searches, the last of them at the final fit.
     """
     fold = folds_of(stage.data, rng)
-    done: list[Searched] = []
-    for number in range(MAX_ROUNDS):
+    done, is_last = list[Searched](), False
+    while not is_last:
+        number = len(done)
         progress(0.8 - 0.5 / (1 + number), f"round {number + 1}: trying every effect on every joint")
         last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
@@ -166,26 +167,24 @@ def rounds(
             if not any(t.candidate.effect.is_event for t in last.model):
                 stage = _without_outliers(_fit(replace(stage, keep=stage.keep & ~spared), None, ()), None)
                 last = _search(stage, fold, tried, events, without)
-        over = cancelled() or number == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) - 1
         same = _same(last.model, stage.fitted.model)
         again = not same and any(_same(last.model, each.model) for each in done)
         done.append(last)
-        is_last = same or again or not _better(last)
-        if not (over or is_last):
+        over = len(done) == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) or cancelled()
+        is_last = same or again or over or not _better(last)
+        if not is_last:
             progress(0.8 - 0.5 / (1.5 + number), f"round {number + 1}: fitting what was found")
             new = _without_outliers(_fit(stage, last.grams, last.model), last.grams)
             noises = (np.array(each.geometric_problem.typical_noise[:2]) for each in (new, stage))
             if not np.nanmax(np.divide(*noises)) > DIVERGED_RATIO:
                 stage = new
-                continue
-            if not number and any(t.candidate.effect.is_event for t in last.model):
+            elif not number and any(t.candidate.effect.is_event for t in last.model):
                 events = ()
-                continue
-        best = min(done, key=description_length) if again else last
-        fitted = _among(best.stage.fitted.model, best.offered.candidates)
-        done[-1] = replace(best, model=fitted)
-        break
-    return (*done[:-1], _supported(done[-1]))
+            else:
+                is_last = True
+    best = min(done, key=description_length) if again else last
+    fitted = _among(best.stage.fitted.model, best.offered.candidates)
+    return (*done[:-1], _supported(replace(best, model=fitted)))
 
 
 def _supported(searched: Searched) -> Searched:
@@ -288,15 +287,14 @@ def _search(
 
 def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     """The stage with another model, or other rows, fitted from the last fit's linear prediction."""
-    here = stage.problem.named(stage.fit.x)
-    is_other = grams is not None and not _same(model, stage.fitted.model)
-    begin = linear_answer(stage.fitted, grams, model) if grams is not None and is_other else here
-    data, fallback = stage.data.take(stage.keep), here if is_other else None
-    fitted = refit(stage.geometric_problem, grams, model, data=data, begin=begin, fallback=fallback)
+    starts, data = [stage.problem.named(stage.fit.x)], stage.data.take(stage.keep)
+    if grams is not None and not _same(model, stage.fitted.model):
+        starts.append(linear_answer(stage.fitted, grams, model))
+    fitted = refit(stage.geometric_problem, grams, model, data=data, starts=starts)
     geometric = freed(stage.geometric_problem, fitted.fit)
     if geometric is not stage.geometric_problem:
-        begin = fitted.problem.named(fitted.fit.x)
-        fitted = refit(geometric, grams, model, data=data, begin=begin)
+        starts = [fitted.problem.named(fitted.fit.x)]
+        fitted = refit(geometric, grams, model, data=data, starts=starts)
     return replace(stage, geometric_problem=geometric, fitted=fitted)
 
 

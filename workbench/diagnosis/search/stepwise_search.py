@@ -12,13 +12,6 @@ import numpy as np
 
 from workbench.arm.effects import Candidate
 from workbench.base.progress import cancelled, suspected
-from workbench.diagnosis.claims.reduced_models import (
-    left_of,
-    left_without,
-    own_offers,
-    validated_without,
-    with_one_more,
-)
 from workbench.diagnosis.search.evidence import (
     Model,
     Offer,
@@ -36,6 +29,13 @@ from workbench.diagnosis.search.evidence import (
     without_each_fold,
 )
 from workbench.diagnosis.search.gram_matrices import Grams
+from workbench.diagnosis.search.reduced_models import (
+    left_of,
+    left_without,
+    own_offers,
+    validated_without,
+    with_one_more,
+)
 
 ALPHA = 0.002
 """Share of arms without effects for which one may be claimed."""

@@ -47,8 +47,8 @@ def result_card(session: Session) -> str:
 
 def weighed(diagnosis: Diagnosis) -> str:
     """Why its geometry is not quite that of Identify."""
-    more = "" if diagnosis.joint_noise is None else " and weights poses by the noise of the joint readings"
-    return f"The geometry is that of the diagnosis, which keeps constants near nominal{more}."
+    more = diagnosis.remaining.joint_noise and " and weights poses by the noise of the joint readings"
+    return f"The geometry is that of the diagnosis, which keeps constants near nominal{more or ''}."
 
 
 def numbers(done: tuple[StageErrors, ...]) -> str:
