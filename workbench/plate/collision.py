@@ -49,7 +49,7 @@ def obstacles(robot: Robot, plate: Plate, blocks_of: Iterable[int] | None = None
     place, own, mounted = plate.pose.tobytes(), "target" if plate.anchors is None else "anchor", plate.mounted
     chosen = range(len(mounted)) if blocks_of is None else blocks_of
     blocks = {f"the block of {own} {i + 1}": _block(place, mounted[i].pose.tobytes()) for i in chosen}
-    lowest, height = min(t.xyz[2] for t in (plate, *plate.targets)), table_height(robot)
+    lowest, height = min(plate.xyz[2], *(t.xyz[2] for t in plate.targets)), table_height(robot)
     table = {} if height is None or lowest < height else {"the table": below(height)}
     return {"the plate": _slab(place, plate.size.tobytes()), **blocks, **table}
 

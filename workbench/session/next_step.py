@@ -176,7 +176,7 @@ def _added(session: Session) -> NextStep | None:
     elif found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:
-        ask = "" if found.known_noise is not None else "; state the instrument's noise to know if it is more"
+        ask = "" if found.remaining.known_noise else "; state the instrument's noise to know if it is more"
         left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
     urdf = {} if session.results.run is None else session.results.run.file_errors
     if "URDF" in urdf:
@@ -201,9 +201,8 @@ def _diagnosed(session: Session) -> NextStep | None:
         return NextStep(_promise(found), tone, ADD if found.causes else CORRECT, poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
-    rest = "all of it noise" if found.remaining.known_noise is not None else "and nothing found in it"
-    text = f"{left} left, {rest}: the geometric model is sufficient."
-    return NextStep(text, Tone.GOOD, TAKE, COMPARE)
+    rest = "all of it noise" if found.remaining.known_noise else "and nothing found in it"
+    return NextStep(f"{left} left, {rest}: the geometric model is sufficient.", Tone.GOOD, TAKE, COMPARE)
 
 
 def _promise(found: Diagnosis) -> str:
