@@ -171,11 +171,10 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     if column.key is None or not (quantities := quantities_of(column.key)):
         return column
     if column.key == "time" and dates_in(table.columns[column.index][:1]):
-        how = "read as seconds from the first row"
-        if is_in_doubt := len(dates_in(table.columns[column.index])) > 1:
-            how = "left out, as day or month may be first; write 2024-03-25 16:39:04"
-        key, remark = None if is_in_doubt else column.key, f"'{column.heading}' holds dates, {how}"
-        return replace(column, key=key, unit=None, remark=remark)
+        how = "holds dates, read as seconds from the first row"
+        if doubt := len(dates_in(table.columns[column.index])) > 1:
+            how = "is left out, as its days and months may be exchanged; write 2024-03-25 16:39:04"
+        return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
         if re.fullmatch(r"time|payload|temperature|(torque|distance)\d+", column.key):  # which no row needs
