@@ -95,7 +95,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         *notes,
         f"{plural(len(parts), 'row')} from {plural(len(standstills), 'standstill')} of the arm of {WINDOW} "
         f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
-        f"{measured.rows} samples, in motion, within {MARGIN} s of it or unseen, and excluded ones not used",
+        f"{measured.rows} samples are not used (in motion, within {MARGIN} s of it, unseen) or excluded",
     )
     return merged(found, along, joints, note)
 
