@@ -8,7 +8,7 @@ import openpyxl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from refusals import refuses
+from refusals import mentions, refuses
 
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import preview, read_measurements, read_trajectory
@@ -114,9 +114,14 @@ def test_dates_become_seconds(read, read_here):
     rows = [["q1[rad]", "x[m]", "y[m]", "z[m]", "time"]]
     rows += [[0.1 * i, i, i, i, day + datetime.timedelta(seconds=20 * i)] for i in range(3)]
     assert read(workbook({"A": rows}), "t.xlsx").time.tolist() == [0.0, 20.0, 40.0]
-    for date in ("2020-07-14T16:39:0{}", "14.07.2020 16:39:0{}", "07/01/2020 04:39:0{} PM", "16:39:0{}.0"):
+    for date in ("2020-07-14T16:39:0{}", "14.07.2020 16:39:0{}", "07/01/2020 04:39:0{} PM"):
         rows = (f"{i},1,2,3,{date.format(i)}\n" for i in range(3))
         assert read("q1[rad],x[m],y[m],z[m],time[s]\n" + "".join(rows)).time.tolist() == [0.0, 1.0, 2.0]
+    for doubtful in ("0{}/03/2024 16:39:04", "05:1{}.0", "16:39:0{}"):  # any day or hour
+        rows = (f"{i},1,2,3,{doubtful.format(i)}\n" for i in "123")
+        data = read("q1[rad],x[m],y[m],z[m],time\n" + "".join(rows))
+        assert data.time is None
+        assert mentions(" ".join(data.notes), "time", "left out")
 
 
 def test_parquet(read, tmp_path):
@@ -179,8 +184,8 @@ def test_everything_else(read):
     head = "q1[rad],q2[rad],m1x[mm],m1y[mm],m1z[mm],m2x[mm],m2y[mm],m2z[mm],distance[mm],anchor,contact,point"
     head += ",tilt_x2[deg],tilt_y2[deg],time[ms],temperature[K],payload[g],torque1[Nm],direction1,direction2"
     head += ",session,group,sigma_x[um],sigma_roll[deg],exclude,reason"
-    rows = "0,0,1,2,3,4,5,6,700,A,hole,s1,1,2,1500,300,250,3.5,1,-1,front,g1,50,0.01,false,\n"
-    rows += "0,0,1,2,3,,,,800,A,hole,s1,1,2,1500,,250,3.5,1,0,back,g1,50,0.01,yes,slipped\n"
+    rows = "0,0,1,2,3,4,5,6,700,A,hole,s1,1,2,1500,300,250,3.5,+,-,front,g1,50,0.01,false,\n"
+    rows += "0,0,1,2,3,,,,800,A,hole,s1,1,2,1500,,250,3.5,+,0,back,g1,50,0.01,yes,slipped\n"
     data = read(head + "\n" + rows)
     assert data.markers.shape == (2, 2, 3)
     assert np.isnan(data.markers[1, 1]).all()

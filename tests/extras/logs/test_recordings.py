@@ -329,29 +329,30 @@ def test_markers_are_joined_with_rtde(run_of_arm, tmp_path):
 # -- lists ----------------------------------------------------------------------------------------
 
 
-def points_list(folder: Path, run, names, *, time=None) -> Path:
-    """A tracker's list of points."""
-    lines = ["point;x[mm];y[mm];z[mm]" + (";time[s]" if time is not None else "")]
-    for k, name in enumerate(names):
-        cells = [name, *(f"{1e3 * v:.9g}" for v in run.at[k, :3, 3])]
-        lines.append(";".join([*cells, *([f"{time[k]:.6f}"] if time is not None else [])]))
-    (folder / "points.csv").write_text("\n".join(lines) + "\n")
-    return folder / "points.csv"
-
-
 def test_points_are_joined_by_time(run_of_arm, tmp_path):
     """One reading at each stand, one while the arm moved."""
     run = run_of_arm
     moving = np.abs(np.diff(run.q, axis=0)).max(1) > 0
     ends = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(int)) == 1)
     times = run.time[ends] - 0.3
-    points = points_list(tmp_path, run, [f"P{k}" for k in range(POSES)], time=times)
-    first = run.time[np.flatnonzero(moving)[5]]
-    points.write_text(points.read_text() + f"M;0;0;0;{first}\n")
+    mm = zip(*(1e3 * run.at[:, :3, 3].T), times, strict=True)
+    lines = (f"P{k};{x};{y};{z};{t}\n" for k, (x, y, z, t) in enumerate(mm))
+    head, moved = "point;x[mm];y[mm];z[mm];time[s]\n", run.time[np.flatnonzero(moving)[5]]
+    points = tmp_path / "points.csv"
+    points.write_text(head + "".join(lines) + f"M;0;0;0;{moved}\n")
     data = wb.read_measurements(points, joint_table=log(tmp_path, run))
     check(data, run)
     assert mentions(" ".join(data.notes), "1 of 9")
     text = (tmp_path / "joints.csv").read_text().splitlines()
     places = ["x[m],y[m],z[m]", *(",".join(f"{v:.12g}" for v in p) for p in run.pose[:, :3, 3])]
-    (tmp_path / "one.csv").write_text("\n".join(map(",".join, zip(text, places, strict=True))))
+    places[8], excluded = "9,9,9", ["exclude", *(k == 8 for k in range(1, len(text)))]
+    lines = (f"{a},{b},{c}" for a, b, c in zip(text, places, excluded, strict=True))
+    (tmp_path / "one.csv").write_text("\n".join(lines))
     check(wb.read_measurements(tmp_path / "one.csv"), run)
+
+
+def test_poses_of_many_samples_and_of_one_are_no_log(tmp_path):
+    samples = np.repeat(np.arange(60), np.where(np.arange(60) % 4, 1, 9))
+    rows = (f"{0.1 * k},{np.sin(i * i)},{i},0,0\n" for k, i in enumerate(samples))
+    (tmp_path / "one.csv").write_text("time[s],q1[rad],x[m],y[m],z[m]\n" + "".join(rows))
+    assert len(wb.read_measurements(tmp_path / "one.csv")) == 180

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
-from itertools import product
 
 import numpy as np
 from jaxtyping import Float
@@ -43,28 +42,27 @@ _TOLD_BY_ROWS = re.compile(r"q\d+|[xyz]|roll|pitch|yaw|r[xyz]|m\d+[xyz]")
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are likeliest where numbers are larger than the others would have them."""
 COMPUTED = "these poses are the controller's own, not measured: 'workbench extract' finds its model"
-_DIGIT = re.compile(r"\d")
-_FRACTION = re.compile(r"(:\d\d)(?:[.,](\d{1,5})\d*)?( ?[AP]M)?$", re.IGNORECASE)
-_DAYS = ("%d.%m.%Y ", "%m/%d/%Y ", "%d/%m/%Y ", "%Y/%m/%d ", "")
-_TIMES = ("%H:%M:%S.%f", "%H:%M.%f", "%I:%M:%S.%f %p")
-_DATES = ("", *("".join(form) for form in product(_DAYS, _TIMES)))
-"""Forms of dates: ISO, and those of controllers and spreadsheets; none is a plain number."""
+_FRACTION = re.compile(r"(:\d\d:\d\d)(?:[.,](\d{1,5})\d*)?( ?[AP]M)?$", re.IGNORECASE)
+_DAYS = ("%d.%m.%Y ", "%m/%d/%Y ", "%d/%m/%Y ", "%Y/%m/%d ")
+_TIMES = ("%H:%M:%S.%f", "%H:%M", "%I:%M:%S.%f %p")
+_DATES = ("", *(day + time for day in _DAYS for time in _TIMES))
+"""Forms of dates: ISO, and those of controllers and spreadsheets; times alone may be of any day."""
 MIN_ROWS, ALIKE = 6, 0.02
 """Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
 
 
-def dates_in(cells: Sequence[str]) -> tuple[Float[np.ndarray, " rows"], datetime] | None:
-    """Seconds from the first of some dates of one form, and that date; None if they aren't dates of one form.
+def dates_in(cells: Sequence[str]) -> list[tuple[Float[np.ndarray, " rows"], datetime]]:
+    """Seconds from the first of some dates of one form, and that date; none if they aren't dates of one form.
 
-    Where day and month are in doubt, the order counts by which less time went by.
+    Two where day and month may stand in either order and the times between them differ.
     """
-    found = list[tuple[np.ndarray, datetime]]()
+    found = dict[tuple[float, ...], datetime]()
     for form in _DATES if cells else ():
         with suppress(ValueError, TypeError):  # no date, or with a time zone where the first has none
             dates = [_date(cell, form) for cell in cells]
-            found.append((np.array([(date - dates[0]).total_seconds() for date in dates]), dates[0]))
-    return min(found, key=lambda times: np.ptp(times[0]), default=None)
+            found.setdefault(tuple((date - dates[0]).total_seconds() for date in dates), dates[0])
+    return [(np.array(times), began) for times, began in found.items()]
 
 
 def _date(cell: str, form: str) -> datetime:
@@ -127,7 +125,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
-            numbers = [c for c in (column, other) if any(map(_DIGIT.search, table.columns[c.index]))]
+            numbers = [c for c in (column, other) if re.search(r"\d", "".join(table.columns[c.index]))]
             if len(numbers) == 2:
                 numbers = [c for c in numbers if is_of_measurement(c.heading)]
             if len(numbers) == 1:  # the other holds words, or nothing measured
@@ -173,8 +171,10 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     if column.key is None or not (quantities := quantities_of(column.key)):
         return column
     if column.key == "time" and dates_in(table.columns[column.index][:1]):
-        remark = f"'{column.heading}' holds dates, read as seconds from the first row"
-        return replace(column, unit=None, remark=remark)
+        how = "holds dates, read as seconds from the first row"
+        if doubt := len(dates_in(table.columns[column.index])) > 1:
+            how = "is left out, as its days and months may be exchanged; write 2024-03-25 16:39:04"
+        return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
         if re.fullmatch(r"time|payload|temperature|(torque|distance)\d+", column.key):  # which no row needs
@@ -189,8 +189,7 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
         header = f"write '{column.heading}[{first}]' in the header ({wanted}, whichever applies)"
         more = f", or {remedy(option, page=CHOOSE_ON_PAGE)}" if table.has_option else ""
-        message = f"the unit is missing: {header}{more}"
-        missing = UnitError(str(table.error(message, column.index)), unit="")
+        missing = UnitError(str(table.error(f"the unit is missing: {header}{more}", column.index)), unit="")
         if not _TOLD_BY_ROWS.fullmatch(column.key):
             return replace(column, problem=missing)
         return replace(column, unit=first, conversion=conversion(first, *quantities), missing_unit=missing)
@@ -200,8 +199,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
-    si = column.unit and str(found.quantity)
-    return replace(column, conversion=found, si=si, remark="; ".join(remarks))
+    column = replace(column, conversion=found, remark="; ".join(remarks))
+    return replace(column, si=column.unit and str(found.quantity))
 
 
 def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:

@@ -115,18 +115,19 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         raise DataError(f"{table.source}: there is a header but no data row: at least one is needed")
     used = {column.key: column for column in columns if column.key is not None}
     time, began = used.get("time"), None
+    signs = any("+" in table.columns[c.index] for key, c in used.items() if key.startswith("direction"))
     values = {
         key: np.array([of_cell(cell) for cell in table.columns[column.index]], dtype=str)
         if column.conversion is None
-        else column.conversion.to_si(to_numbers(table, column.index))
+        else column.conversion.to_si(to_numbers(table, column.index, signs=signs and "direction" in key))
         for key, column in used.items()
     }
     if time is not None and time.conversion is None:
-        if (dates := dates_in(cells := table.columns[time.index])) is None:
-            row = next((k for k, cell in enumerate(cells) if dates_in((cells[0], cell)) is None), 0)
+        if not (dates := dates_in(cells := table.columns[time.index])):
+            row = next((k for k, cell in enumerate(cells) if not dates_in((cells[0], cell))), 0)
             wrong = f"is not a date like {cells[0]}: give all the same form, a time zone in all or in none"
             raise table.error(f"'{cells[row][:40]}' {wrong}", time.index, row)
-        values["time"], began = dates
+        values["time"], began = dates[0]
     unread = {c.index: c.heading for c in columns if c.key is None and c.heading}
     return Fields(
         source=table.source,
@@ -142,11 +143,11 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
     )
 
 
-def to_numbers(table: Table, column: int | str) -> Float[np.ndarray, " rows"]:
-    """One column, by its place or heading, as numbers; NaN where a cell is blank or says so."""
+def to_numbers(table: Table, column: int | str, *, signs: bool = False) -> Float[np.ndarray, " rows"]:
+    """One column, by its place or heading, as numbers; NaN where a cell is blank, or '-' that is no sign."""
     index = column if isinstance(column, int) else table.headings.index(column)
     cells = table.columns[index]
-    if "+" in cells and {*cells} <= {"+", "-", "\u2212", "0", ""}:  # signs, as of directions
+    if (signs or "+" in cells) and {*cells} <= {"+", "-", "\u2212", "0", ""}:  # signs, as of directions
         cells = tuple(f"{cell}1" if cell not in ("0", "") else cell for cell in cells)
     try:
         if "_" in "".join(cells):

@@ -6,8 +6,7 @@ of a standstill's ends are left out, as clocks differ by their latencies and arm
 clocks of their own are brought together by when both moved (`clock_offset`).
 """
 
-import re
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import final
 
@@ -17,7 +16,7 @@ from jaxtyping import Float, Int
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.wording import plural
-from workbench.data.readers.assemble import joint_columns
+from workbench.data.readers.assemble import excluded_rows, joint_columns
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.joint_tables import AbstractJoin, by_row, merged
@@ -27,14 +26,13 @@ WINDOW, MARGIN, GAP = 0.4, 0.1, 1.0
 """Shortest standstill, what is left out at its ends, and the silence that ends it [s]."""
 STILL, STILL_POINT = np.deg2rad(0.03), 5e-4
 """Range of a joint [rad or m], and of a measured point [m], in a standstill."""
-MIN_MOVING = 0.1
-"""Share of the samples in motion from which a table of joints and measurements is one of a log."""
+MIN_MOVING, MIN_STANDING, MIN_STRAIGHT = 0.1, 0.25, 0.5
+"""Shares of samples in motion and in standstills of a log, and how straight its moves are by steps."""
 DENSE = 0.25
 """Samples that are this near to each other show when something moved [s]."""
 STEP = 0.02
 MIN_CORRELATION, MIN_CORRELATION_RATIO = 0.6, 1.1
 """Minimum correlation of both motions, and how much better it is than at any other offset."""
-_OF_JOINTS = re.compile(r"(q|torque|direction)\d+|time|temperature|payload")
 ORIENTATION_KEYS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
 
 Times = Float[np.ndarray, " samples"]
@@ -50,16 +48,13 @@ class ByTime(AbstractJoin):
         if "time" not in measured.values:
             return False
         if measured is joints:
-            return {"q1", "x"} <= set(measured.values) and _stops(measured)
+            is_whole = {"q1", "x"} <= set(measured.values) and _dense(measured.values["time"])
+            return is_whole and _is_log(_sorted(measured))
         return "time" in joints.values or (measured.rows > joints.rows and _dense(measured.values["time"]))
 
     def join(self, measured: Fields, joints: Fields) -> Fields:
-        if measured is joints:
-            own = [key for key in joints.values if _OF_JOINTS.fullmatch(key)]
-            log = replace(joints, values={key: joints.values[key] for key in own}, rotation=None, notes=())
-            return join_by_time(_without(measured, {*own} - {"time"}), log, one_clock=True)
         if "time" in joints.values:
-            return join_by_time(measured, joints)
+            return join_by_time(measured, joints, one_clock=measured is joints)
         standstills = _standstills_of_points(measured)
         return by_row(_averaged(measured, standstills, "the measured point"), joints)
 
@@ -79,15 +74,13 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     time, log = measured.values["time"], joints.values["time"]
     offset, notes = (0.0, ()) if one_clock else clock_offset(time, _points(measured), log, q)
     standstills = still(log, q, STILL)
-    parts, of_joints = [], []
+    parts, of_joints = list[np.ndarray](), list[np.ndarray]()
     for first, last in standstills:
         low, high = log[first] - offset + MARGIN, log[last] - offset - MARGIN
         rows = np.arange(np.searchsorted(time, low), np.searchsorted(time, high, side="right"))
-        rows = rows[np.isfinite(_points(measured)[rows]).any(1)]
-        for part in _by_point(measured, rows):
-            inside = (log >= log[first] + MARGIN) & (log <= log[last] - MARGIN)
-            parts.append(part)
-            of_joints.append(np.flatnonzero(inside))
+        own = _by_point(measured, rows[np.isfinite(_points(measured)[rows]).any(1)])
+        inside = np.flatnonzero((log >= log[first] + MARGIN) & (log <= log[last] - MARGIN))
+        parts, of_joints = parts + own, of_joints + [inside] * len(own)
     if not parts:
         raise DataError(
             f"{measured.source}: nothing was measured while the arm stood still "
@@ -95,14 +88,14 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
             "check that both are of the same run, and that time[s] is of one clock"
         )
     found = _averaged(measured, parts, "the tool")
-    rest = _without(joints, measured.values.keys()).values
+    rest = {key: own for key, own in joints.values.items() if key not in measured.values}
     along = {key: np.array([_middle(own[rows]) for rows in of_joints]) for key, own in rest.items()}
     used = sum(len(part) for part in parts)
     note = (
         *notes,
         f"{plural(len(parts), 'row')} from {plural(len(standstills), 'standstill')} of the arm of {WINDOW} "
         f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
-        f"{measured.rows} samples, taken in motion or without line of sight, are not used",
+        f"{measured.rows} samples are not used (in motion, within {MARGIN} s of it, unseen) or excluded",
     )
     return merged(found, along, joints, note)
 
@@ -197,13 +190,22 @@ def _dense(time: Times) -> bool:
     return len(time) > 100 and float(np.median(np.diff(np.sort(time)))) < DENSE
 
 
-def _stops(log: Fields) -> bool:
-    """Whether samples of joints and measurements were taken in standstills, and in motion between them."""
-    if not _dense(log.values["time"]):
-        return False
-    log = _sorted(log)
-    found = still(log.values["time"], joint_columns(log, None), STILL)
-    return len(found) > 1 and log.rows - sum(last - first for first, last in found) > MIN_MOVING * log.rows
+def _is_log(log: Fields) -> bool:
+    """Whether all samples of joints and measurements were taken in standstills or on continuous moves.
+
+    A pose that is neither, of few samples or alone, would be lost; a scan hardly stands: its moves count.
+    """
+    time, q = log.values["time"], joint_columns(log, None)
+    moving = np.ones(log.rows, bool)
+    for first, last in (found := still(time, q, STILL)):
+        moving[first : last + 1] = False
+    silent = np.diff(time, prepend=-np.inf) >= GAP
+    steps = np.where(silent[:, None], 0.0, np.diff(q, axis=0, prepend=q[:1]))
+    lengths = np.linalg.norm(steps, axis=1)
+    straight = (steps * np.roll(steps, -1, 0)).sum(1) - MIN_STRAIGHT * lengths * np.roll(lengths, -1)
+    runs = np.flatnonzero(silent | np.diff(moving, prepend=moving[:1]))
+    moved = np.add.reduceat(straight, runs)[moving[runs]] > STILL**2
+    return len(found) > 1 and MIN_MOVING < moving.mean() < 1.0 - MIN_STANDING and bool(moved.all())
 
 
 def _points(measured: Fields) -> np.ndarray:
@@ -230,12 +232,12 @@ def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]
 
 
 def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Fields:
-    """One row a standstill; labels are those of its first row."""
-    measured = _turned(measured)
+    """One row a standstill, of samples that aren't excluded if there are any; labels are of the first."""
+    measured, excluded = _turned(measured), excluded_rows(measured)
+    parts = [rows if excluded[rows].all() else rows[~excluded[rows]] for rows in parts]
     values = {k: np.array([_middle(own[rows]) for rows in parts]) for k, own in measured.values.items()}
-    rotation = None
-    if measured.rotation is not None:
-        rotation = np.stack([_middle(measured.rotation[rows]) for rows in parts])
+    turns = measured.rotation
+    rotation = None if turns is None else np.stack([_middle(turns[rows]) for rows in parts])
     lines = tuple(measured.lines[int(rows[0])] for rows in parts)
     ranges = [np.ptp(_points(measured.take(rows)), axis=0) for rows in parts]
     restless = [k for k, size in enumerate(ranges) if np.nanmax(size, initial=0.0) > 4.0 * STILL_POINT]
@@ -246,8 +248,9 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
         )
     notes = measured.notes
     if restless:
-        where = f"such as line {lines[restless[0]]}"
-        notes += (f"{what} moved in {plural(len(restless), 'standstill')}, {where}",)
+        notes += (
+            f"{what} moved in {plural(len(restless), 'standstill')}, such as line {lines[restless[0]]}",
+        )
     return replace(measured, values=values, rotation=rotation, lines=lines, notes=notes)
 
 
@@ -256,11 +259,8 @@ def _turned(measured: Fields) -> Fields:
     if measured.rotation is not None or not ORIENTATION_KEYS & set(measured.values):
         return measured
     rotation, notes = read_orientation(measured, usable=np.ones(measured.rows, bool))
-    return replace(_without(measured, ORIENTATION_KEYS), rotation=rotation, notes=measured.notes + notes)
-
-
-def _without(fields: Fields, keys: Set[str]) -> Fields:
-    return replace(fields, values={k: v for k, v in fields.values.items() if k not in keys})
+    values = {k: v for k, v in measured.values.items() if k not in ORIENTATION_KEYS}
+    return replace(measured, values=values, rotation=rotation, notes=measured.notes + notes)
 
 
 def _middle(column: np.ndarray) -> np.ndarray | np.generic:
