@@ -4,8 +4,8 @@ from enum import StrEnum
 
 CERTAIN, PROBABLE = 1000.0, 20.0
 """Minimum odds for each name against claims and processes elsewhere; below, a cause and its rival are one."""
-CERTAIN_WITHIN = 100.0
-"""Minimum odds of a certain law against processes that contain it: their freedom alone costs 100 and more."""
+CERTAIN_LAW = 100.0
+"""Minimum odds of a certain law against processes, which are freer: that alone costs them 100 and more."""
 MAX_ODDS = 1e12
 """Odds are capped at this value."""
 

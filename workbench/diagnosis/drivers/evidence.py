@@ -21,7 +21,7 @@ from workbench.arm.effects.axes import Insertion
 from workbench.arm.effects.events import AbstractStep
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.confidence import CERTAIN, CERTAIN_WITHIN, MAX_ODDS, PROBABLE, Confidence
+from workbench.diagnosis.confidence import CERTAIN, CERTAIN_LAW, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     TIME,
     WAY,
@@ -104,8 +104,7 @@ class Challenge:
         open_for = (-1.0 if self.is_simplest else 1.0) * np.log(PROBABLE)
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
-        is_sure = self.lead >= np.log(CERTAIN_WITHIN) and self.apart >= np.log(CERTAIN)
-        return np.inf if is_sure else PROBABLE
+        return np.inf if min(self.lead, self.apart) >= np.log(CERTAIN_LAW) else PROBABLE
 
     @property
     def doubt(self) -> str:
