@@ -98,8 +98,8 @@ def _rotvecs(rotation, out):
             v[k] *= scale if w >= 0.0 else -scale
 
 
-def cross(a: Float[np.ndarray, "*lead 3"], b: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, "*lead 3"]:
-    """a × b, in under half the time of `numpy.cross` where the vectors are few."""
+def cross(a: Float[np.ndarray, "*lead 3"], b: Float[np.ndarray, "*#lead 3"]) -> Float[np.ndarray, "*lead 3"]:
+    """a × b, b broadcast to a, in under half the time of `numpy.cross` where the vectors are few."""
     (x, y, z), (u, v, w) = ([part[..., i] for i in range(3)] for part in (a, b))
     result = np.empty(a.shape)
     result[..., 0], result[..., 1], result[..., 2] = y * w - z * v, z * u - x * w, x * v - y * u
