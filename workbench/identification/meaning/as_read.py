@@ -27,8 +27,6 @@ SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
-SISTER = 1.5
-"""How many times better another built-in arm fits enough rows to be named: own errors hardly look like it."""
 SURE_TORQUE = 0.8
 """Minimum correlation with the torque that holds a weight at the flange."""
 
@@ -143,9 +141,8 @@ def _as_read(
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
     if not meaning.is_found:
         return robot, _with_notes(data, unexplained_text(meaning), *[meaning.remedy] * bool(meaning.parts))
-    notes, off, some = _unconfirmed(data), plain.position, usable(data)
-    limit = off / (CLEAR if some is None or len(some) < FEW_ROWS else SISTER)
-    if some is not None and (rival := other_arm(robot, some, limit)) is not None:
+    notes, off, some = _unconfirmed(data), plain.position, usable(data) if meaning.tried else None
+    if some is not None and (rival := other_arm(robot, some, off / CLEAR)) is not None:
         found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
         notes += (f"{found} to {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
     return robot, _with_notes(data, *notes)
