@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 9_544,
     "data": 5_463,
     "plate": 5_706,
-    "identification": 9_691,
+    "identification": 9_688,
     "diagnosis": 7_208,
     "exports": 356,
     "session": 7_113,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_365,
     "extras/trajectories": 1_914,
     "extras/workshop": 910,
-    "tests": 41_910,
+    "tests": 41_905,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 19_485
