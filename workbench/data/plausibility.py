@@ -19,6 +19,7 @@ from workbench.base.errors import DataError, ShapeError
 from workbench.base.units import Quantity, conversion
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
+from workbench.data.postures import equal_rows
 
 REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
@@ -62,6 +63,8 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
 
     Independent readings at equal joints differ in what was read, in its time, or in what drives an effect.
     """
+    if len(equal_rows(dataset.q)[1]) == len(dataset):
+        return []
     readings = () if dataset.readings is None else (dataset.readings.numbers,)
     others = (*(dataset.tilt or {}).values(), *dataset.more.values(), *readings)
     mine = (getattr(dataset, f.name) for f in fields(dataset) if f.name not in UNCOMPARED)

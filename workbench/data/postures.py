@@ -32,15 +32,18 @@ def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
     """Number of each row's posture, in no particular order, from joint positions [rad or m]."""
     from scipy.spatial import cKDTree
 
-    once, row = np.unique(np.round(q / EQUAL), axis=0, return_inverse=True)
-    once, row = EQUAL * once, row.ravel()
-    if len(once) < 2:
+    rounded = np.round(q / EQUAL)
+    row, first = equal_rows(rounded)
+    if len(first) < 2:
         return row
+    once = EQUAL * rounded[first]
     count = min(NEIGHBOURS + 1, len(once))
     found = cKDTree(once).query(once, k=count, p=np.inf, distance_upper_bound=FARTHEST)
     distance, other = (table[:, 1:] for table in found)
     shown = np.append(distance[np.isfinite(distance)], [EQUAL] * (len(once) < len(q)))
     edges = np.append(np.sort(np.maximum(shown, EQUAL)), FARTHEST)
+    if edges[0] >= MAX_SCATTER:
+        return row
     gaps, tolerance = np.where(edges[:-1] < MAX_SCATTER, np.diff(np.log10(edges)), 0.0), EQUAL
     if gaps.max(initial=0.0) >= MIN_GAP:
         widest = int(np.argmax(gaps))
@@ -96,6 +99,16 @@ def repeats_text(data: Dataset) -> str:
     return f"{len(counts)} poses, {each}"
 
 
+def equal_rows(table: np.ndarray) -> tuple[Int[np.ndarray, " rows"], Int[np.ndarray, " once"]]:
+    """Number of each row among those that differ, ordered by their columns, and the first row of each."""
+    order = np.lexsort(table.T[::-1])
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (table[order[1:]] != table[order[:-1]]).any(1)
+    number = np.empty(len(order), np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    return number, order[is_new]
+
+
 def _numbered(label: np.ndarray, order: np.ndarray) -> Int[np.ndarray, " rows"]:
     """Labels renumbered by the smallest place of their rows in an order."""
     label = np.unique(label, return_inverse=True)[1]
@@ -107,4 +120,4 @@ def _numbered(label: np.ndarray, order: np.ndarray) -> Int[np.ndarray, " rows"]:
 def _together(*labels: np.ndarray | None) -> Int[np.ndarray, " rows"]:
     """Number of each row's combination of the labels that there are."""
     numbers = [np.unique(label, return_inverse=True)[1] for label in labels if label is not None]
-    return np.unique(np.stack(numbers), axis=1, return_inverse=True)[1].ravel()
+    return equal_rows(np.stack(numbers, axis=1))[0] if len(numbers) > 1 else numbers[0]

@@ -24,7 +24,7 @@ def covariance(
         moved = piece.jacobian @ root
         spread = moved
         if block is not None:
-            scattered = block.with_noise(problem.data.take(block.rows), actual)
+            scattered = block.with_noise(actual)
             table = moved.reshape(*block.inverse_sigma.shape, -1)
             spread = scattered.mixed(table, 1.0).reshape(moved.shape) * (actual.own / problem.noise.own) ** 2
         middle += moved.T @ spread

@@ -131,19 +131,26 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
     """The most likely s for variances own + s²; 0 if own suffices."""
     from scipy import optimize
 
+    scaled = square / (STUDENT_FREEDOM * consistent(1))
+
+    def slope(log_s: Float[np.ndarray, "*k"] | float) -> Float[np.ndarray, "*k"]:
+        added = np.exp(2.0 * np.asarray(log_s))[..., None]
+        variance = own + added
+        excess = 1.0 - (STUDENT_FREEDOM + 1.0) * scaled / (variance + scaled)
+        return (added / variance * excess).sum(-1)
+
     def cost(log_s: float) -> float:
         variance = own + np.exp(2.0 * log_s)
-        tails = np.log1p(square / (STUDENT_FREEDOM * consistent(1) * variance))
-        return float((np.log(variance) + (STUDENT_FREEDOM + 1.0) * tails).sum())
+        return float((np.log(variance) + (STUDENT_FREEDOM + 1.0) * np.log1p(scaled / variance)).sum())
 
     largest = max(float(square.mean()), 1e-300)
-    tried = 0.5 * np.log(largest) + np.linspace(np.log(MIN_PART), np.log(2.0), 40)
-    costs = [cost(t) for t in tried]
-    best = int(np.argmin(costs))
-    if best == 0 and (own > 0.0).all():
-        return 0.0
-    low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
-    return float(np.exp(optimize.minimize_scalar(cost, bounds=(low, high), method="bounded").x))
+    tried = 0.5 * np.log(largest) + np.linspace(np.log(MIN_PART), np.log(2.0), 20)
+    rising = slope(tried) >= 0.0
+    turns = np.flatnonzero(~rising[:-1] & rising[1:])
+    found = [float(optimize.brentq(slope, *tried[k : k + 2], xtol=1e-12)) for k in turns]
+    found += [tried[0]] * bool(rising[0]) + [tried[-1]] * bool(not rising[-1])
+    best = min(found, key=cost) if len(found) > 1 else found[0]
+    return 0.0 if best == tried[0] and (own > 0.0).all() else float(np.exp(best))
 
 
 def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> float | None:

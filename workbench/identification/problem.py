@@ -38,7 +38,6 @@ from workbench.identification.problem_blocks import (
     instrument_start,
     observed_kinds,
     of_rows,
-    own_sigma_of,
     tilts_beside,
 )
 
@@ -311,8 +310,7 @@ class Problem:
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
         """Standard deviation of each residual component stated by its row [m or rad]; 0 if it states none."""
-        own = [own_sigma_of(of_rows(self.data, b.rows), b.observation) for b in self.blocks]
-        return frozen(np.concatenate([o.ravel() for o in own]))
+        return frozen(np.concatenate([b.own_sigma.ravel() for b in self.blocks]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
         residual = np.empty(self.size + len(self.prior))
@@ -385,7 +383,7 @@ class Problem:
 
     def with_noise(self, noise: Noise) -> "Problem":
         """The same problem whitened by other standard deviations."""
-        blocks = tuple(b.with_noise(of_rows(self.data, b.rows), noise) for b in self.blocks)
+        blocks = tuple(b.with_noise(noise) for b in self.blocks)
         return self._with("inverse_sigma", "sigma", "typical_noise", noise=noise, blocks=blocks)
 
     def with_row_weights(self, weights: Float[np.ndarray, " rows"] | None) -> "Problem":

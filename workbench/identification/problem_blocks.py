@@ -6,11 +6,11 @@ observation; long ones are cut so that their twists stay in the processor's cach
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
@@ -138,6 +138,7 @@ class RowBlock:
             rows depend on them; those of coefficients of effects are `coefficients`.
         unknowns: Indices of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
+        own_sigma: Standard deviation of every residual component that its row states; 0 if it states none.
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
         start: Index of the block's first residual component in the problem.
         noise: Noise that whitens the rows.
@@ -155,6 +156,7 @@ class RowBlock:
     places: np.ndarray
     unknowns: np.ndarray
     known: np.ndarray
+    own_sigma: np.ndarray
     inverse_sigma: np.ndarray
     start: int
     noise: Noise
@@ -267,9 +269,9 @@ class RowBlock:
         q, s = self.shared
         return alone * np.sqrt(1.0 + ((q * s[:, None]) ** 2).sum(2))
 
-    def with_noise(self, data: Dataset, noise: Noise) -> "RowBlock":
-        """The same rows (contained in data) whitened by other standard deviations."""
-        inverse = inverse_sigma_of(data, self.observation, noise)
+    def with_noise(self, noise: Noise) -> "RowBlock":
+        """The same rows whitened by other standard deviations."""
+        inverse = inverse_sigma_of(self.own_sigma, self.observation, noise)
         new = replace(self, inverse_sigma=inverse, noise=noise)
         new.kept.extend(self.kept)
         return new
@@ -364,16 +366,23 @@ def of_rows(data: Dataset, rows: np.ndarray) -> Dataset:
     return data if len(rows) == len(data) else data.take(rows)
 
 
+@lru_cache(maxsize=8)
+def observations(data: Dataset) -> list[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
+    """Every kind of observation, with the numbers of its rows; kept for the next call."""
+    kinds = observed_kinds(data)
+    return [(each, rows) for kind, rows in kinds for each in kind.each(of_rows(data, rows))]
+
+
 def instrument_start(
     robot: Robot, data: Dataset, kinds, freedom: FrameFreedom
 ) -> tuple[dict[str, float], dict[str, Unknown]]:
     """Initial guesses of an instrument's unknowns from the nominal poses, and constraints on them."""
     start: dict[str, float] = {}
     known: dict[str, Unknown] = {}
-    parts = [(kind, of_rows(data, rows)) for kind, rows in kinds]
-    tilts = [(tilt, mine) for kind, mine in parts for tilt in tilts_beside(mine, kind)]
-    for observation, mine in [*((kind.of(mine), mine) for kind, mine in parts), *tilts]:
+    tilts = [(tilt, rows) for kind, rows in kinds for tilt in tilts_beside(of_rows(data, rows), kind)]
+    for observation, rows in [*observations(data), *tilts]:
         if observation.unknowns:
+            mine = of_rows(data, rows)
             poses = predict(freedom.placed(robot, mine.sessions), mine)
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
             known |= {name: observation.known.get(name, Unknown()) for name in observation.unknowns}
@@ -411,7 +420,8 @@ def build_blocks(
         acting = angles if loaded else nothing
         for observation, rows, mine in pieces(data, kinds, in_session):
             turned = nothing if observation.link is None else angles
-            inverse = inverse_sigma_of(mine, observation, noise)
+            stated = own_sigma_of(mine, observation)
+            inverse = inverse_sigma_of(stated, observation, noise)
             blocks.append(
                 RowBlock(
                     session=session,
@@ -423,6 +433,7 @@ def build_blocks(
                     places=np.concatenate([constants, free_masses, acting if loaded else turned]).astype(int),
                     unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
                     known=np.array([values[n] for n in observation.unknowns], float),
+                    own_sigma=stated,
                     inverse_sigma=inverse,
                     start=start,
                     noise=noise,
@@ -449,7 +460,7 @@ def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservati
                 yield observation, piece, mine
 
 
-def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
+def inverse_sigma_of(own: np.ndarray, observation: AbstractObservation, noise: Noise) -> np.ndarray:
     """Reciprocal standard deviation of every residual component, from the row's own and the added noise."""
     sizes = {
         Channel.POSITION: noise.position,
@@ -458,7 +469,7 @@ def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noi
         Channel.TILT: noise.tilt,
     }
     on_top = np.array([sizes[channel] for channel in observation.channels])
-    sigma = np.maximum(np.hypot(own_sigma_of(data, observation), on_top), MIN_SIGMA)
+    sigma = np.maximum(np.hypot(own, on_top), MIN_SIGMA)
     return np.where(observation.seen, 1.0 / sigma, 0.0)
 
 

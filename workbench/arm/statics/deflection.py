@@ -328,4 +328,8 @@ def _gain(arm, motion, deflected, rows, size) -> np.ndarray:
 def _add_products(left: np.ndarray, right: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
     """Add left · right, row by row, to the columns of a table with these indices, except negative ones."""
     known = places >= 0
-    out[:, places[known]] += (left @ right[:, :, known]).reshape(len(out), known.sum())
+    if not known.all():
+        places, right = places[known], right[:, :, known]
+    follow = len(places) and (np.diff(places) == 1).all()  # a slice is ten times as fast
+    columns = slice(places[0], places[-1] + 1) if follow else places
+    out[:, columns] += (left @ right).reshape(len(out), len(places))

@@ -89,7 +89,7 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     geometry, jacobian = problem.geometry, factor.r / spread
     own, other = jacobian[:, geometry] / factor.units[geometry], jacobian[:, ~geometry]
     nominal = factor.compressed / spread + own @ (x - problem.start)[geometry]
-    frames = linalg.orth(other, rcond=RANK_TOLERANCE)
+    frames = linalg.orth(other, rcond=RANK_TOLERANCE) if other.size else other
     own, nominal = (table - frames @ (frames.T @ table) for table in (own, nominal))
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2

@@ -5,22 +5,22 @@ Errors and residuals row by row as data frames, fitted rows before held-out ones
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import AbstractObservation, OwnErrors
+from workbench.data.observations import OwnErrors
 from workbench.data.prediction import predict, row_components
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.problem_blocks import observed_kinds, of_rows
+from workbench.identification.problem_blocks import observations, of_rows
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -313,13 +313,6 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
     position, rotation, tilt = map(frozen, errors)
     return RowErrors(position, rotation, tilt, own)
-
-
-@lru_cache(maxsize=8)
-def observations(data: Dataset) -> list[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
-    """Every kind of observation, with the numbers of its rows; kept for the next call."""
-    kinds = observed_kinds(data)
-    return [(each, rows) for kind, rows in kinds for each in kind.each(of_rows(data, rows))]
 
 
 def count_measured(data: Dataset) -> int:

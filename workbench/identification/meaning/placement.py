@@ -50,10 +50,12 @@ class PlacedReadings:
     @property
     def apart(self) -> Bool[np.ndarray, "s rows"]:
         """Rows that stand off, about a fifth at most."""
-        if self.error.shape[1] < MIN_ROWS:
+        count = self.error.shape[1]
+        if count < MIN_ROWS:
             return np.zeros(self.error.shape, bool)
-        usual = np.median(self.error, axis=1), np.quantile(self.error, 0.8, axis=1)
-        return self.error > np.maximum(5.0 * usual[0], usual[1])[:, None]
+        ordered = np.sort(self.error, axis=1)
+        usual = np.maximum(5.0 * ordered[:, count // 2], ordered[:, -(count // 5) - 1])
+        return self.error > usual[:, None]
 
 
 def place(

@@ -173,7 +173,7 @@ def _of_share(data: Dataset, fraction: float, *, rng: np.random.Generator) -> Bo
     held = np.zeros(count, bool)
     for s, number in enumerate(_shares(np.bincount(session), fraction, keep if session.any() else 1)):
         for cell in cells(centre, np.flatnonzero(session == s), int(number)):
-            held[rng.choice(cell)] = True
+            held[cell[rng.integers(len(cell))]] = True
     return held[labels]
 
 
