@@ -29,7 +29,7 @@ DESCRIBING = (
     ),
     *("diagnosis/verdict.py", "identification/checks/arm_match.py", "identification/errors/"),
     *("identification/prior.py", "identification/report/", "identification/result.py", "report/"),
-    *("identification/rows/exchanged_rows.py", "session/comparison.py", "session/commands/compare.py"),
+    *("session/comparison.py", "session/commands/compare.py"),
 )
 """Files and folders whose functions describe …"""
 NUMBERS = (

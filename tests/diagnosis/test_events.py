@@ -200,15 +200,6 @@ def test_a_search_over_all_places_is_a_fit_at_each():
     assert gain == pytest.approx(expected, rel=0.02)
 
 
-def test_exchanged_rows_are_named():
-    made = make(CASES["none"], 3, "aria")
-    position = made.data.position.copy()
-    position[[31, 36]] = position[[36, 31]]
-    found = diagnose(made.robot, replace(made.data, position=position), held_out=0.0)
-    assert any("rows 31 and 36 look exchanged" in note for note in found.notes)
-    assert sorted(found.data.row[found.outliers].tolist()) == [31, 36]
-
-
 @pytest.mark.parametrize(("name", "frames", "moved"), [("knock", "auto", 4e-3), slow("slip", "shared", 0.0)])
 def test_a_session_that_was_over_before_an_event_keeps_its_frames(name, frames, moved, tmp_path):
     """Each session's frames were saved as they were after the event: off by all of it in earlier ones."""

@@ -16,7 +16,6 @@ from workbench.diagnosis.saved_model import SavedModel
 from workbench.diagnosis.undetectable import describe
 from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.fit import Fit
-from workbench.identification.rows.exchanged_rows import exchange_note, exchanged_rows
 from workbench.identification.rows.excluded_outliers import stand_out_note, suspect_note
 from workbench.identification.rows.two_places import two_places
 
@@ -64,8 +63,6 @@ def notes(
         yield two
     if scale := instrument_scale(ready.aligned, fit.problem.data):
         yield scale
-    if pairs := ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
-        yield exchange_note(pairs)
     yield from _weights_that_differ(saved.fit, given)
     yield from standing_notes(saved.fit, given)
     motion = last.stage.motion
