@@ -13,6 +13,7 @@ def assets() -> Path:
     return inside if inside.is_dir() else PACKAGE.parent / "assets"
 
 
+@cache
 def built_in_robots() -> dict[str, Path]:
     """Name and file of every built-in arm."""
     return {path.stem: path for path in sorted((assets() / "robots").glob("*.toml"))}

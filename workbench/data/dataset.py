@@ -249,8 +249,7 @@ class Dataset:
             text = f"rows must be a list of indices, or a truth value for each of the {len(self)} rows: {why}"
             raise OptionError(text, option="rows", found=rows)
         taken = object.__new__(Dataset)  # rows of a checked table are checked
-        for f in fields(self):
-            object.__setattr__(taken, f.name, _taken(getattr(self, f.name), chosen))
+        vars(taken).update({f.name: _taken(getattr(self, f.name), chosen) for f in fields(self)})
         return taken
 
     def kept_out(self, reasons: Mapping[int, str]) -> "Dataset":
