@@ -97,9 +97,7 @@ def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
         progress((number + 1) / arms, "paths followed")
     found = np.array(errors)
     return TrackingStudy(
-        paths=paths,
-        mean=np.moveaxis(found.mean(axis=-1), 1, 2),
-        alone=_alone(robot, paths[0]),
+        paths=paths, mean=np.moveaxis(found.mean(axis=-1), 1, 2), alone=_alone(robot, paths[0])
     )
 
 
