@@ -8,16 +8,6 @@ import pytest
 import workbench as wb
 from workbench.base import threads
 
-TABLE = [
-    [0.0, 0.1, 0.0, np.pi / 2],
-    [0.0, 0.0, 0.5, 0.0],
-    [0.0, 0.0, 0.4, 0.0],
-    [0.0, 0.1, 0.0, np.pi / 2],
-    [0.0, 0.1, 0.0, -np.pi / 2],
-    [0.0, 0.1, 0.0, 0.0],
-]
-LIMITS = [[-3.0, 3.0]] * 6
-
 
 @pytest.fixture(scope="module")
 def rows():
@@ -46,20 +36,6 @@ def test_markup_in_a_name_is_only_text(rows):
     found = wb.evaluate(replace(wb.load_robot("aria"), name="<b>[red]x"), rows)
     assert "&lt;b&gt;[red]x" in found._repr_html_()
     assert "<b>[red]x" in str(found)
-
-
-# -- robots ---------------------------------------------------------------------------------------
-
-
-def test_an_arm_from_a_table_is_the_arm_of_a_file(tmp_path):
-    arm = wb.Robot.from_dh(TABLE, name="mine", limits=LIMITS)
-    again = wb.load_robot(arm.save(tmp_path / "arm.toml"))
-    q = np.array([[0.1, -0.5, 0.8, 0.3, 0.2, -1.0]])
-    np.testing.assert_allclose(wb.tool_poses(again, q), wb.tool_poses(arm, q), atol=1e-15)
-    urdf = wb.load_robot(arm.save(tmp_path / "arm.urdf"))
-    np.testing.assert_allclose(wb.tool_poses(urdf, q), wb.tool_poses(arm, q), atol=1e-12)
-    assert arm.limits.tolist() == LIMITS
-    assert repr(arm) == "<Robot mine: 6 joints, dh, 24 constants to identify>"
 
 
 # -- measurements ---------------------------------------------------------------------------------

@@ -97,7 +97,7 @@ REAL = ("wam",)
 
 def marked(name: str, *others: str):
     """A set, and what it is combined with."""
-    marks = {"seven": [pytest.mark.slow], "wam": [pytest.mark.data]}
+    marks = {"seven": [pytest.mark.slow], "reflector": [pytest.mark.slow], "wam": [pytest.mark.data]}
     return pytest.param(name, *others, marks=marks.get(name, []))
 
 
@@ -188,7 +188,7 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
 ENTRANCES = {"python": in_python_calls, "command": by_command, "page": on_the_page}
 
 
-OTHERS = [("aria", "command"), ("reflector", "page")]
+OTHERS = [("aria", "command"), ("aria", "page")]
 """By the quickest entrance every set, by the others one, which is diagnosed by all in the slow tests."""
 ENTERED = [marked(*each) for each in product((*VIRTUAL, *REAL), ["python"], [False, True])]
 ENTERED += [pytest.param(*each, d, marks=[pytest.mark.slow] * d) for each in OTHERS for d in (False, True)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from generator import turn
+from generator import ARMS, turn
 from round_trip import placed
 
 from workbench import Motion, load_robot, tool_poses
@@ -54,3 +54,11 @@ def test_iiwa7_has_the_documented_axes_and_height():
         np.testing.assert_allclose(frame[:3, 2], axis, atol=1e-8)
     np.testing.assert_allclose([frames[k][2, 3] for k in (1, 3, 5)], [0.34, 0.74, 1.14], atol=1e-8)
     np.testing.assert_allclose(flange[:3, 3], [0, 0, 1.266], atol=1e-8)
+
+
+@pytest.mark.parametrize(("name", "own"), [("katana450", "katana"), *((n, n) for n in ARMS if "aria" in n)])
+def test_the_arms_of_both_works_are_those_of_their_tables(name, own):
+    robot, arm = load_robot(name), ARMS[own]()
+    q = arm.random(np.random.default_rng(6), 20)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), arm.pose(q), atol=1e-14)
+    np.testing.assert_allclose(robot.limits, arm.limits)

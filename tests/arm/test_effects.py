@@ -120,7 +120,7 @@ def test_zero_coefficients_change_nothing(arms, arm, name):
     )
 
 
-@pytest.mark.parametrize("arm", ["aria", "sliding", "urdf", slow("katana")])
+@pytest.mark.parametrize("arm", ["aria", "sliding", slow("urdf"), slow("katana")])
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_the_total_derivative(arms, arm, name):
     """Constants, frames and coefficients, through the fixed point."""

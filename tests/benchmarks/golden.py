@@ -103,16 +103,14 @@ def aria(arms: int) -> Numbers:
     }
 
 
-def katana(arms: int, weighed: int, diagnosed: int) -> Numbers:
+def katana(arms: int, weighed: int) -> Numbers:
     """`workbench reproduce katana`."""
     from studies.katana import reproduce_katana
 
-    found = reproduce_katana(arms=arms, weighed=weighed, diagnosed=diagnosed)
+    found = reproduce_katana(arms=arms, weighed=weighed)
     return {
         "findings": {f"{f.where}: {f.what}": [f.here, str(f.verdict)] for f in found.findings},
         **{key: np.median(getattr(found, key).held_out, axis=0) for key in ("once", "twice", "as_bad")},
-        "diagnosed": [found.diagnosed.held_out, found.diagnosed.named],
-        "inclinometers": np.abs(found.experiments.errors).max(),
         "influence": found.influences.mean,
     }
 
@@ -216,7 +214,7 @@ PARTS: dict[str, Callable[[], Numbers]] = {
     **{f"files/{name}": partial(files, name) for name in reversed(FILE_SETS)},
     "aria-few": partial(aria, 2),
     "aria": partial(aria, 100),
-    "katana": partial(katana, 40, 200, 4),
+    "katana": partial(katana, 40, 200),
     **{f"diagnose/{name}": partial(diagnosed, name) for name in reversed(SETS)},
 }
 QUICK = ("plate/score", "drag", "peers", "judging-few", "identify/ur5", "identify/wam", "identify/iiwa14",

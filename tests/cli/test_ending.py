@@ -96,15 +96,14 @@ HOSTILE = {
 }
 
 
-def written(folder, **more: str) -> dict[str, bytes]:
-    """Files of a calibration at the command line."""
-    folder.mkdir()
-    found = commands(SIMULATED, IDENTIFIED, folder=folder, **more)
+def files(folder) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_files_are_the_same_whatever_the_home_and_the_locale(name, run, tmp_path):
+    assert [run(*line.split())[::2] for line in (SIMULATED, IDENTIFIED)] == [(0, ""), (0, "")]
+    (folder := tmp_path / "other").mkdir()
+    found = commands(SIMULATED, IDENTIFIED, folder=folder, **HOSTILE[name])
     assert [(end.status, end.err) for end in found] == [(0, ""), (0, "")]
-    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
-
-
-def test_files_are_the_same_whatever_the_home_and_the_locale(tmp_path):
-    usual = written(tmp_path / "usual")
-    for name, surroundings in HOSTILE.items():
-        assert written(tmp_path / name, **surroundings) == usual, name
+    assert files(folder) == files(tmp_path)

@@ -39,7 +39,7 @@ def read_or_refuse(path, **options):
         assert not shown.problems
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(magic=st.sampled_from(MAGICS), body=st.binary(max_size=300))
 def test_any_bytes(tmp_path, magic, body):
     path = tmp_path / "thing"

@@ -64,7 +64,7 @@ def test_words_are_odds(odds, word):
         slow("clearance", 3001, "gantry"),  # together they were weighed without the masses that one alone had
         slow("clearance", 3013, "gantry"),  # parallel axes turned, a coupling took what they lost
         slow("bearing", 3004, "scara"),  # likewise, and nothing was found
-        ("compliance", 4, "aria"),
+        slow("compliance", 4, "aria"),
         ("two", 5110, "katana"),  # two orders of one joint: its map entered first and stayed
     ],
 )

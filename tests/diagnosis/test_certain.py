@@ -44,6 +44,13 @@ def soft():
     return case, diagnose(case.robot, case.data, held_out=0.0)
 
 
+@pytest.fixture(scope="module")
+def searched(soft):
+    """The search that found it."""
+    ready, _ = prepare_without_gross_outliers(soft[0].robot, soft[0].data, FitChoices(held_out=0.0))
+    return search_causes(soft[0].robot, ready, np.random.default_rng(0))
+
+
 def test_a_certain_cause_names_joints_that_differ_clearly_from_zero(soft):
     case, found = soft
     std = found.final_fit.problem.named(found.final_fit.std)
@@ -70,11 +77,8 @@ def test_drift_is_certain_only_where_postures_come_again_later():
         assert drift.doubt(Motion(never, time=time))
 
 
-def test_a_cause_is_as_sure_as_it_survives_and_names_the_joints_that_do(soft, monkeypatch):
-    case, (cause,) = soft[0], soft[1].causes
-    ready, _ = prepare_without_gross_outliers(case.robot, case.data, FitChoices(held_out=0.0))
-    search = search_causes(case.robot, ready, np.random.default_rng(0))
-    saved = saved_model(search)
+def test_a_cause_is_as_sure_as_it_survives_and_names_the_joints_that_do(soft, searched, monkeypatch):
+    (cause,), search, saved = soft[1].causes, searched, saved_model(searched)
     for kept, joints, confidence in (
         (Survival(True, frozenset({1})), {*cause.joints} - {1}, Confidence.CERTAIN),
         (Survival(False, frozenset()), {0, *cause.joints}, Confidence.PROBABLE),
@@ -149,11 +153,9 @@ def test_what_a_cause_explains_is_what_left_out_rows_lose(turned):
     assert np.isnan(tilted) is not turned
 
 
-def test_what_a_load_explains_goes_with_its_masses(soft):
+def test_what_a_load_explains_goes_with_its_masses(searched):
     """The same of an effect of load, whose masses act through it: other code than the cross-validation's."""
-    case, _ = soft
-    ready, _ = prepare_without_gross_outliers(case.robot, case.data, FitChoices(held_out=0.0))
-    last = search_causes(case.robot, ready, np.random.default_rng(0)).rounds[-1]
+    last = searched.rounds[-1]
     model = last.model
     ((moved, tilted),) = explained(last, [model])
     problem = last.stage.problem.with_noise(last.stage.geometric_problem.noise)

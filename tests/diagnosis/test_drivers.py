@@ -75,7 +75,7 @@ def test_motions_are_known_only_where_rows_followed_each_other():
     np.testing.assert_allclose(wound[4], np.maximum(1.0 - 0.1 / (q[:, 0].std() * SLIPS), -1.0))
 
 
-@pytest.mark.parametrize(("late", "play"), [(0.003, 0.0), (-1e-3, 0.0), (0.0, 5e-4)])
+@pytest.mark.parametrize(("late", "play"), [(0.003, 0.0), slow(-1e-3, 0.0), (0.0, 5e-4)])
 def test_places_and_joints_of_different_times_are_told_from_play(late, play):
     """Play of every joint and the tool's place were blamed, after two minutes."""
     t, rng, arm = np.arange(0.0, 25.0, 0.1), np.random.default_rng(1), wb.load_robot("ur5e").bare
@@ -109,10 +109,10 @@ def met(kind, seed):
     ("kind", "seed", "said", "most"),
     [
         ("settling", 0, r"it isn't simply backlash.* A correction from your rows would reduce", 0.5),
-        ("bent-link", 1, r"a step between rows \d+ and \d+, in the arm's constants.* A correction", 1.05),
-        ("warming", 0, "in the arm's lengths", 1.05),
-        ("without-zero-step", 13, "", 1.05),
-        ("without-backlash-load", 14, "", 1.05),
+        slow("bent-link", 1, r"a step between rows \d+ and \d+, in the arm's constants.* A correction", 1.05),
+        slow("warming", 0, "in the arm's lengths", 1.05),
+        slow("without-zero-step", 13, "", 1.05),
+        slow("without-backlash-load", 14, "", 1.05),
         slow("without-clearance", 0, "", 1.05),
     ],
 )
@@ -142,17 +142,25 @@ def test_a_law_is_not_certain_where_another_element_explains_as_much(kind, seed,
     assert re.search(said, f"{cause.claim}; {cause.doubt}")
 
 
-def test_joints_that_follow_speed_or_other_joints_do_not_scatter():
+FOLLOWED = {
+    "the speed of the joints (certain)": lambda q, direction, speed: 0.02 * speed,
+    "the last motion of joint 5, in joint 4 (certain)": lambda q, direction, speed: (
+        -7e-4 * direction[:, 4:5] * np.eye(6)[3]
+    ),
+    "the angles of joints 2, 3, in joint 3": lambda q, direction, speed: (
+        -4e-4 * np.sin(3.0 * (q[:, 1:2] + q[:, 2:3])) * np.eye(6)[2]
+    ),
+}
+
+
+@pytest.mark.parametrize("said", [slow(s) if "speed" in s else s for s in FOLLOWED])
+def test_joints_that_follow_speed_or_other_joints_do_not_scatter(said):
     """They did, or followed another joint's angle, or their load."""
-    made, axis = make("none", 0), np.eye(6)
+    made = make("none", 0)
     q, speed = made.data.q, np.gradient(made.data.q, axis=0) / np.gradient(made.data.time)[:, None]
-    for off, said in (
-        (0.02 * speed, "the speed of the joints (certain)"),
-        (-7e-4 * made.data.direction[:, 4:5] * axis[3], "the last motion of joint 5, in joint 4 (certain)"),
-        (-4e-4 * np.sin(3.0 * (q[:, 1:2] + q[:, 2:3])) * axis[2], "the angles of joints 2, 3, in joint 3"),
-    ):
-        found = diagnose(made.robot, replace(made.data, q=q + off), held_out=0.0)
-        assert found.message.startswith(f"The error follows {said}")
+    off = FOLLOWED[said](q, made.data.direction, speed)
+    found = diagnose(made.robot, replace(made.data, q=q + off), held_out=0.0)
+    assert found.message.startswith(f"The error follows {said}")
 
 
 def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():
@@ -190,7 +198,7 @@ def test_an_arm_that_hangs_is_told_from_one_that_stands():
     assert "gravity pulls along" in found.message
 
 
-@pytest.mark.parametrize("kind", ["backlash-motion", "scale", slow("compliance"), slow("clearance")])
+@pytest.mark.parametrize("kind", ["backlash-motion", *map(slow, ("scale", "compliance", "clearance"))])
 def test_a_law_that_is_there_wins(kind):
     """Alone: nobody knows the last motion before the first row, which was 'the time (certain)'."""
     case = make(kind, 24 if kind == "backlash-motion" else 20, "aria")

@@ -56,7 +56,7 @@ def slipped():
         *(slow(k, 1) for k in ("knock", "untimed", "warm-frame", "late-slip", "shuffled", "slip-pose")),
         *(slow("knock-known", 1), slow("slip-known", 4)),
         slow("zero", 910003),  # no larger than ten times what its joint scatters
-        ("slip-markers", 3),  # places on the tool are unknown
+        slow("slip-markers", 3),  # places on the tool are unknown
     ],
 )
 def test_an_event_is_named_with_its_row_and_nothing_else(name, seed):
@@ -65,9 +65,8 @@ def test_an_event_is_named_with_its_row_and_nothing_else(name, seed):
     assert not found["false"], found["message"]
 
 
-@pytest.mark.parametrize(
-    "name", [slow("drift"), slow("untimed-drift"), slow("none-tails"), "none-compliance"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["drift", "untimed-drift", "none-tails", "none-compliance"])
 def test_where_nothing_happened_no_event_is_named(name):
     found = judge(name, 2)
     assert found["right"]
@@ -93,7 +92,7 @@ def test_an_event_that_postures_may_explain_is_not_taken(monkeypatch):
     assert not [e for e in diagnose(made.robot, made.data, held_out=0.2).events if e.name == "zero-step"]
 
 
-@pytest.mark.parametrize(("joint", "same"), [(0, "base or measuring frame"), (5, "tool")])
+@pytest.mark.parametrize(("joint", "same"), [(0, "base or measuring frame"), slow(5, "tool")])
 def test_a_zero_that_moves_all_as_a_frame_does_is_not_certain(joint, same):
     """The zero of joint 1 was 'certain' where the tripod had turned."""
     made = make(CASES["none"], 0, "three-parallel")

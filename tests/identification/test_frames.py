@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import freed, with_errors
+from slow import slow
 
 from workbench import Dataset, Frame, Motion, identify, load_robot, read_measurements, tool_poses
 from workbench.arm.frame import FRAME_PARTS
@@ -90,7 +91,7 @@ def test_sessions_with_their_own_base_are_recognised():
     assert set(choice.robot.sessions) == {"s0", "s1", "s2"}
 
 
-@pytest.mark.parametrize("rows", [4, 3])
+@pytest.mark.parametrize("rows", [slow(4), 3])
 def test_sessions_of_few_points_keep_those_that_place_them(rows):
     """With fewer than three the base is open: errors of a metre were held out, good rows were outliers."""
     nominal, rng = freed(load_robot("ur10e"), Freedom.AUTO), np.random.default_rng(3)

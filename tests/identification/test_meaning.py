@@ -15,7 +15,6 @@ from slow import slow
 
 from workbench import Motion, load_plate, load_robot, measure_plate
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
@@ -25,7 +24,6 @@ from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import as_read
-from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import read_rows
 
 H = np.pi / 2
@@ -56,53 +54,6 @@ def measured(name: str, *, with_rotation: bool, seed: int = 3) -> tuple[Robot, D
     joints = [{"type": kind, **row} for kind, row in zip(types, rows, strict=True)]
     rows = Dataset(q=q, position=xyz, rotation=seen[:, :3, :3] if with_rotation else None, source=name)
     return Robot.from_dh(joints, name=name), rows
-
-
-def joints_changed(kinds: str, rng: np.random.Generator):
-    """Columns = v joints + o, as a pendant may show them: a text, v and o."""
-    n, eye = len(kinds), np.eye(len(kinds))
-    signs = rng.choice([-1.0, 1.0], n)
-    signs[rng.integers(n)] = -1.0
-    yield "signs", np.diag(signs), np.zeros(n)
-    if kinds == "rrrrrr":
-        coupled = eye.copy()
-        coupled[2, 1] = rng.choice([-1.0, 1.0])
-        yield "coupling", coupled, np.zeros(n)
-        yield "coupling and signs", coupled @ np.diag(signs), np.zeros(n)
-    i, j = rng.choice([k for k in range(n) if kinds[k] == "r"], 2, replace=False)
-    yield "exchange", eye[[{i: j, j: i}.get(k, k) for k in range(n)]], np.zeros(n)
-    inner = [k for k in range(1, n - 1) if kinds[k] == "r"]
-    if inner:
-        yield "zero", eye, H * rng.choice([-1, 1]) * eye[rng.choice(inner)]
-    yield "rad labelled deg", np.diag([np.pi / 180 if kind == "r" else 1.0 for kind in kinds]), np.zeros(n)
-
-
-def moves_as(meaning: RowMeaning, robot: Robot, columns, joints) -> bool:
-    """Whether a reading of columns moves the arm as its joints do, up to base and tool."""
-    own, seen = meaning.best.flange(columns), robot.bare.predict(joints)
-    tool = se3.inverse(own[0]) @ own
-    other = se3.inverse(seen[0]) @ seen
-    turns = [np.arccos(np.clip((np.trace(p[:3, :3]) - 1) / 2, -1, 1)) for p in (*tool, *other)]
-    return np.allclose(turns[: len(tool)], turns[len(tool) :], atol=0.02)
-
-
-@pytest.mark.parametrize("with_rotation", [True, False])
-@pytest.mark.parametrize("name", ["puma", slow("seven"), "scara"])
-def test_joints_are_named_right_or_not_at_all(name, with_rotation):
-    named = total = 0
-    for seed in range(2):
-        robot, data = measured(name, with_rotation=with_rotation, seed=seed)
-        rng = np.random.default_rng(seed)
-        for what, v, o in joints_changed(ARMS[name][1], rng):
-            found = read_rows(robot, replace(data, q=data.q @ v.T + o))
-            total += 1
-            if not found.is_found:
-                continue
-            q = rng.uniform(-1.0, 1.0, (20, robot.dof))
-            named += 1
-            assert moves_as(found, robot, q @ v.T + o, q) or not with_rotation, (what, found.best.text)
-            assert found.best.position < 0.005, (what, found.best.text)
-    assert named >= 0.75 * total, (named, total)
 
 
 def test_the_same_rows_are_searched_once_whatever_is_noted_of_them(monkeypatch):
@@ -186,18 +137,6 @@ def test_a_column_that_was_left_out_tells_which_rows_belong_together():
     few = np.where(np.arange(len(data)) < len(data) - 8, "Anna", "Ben")  # tells nothing of one wrong row
     wrong = data.position + 0.4 * (np.arange(len(data)) == 5)[:, None]
     assert as_read(robot, replace(data, position=wrong, unread={"who": few}))[1].included.all()
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_no_reading_is_claimed_of_another_arm(seed):
-    """Link lengths × 0.6 … 1.4."""
-    robot, data = measured("puma", with_rotation=bool(seed % 2), seed=seed)
-    rng = np.random.default_rng(seed)
-    lengths = [e.name for e in robot.elements if e.unit == "m" and e.matrix is None and e.value]
-    other = robot.with_values({n: float(robot.values([n])[0] * rng.uniform(0.6, 1.4)) for n in lengths})
-    found = read_rows(other, data)
-    assert not found.is_found
-    assert all(number > 0 for number in found.tried.values())
 
 
 def test_points_of_no_arm_end_with_all_that_was_tried():

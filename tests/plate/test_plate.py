@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.base.errors import FileError
@@ -70,6 +70,7 @@ facts = st.fixed_dictionaries(
 )
 
 
+@settings(max_examples=40)
 @given(
     name=st.text(max_size=20).filter(lambda s: s.isprintable()),
     targets=st.lists(facts, max_size=4),

@@ -75,8 +75,6 @@ class Ratio(NamedTuple):
     value: float
     low: float
     high: float
-    better: float
-    """Share of arms on which it does better."""
 
     @property
     def verdict(self) -> str:
@@ -90,21 +88,17 @@ class InfluenceStudy:
 
     Args:
         numbers: How many poses were measured.
-        before: Error of the nominal model [m], by trouble and arm.
         errors: Error after identification [m], by trouble, arm, number of poses and method.
     """
 
     numbers: tuple[int, ...]
-    before: Float[np.ndarray, "troubles arms"]
     errors: Float[np.ndarray, "troubles arms numbers methods"]
 
     def ratio(self, trouble: int, number: int, method: int, *, other: int = 0) -> Ratio:
         """A method against least squares or another one, arm by arm; indices as in `errors`."""
         logs = np.log(self.errors[trouble, :, number, method] / self.errors[trouble, :, number, other])
         mean, half = float(logs.mean()), 1.96 * float(logs.std(ddof=1) / np.sqrt(len(logs)))
-        better = float((logs < 0.0).mean())
-        value, low, high = (float(np.exp(v)) for v in (mean, mean - half, mean + half))
-        return Ratio(value, low, high, better)
+        return Ratio(*(float(np.exp(v)) for v in (mean, mean - half, mean + half)))
 
 
 def influence_study(
@@ -113,21 +107,19 @@ def influence_study(
     """Identify virtual arms in three ways from few and from many poses."""
     nominal = load_robot("katana450")
     q = iso_cube_poses(nominal, 2 * POSES, rng=np.random.default_rng(seed)).q
-    before = np.empty((len(TROUBLES), arms))
     errors = np.empty((len(TROUBLES), arms, len(numbers), len(METHODS)))
     for arm, stream in enumerate(np.random.default_rng(seed + 1).spawn(arms)):
         actual, shuffled = _arm(nominal, stream), q[stream.permutation(len(q))]
         for t, trouble in enumerate(TROUBLES):
             real = _where(actual, shuffled, trouble, stream)
             seen = real[:POSES] + stream.normal(0.0, trouble.noise, (POSES, 3))
-            before[t, arm] = _error(nominal, shuffled[POSES:], real[POSES:])
             for n, number in enumerate(numbers):
                 problem = _problem(nominal, shuffled[:number], seen[:number], trouble)
                 for m, method in enumerate(METHODS.values()):
                     found = problem.robot_at(method.search(problem).x)
                     errors[t, arm, n, m] = _error(found, shuffled[POSES:], real[POSES:])
         progress((arm + 1) / arms, "influence against least squares")
-    return InfluenceStudy(numbers=numbers, before=before, errors=errors)
+    return InfluenceStudy(numbers=numbers, errors=errors)
 
 
 def _arm(nominal: Robot, rng: np.random.Generator) -> Robot:

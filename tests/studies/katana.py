@@ -16,8 +16,6 @@ from studies import katana_setup as setup
 from studies import katana_tables as tables
 from studies.finding import Finding
 from studies.influence_study import InfluenceStudy, influence_study
-from studies.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
-from studies.katana_experiment import Experiments, experiment_findings, experiments
 from studies.katana_influence import Influence, influence
 from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
 from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
@@ -33,10 +31,6 @@ ARMS = 40
 """Virtual arms of each reading of the printed play."""
 WEIGHED = 200
 """Virtual arms on which influence-based identification is compared with least squares."""
-DIAGNOSED = 4
-"""Virtual arms that `diagnose` is tried on."""
-READ = 4
-"""Virtual arms that are read with inclinometers."""
 FOLLOWING = 2
 """One arm in so many follows the paths of chapter 5."""
 NUMBERS = (6, 12, 118)
@@ -57,22 +51,16 @@ class KatanaReproduction:
     as_bad: KatanaStudy
     influences: Influence
     weights: InfluenceStudy
-    diagnosed: Diagnosed
-    experiments: Experiments
     cube: CubePoses
     tracking: TrackingStudy
     pencil: PencilCheck
 
 
-def reproduce_katana(
-    *, arms: int = ARMS, weighed: int = WEIGHED, diagnosed: int = DIAGNOSED, seed: int = 0
-) -> KatanaReproduction:
+def reproduce_katana(*, arms: int = ARMS, weighed: int = WEIGHED, seed: int = 0) -> KatanaReproduction:
     """Do the thesis again on virtual arms."""
     if arms < 2 or weighed < 2:
         few = min(arms, weighed)
         raise OptionError(f"arms must be at least 2 to show a spread, got {few}", option="arms", found=few)
-    if diagnosed < 1:
-        raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
 
     def studied(begin: float, text: str, *, play: float = EACH_DIRECTION, share: float = 1.0) -> KatanaStudy:
         with part_of(begin, 0.15, text):
@@ -83,11 +71,7 @@ def reproduce_katana(
     as_bad = studied(0.3, "arms that begin as badly as the thesis's", share=AS_BAD)
     with part_of(0.45, 0.25):
         weights = influence_study(arms=weighed, numbers=NUMBERS, seed=seed)
-    with part_of(0.7, 0.1):
-        named = diagnosed_arms(arms=min(arms, diagnosed), seed=seed)
-    with part_of(0.8, 0.05):
-        read = experiments(arms=min(arms, READ), seed=seed)
-    with part_of(0.85, 0.15):
+    with part_of(0.7, 0.3):
         tracking = tracking_study(arms=max(arms // FOLLOWING, 2), seed=seed)
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
@@ -95,9 +79,8 @@ def reproduce_katana(
     influences = influence(robot, Motion(cube.q), names=printed.CONSTANTS)
     return KatanaReproduction(
         findings=(
-            *_errors(once, twice, as_bad, named, cube),
+            *_errors(once, twice, as_bad, cube),
             *claims.weights_compared(weights),
-            *experiment_findings(read),
             *tracking_findings(tracking),
             pencil_finding(pencil),
             *setup.arm(),
@@ -110,8 +93,6 @@ def reproduce_katana(
         as_bad=as_bad,
         influences=influences,
         weights=weights,
-        diagnosed=named,
-        experiments=read,
         cube=cube,
         tracking=tracking,
         pencil=pencil,
@@ -119,13 +100,12 @@ def reproduce_katana(
 
 
 def _errors(
-    once: KatanaStudy, twice: KatanaStudy, as_bad: KatanaStudy, named: Diagnosed, cube: CubePoses
+    once: KatanaStudy, twice: KatanaStudy, as_bad: KatanaStudy, cube: CubePoses
 ) -> tuple[Finding, ...]:
     """Chapters 3 and 4: what calibration leaves."""
     return (
         *claims.reductions(once),
         *claims.reductions_from_as_bad(as_bad),
-        diagnosis(named),
         claims.two_readings(once, twice),
         *tables.table_3_4(once),
         *tables.table_4_5(once),

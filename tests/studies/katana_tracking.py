@@ -64,14 +64,12 @@ class TrackingStudy:
     Args:
         paths: As planned, in the order of `PATHS`.
         mean: Mean distance from the path, arm by arm, by column of `STEPS` and path [mm].
-        worse: Share of rows that a correction brought further away.
         alone: What the joints' compliance alone, and all of their tilting, would do to the nominal arm along
             the circle [mm].
     """
 
     paths: tuple[Planned, ...]
     mean: Float[np.ndarray, "arms 5 3"]
-    worse: Float[np.ndarray, "arms 5 3"]
     alone: Float[np.ndarray, "2 rows"]
 
     def spread(self, step: int, path: int = CIRCLE) -> Spread:
@@ -99,10 +97,7 @@ def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
         progress((number + 1) / arms, "paths followed")
     found = np.array(errors)
     return TrackingStudy(
-        paths=paths,
-        mean=np.moveaxis(found.mean(axis=-1), 1, 2),
-        worse=np.moveaxis((found > found[:, :, :1]).mean(axis=-1), 1, 2),
-        alone=_alone(robot, paths[0]),
+        paths=paths, mean=np.moveaxis(found.mean(axis=-1), 1, 2), alone=_alone(robot, paths[0])
     )
 
 

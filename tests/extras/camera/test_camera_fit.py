@@ -91,7 +91,8 @@ def test_zeros_and_hand_eye_lie_in_their_intervals(tmp_path):
     assert after < 0.06
 
 
-@pytest.mark.parametrize("on_tool", [slow(False), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("on_tool", [False, True])
 def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
     """Each has its own pose with its own interval; one that is seen once is left out, in a sentence."""
     rng = np.random.default_rng(11)
@@ -184,7 +185,7 @@ def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tm
     ("count", "free", "scale", "focal", "message"),
     [
         slow(25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than stated"),
-        (25, "false", 1.0, 1.07, r"^the given intrinsics do not fit .*\(camera c0: fx 135\d"),
+        slow(25, "false", 1.0, 1.07, r"^the given intrinsics do not fit .*\(camera c0: fx 135\d"),
         (8, "false", 1.005, 1.0, r"^the target is 0\.[456]\d % larger than stated"),
     ],
 )

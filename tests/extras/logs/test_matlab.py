@@ -35,7 +35,7 @@ def save_mat(path, **variables):
     return path
 
 
-def test_matlab_pages_labels_and_vectors(tmp_path):
+def test_matlab_pages_labels_and_vectors(read_here, tmp_path):
     poses = np.repeat(np.eye(4)[:, :, None], 5, axis=2)
     poses[:3, :3, 1], poses[:3, 3, 1] = ROTATED, [1, 2, 3]
     names = np.array([["a"], ["a"], ["b"], ["b"], ["b"]], dtype=object)
@@ -56,7 +56,7 @@ def test_matlab_square_or_open_matrices_ask_for_row_or_column(read_here, tmp_pat
 
 
 @pytest.mark.parametrize(("joints", "points"), [((20, 6), (20, 3)), ((6, 240), (240, 3)), ((6, 5), (3, 5))])
-def test_matlab_shapes_that_leave_no_doubt(tmp_path, joints, points):
+def test_matlab_shapes_that_leave_no_doubt(read_here, tmp_path, joints, points):
     file = save_mat(tmp_path / "t.mat", q=np.zeros(joints), mA=np.ones(points), mB=np.ones(points))
     data = read_measurements(file, columns="q[rad]=q, m1[m]=mA, m2[m]=mB")
     assert data.q.shape == (max(points), 6)
@@ -72,7 +72,7 @@ def test_matlab_matrices_that_do_not_fit(read_here, tmp_path):
             read_measurements(file, columns=bad)
 
 
-def test_a_trajectory_in_a_matlab_file(tmp_path):
+def test_a_trajectory_in_a_matlab_file(read_here, tmp_path):
     file = save_mat(tmp_path / "t.mat", t=np.arange(4.0), Q=np.arange(12.0).reshape(4, 3))
     columns = "time[s]=t, q[deg|row]=Q"
     found = read_trajectory(file, columns=columns)

@@ -11,16 +11,6 @@ ERRORS = {"position_mm", "orientation_deg"}
 SPREAD = {"mean", "rms", "max", "median"}
 
 
-def numbers_of(value):
-    if isinstance(value, dict):
-        value = list(value.values())
-    if isinstance(value, list):
-        for part in value:
-            yield from numbers_of(part)
-    elif isinstance(value, float):
-        yield value
-
-
 def check_errors(errors, turned):
     assert set(errors) == ERRORS
     assert set(errors["position_mm"]) == SPREAD

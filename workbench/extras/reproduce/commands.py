@@ -58,7 +58,6 @@ def katana(
     weighed: Annotated[
         int, option("Number of arms for comparing influence-based identification with least squares.")
     ] = 200,
-    diagnosed: Annotated[int, option("Number of arms that are diagnosed.")] = 4,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -67,7 +66,7 @@ def katana(
 
     opt.check_writable(json, folder=out)
     with opt.progress_bar("reproduce"):
-        found = reproduce_katana(arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed)
+        found = reproduce_katana(arms=arms, weighed=weighed, seed=seed)
     _write("katana", found.findings, out, json)
 
 
