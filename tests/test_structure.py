@@ -62,7 +62,7 @@ BUDGETS = {
     "extras/reproduce": 91,
     "extras/review": 284,
     "extras/service": 1_365,
-    "extras/trajectories": 1_914,
+    "extras/trajectories": 1_339,
     "extras/workshop": 910,
     "tests": 41_905,
 }
