@@ -37,17 +37,17 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 """`Robot.from_dh`, `save` and `predict` call these, which take or make a `Robot`."""
 LONGEST = 600
 BUDGETS = {
-    "root": 255,
+    "root": 254,
     "base": 2_176,
     "report": 833,
     "arm": 9_544,
     "data": 5_463,
     "plate": 5_706,
     "identification": 9_688,
-    "diagnosis": 7_208,
+    "diagnosis": 7_207,
     "exports": 356,
-    "session": 7_113,
-    "views": 8_495,
+    "session": 6_920,
+    "views": 8_353,
     "cli": 1_767,
     "extras": 1,
     "extras/camera": 4_347,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_365,
     "extras/trajectories": 1_339,
     "extras/workshop": 910,
-    "tests": 41_905,
+    "tests": 41_725,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 19_485
