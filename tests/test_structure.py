@@ -45,13 +45,13 @@ BUDGETS = {
     "plate": 5_706,
     "identification": 9_688,
     "diagnosis": 7_207,
-    "exports": 356,
+    "exports": 330,
     "session": 6_920,
     "views": 8_353,
     "cli": 1_767,
     "extras": 1,
     "extras/camera": 4_347,
-    "extras/controllers": 1_069,
+    "extras/controllers": 709,
     "extras/hobby": 963,
     "extras/katana": 1_216,
     "extras/live": 1_394,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_365,
     "extras/trajectories": 1_339,
     "extras/workshop": 910,
-    "tests": 41_725,
+    "tests": 41_518,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 19_485
