@@ -77,7 +77,7 @@ WEATHER = """
             return job.robot.name
 
         def read(self, text, job):
-            return None
+            return job.robot
 
     def twice(number: int = 1) -> None:
         "Say a number twice."

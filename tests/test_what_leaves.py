@@ -6,7 +6,6 @@ measured. Nothing worse than nominal may leave with status 0. `pytest -m slow -s
 """
 
 import re
-import runpy
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -65,7 +64,7 @@ class Measured:
     @property
     def forms(self) -> tuple[str, ...]:
         own = OWN_FORMS.get(Path(self.robot).stem.rstrip("0123456789"), ("xarm-kinematics",))
-        return ("mjcf", "dh-csv", "python-module", *own)
+        return ("mjcf", "dh-csv", *own)
 
     def errors(self, flange: Flange) -> tuple[float, float]:
         """Mean distance [mm] and angle [°] on the fresh rows; the latter NaN if nobody knows orientations."""
@@ -158,9 +157,6 @@ def read(path: Path, form: str, robot: str) -> Flange:
     if path.suffix in trip.READERS:
         arm = trip.read_arm(path)
         return lambda rows: arm(rows)[0]
-    if form == "python-module":
-        forward = runpy.run_path(str(path))["forward"]
-        return lambda rows: forward(rows.q, direction=rows.direction)
     if form == "mjcf":
         one = readers.mjcf(str(path))
     elif form in KEYS:

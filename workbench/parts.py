@@ -52,7 +52,6 @@ class Parts:
     session_commands: Sequence[Any] = ()
     panels: Sequence[Any] = ()
     drawables: Sequence[Any] = ()
-    moving_drawables: Sequence[Any] = ()
     watchers: Sequence[Any] = ()
     companions: Sequence[Any] = ()
 

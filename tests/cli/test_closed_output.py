@@ -26,8 +26,6 @@ OF_EXTRAS = {
     "new": "aria --poses typed.csv --out own.toml --json r.json",
     "poses": "--robot aria --number 6 --index O1 --out q.csv --json r.json",
     "compensate": "circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
-    "path": "circle --robot aria --through 0.4,0.1,0.4 --through 0.4,0,0.5 --through 0.4,-0.1,0.4 "
-    "--out q.csv --json r.json",
     "plate export": "table2 --formats csv --out out",
     "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
 }

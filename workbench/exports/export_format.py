@@ -22,15 +22,7 @@ from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable_arm import (
-    NO_DIFFERENCE,
-    PoseErrors,
-    away_text,
-    divided,
-    nominal_arm,
-    unobserved_text,
-    usable_arm,
-)
+from workbench.arm.usable_arm import NO_DIFFERENCE, PoseErrors, away_text, divided, nominal_arm, usable_arm
 from workbench.base import se3
 from workbench.base.errors import OptionError, understood
 from workbench.base.files import read_bytes, write_text
@@ -84,8 +76,6 @@ class AbstractForm(ABC):
 
     ending: ClassVar[str]
     """Usual ending of its files."""
-    takes_calibrated: ClassVar[bool] = False
-    """Whether `write` takes the calibrated arm itself, instead of what a geometry can carry of it."""
     needs_source: ClassVar[bool] = False
     """Whether it only updates a file that exists."""
     dofs: tuple[int, ...] = ()
@@ -103,7 +93,7 @@ class AbstractForm(ABC):
 
     def refusal(self, robot: Robot) -> str:
         """Why a file of a calibrated arm should not be used, as its TOML or its URDF; empty if it may."""
-        return refusal(robot, ".toml" if self.takes_calibrated else ".urdf")
+        return refusal(robot, ".urdf")
 
     def text_of(self, path: Path) -> str:
         refuse_xacro(path)
@@ -114,13 +104,8 @@ class AbstractForm(ABC):
         """Contents of the file."""
 
     @abstractmethod
-    def read(self, text: str, job: Job) -> Robot | None:
-        """The arm as whoever loads the file computes it, in its own base, up to its flange; of a form that
-        takes the calibrated arm, in the measuring frame.
-
-        None if the file computes with all that may be used of the calibrated arm, effects included, which
-        tests compare by running it.
-        """
+    def read(self, text: str, job: Job) -> Robot:
+        """The arm as whoever loads the file computes it, in its own base, up to its flange."""
 
     def notes(self, job: Job) -> Iterable[str]:
         """Notes on using the file, one sentence each."""
@@ -133,28 +118,27 @@ class Exported:
 
     Args:
         path: Where.
-        left: Difference of the file's tool from that of the calibrated arm, all of it; None where the file
-            computes with the whole calibrated model.
+        left: Difference of the file's tool from that of the calibrated arm, all of it.
         verdict: The same in words, and the error of the file's arm.
         rows: Poses that were compared.
         notes: What to know before it is used.
     """
 
     path: Path
-    left: PoseErrors | None
+    left: PoseErrors
     verdict: str
     rows: int
     notes: tuple[str, ...]
 
     @property
-    def position(self) -> float | None:
-        """Maximum distance [m]; None as `left`."""
-        return None if self.left is None else self.left.position_max
+    def position(self) -> float:
+        """Maximum distance [m]."""
+        return self.left.position_max
 
     @property
-    def rotation(self) -> float | None:
-        """Maximum angle [rad]; None as `left`."""
-        return None if self.left is None else self.left.rotation_max
+    def rotation(self) -> float:
+        """Maximum angle [rad]."""
+        return self.left.rotation_max
 
 
 def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = COMPARED_POSES) -> Exported:
@@ -168,33 +152,25 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     calibrated, whole = job.robot, usable_arm(job.robot)
     if job.nominal is not None:
         require_same_arm(whole.robot, job.nominal)
-    carried = whole if form.takes_calibrated else usable_arm(job.robot, effects=False)
-    if not form.takes_calibrated:
-        job = replace(job, robot=carried.robot.in_first_session)
+    carried = usable_arm(job.robot, effects=False)
+    job = replace(job, robot=carried.robot.in_first_session)
     with understood(f"a file for --for {form.name}", "--into") if job.source else nullcontext():
         text = form.write(job)
         read = form.read(text, job)
-    left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > NO_DIFFERENCE else None
-    remarks = carried.notes
-    if form.takes_calibrated and read is not None:
-        remarks = unobserved_text(calibrated, {"": read})
-    notes = list(dict.fromkeys([*region_text(calibrated), *remarks, *form.notes(job)]))
-    if read is not None:
-        known, unknown = divided(whole.robot)
-        arm = read if form.takes_calibrated else read.with_frames(base=job.robot.base)
-        q = whole.q[:rows]
-        own, found = (tool_poses(each, Motion(q)) for each in (whole.calibrated, arm))
-        left = PoseErrors.of(se3.pose_error(own, found))
-        if known:
-            notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")
-        if unknown:
-            notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
-    rows = min(rows, len(whole.q)) if read is not None else len(whole.q)
+    notes = list(dict.fromkeys([*region_text(calibrated), *carried.notes, *form.notes(job)]))
+    known, unknown = divided(whole.robot)
+    q = whole.q[:rows]
+    arms = whole.calibrated, read.with_frames(base=job.robot.base)
+    left = PoseErrors.of(se3.pose_error(*(tool_poses(arm, Motion(q)) for arm in arms)))
+    if known:
+        notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")
+    if unknown:
+        notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
     return Exported(
         path=write_text(path, text),
         left=left,
-        verdict=_verdict(calibrated, left, rows),
-        rows=rows,
+        verdict=_verdict(calibrated, left, len(q)),
+        rows=len(q),
         notes=tuple(notes),
     )
 
@@ -208,10 +184,8 @@ def _before(job: Job) -> Robot | None:
     return other if same else None
 
 
-def _verdict(robot: Robot, left: PoseErrors | None, poses: int) -> str:
+def _verdict(robot: Robot, left: PoseErrors, poses: int) -> str:
     """How far a file is from the calibrated arm, in words."""
-    if left is None:
-        return "the file computes with the whole calibrated model"
     if max(left.position_max, left.rotation_max) < NO_DIFFERENCE:
         return f"the file agrees with the calibrated model to {NO_DIFFERENCE:g} m and rad at {poses} poses"
     return away_text("file", robot, left, poses)[0]

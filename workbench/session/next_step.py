@@ -124,9 +124,6 @@ def _of_extras(session: Session) -> NextStep | None:
     parts = sorted(session.parts.values(), key=lambda part: not part.is_mode)
     if (step := next((step for part in parts if (step := part.step(session)) is not None), None)) is not None:
         return step
-    if session.playback.focus is Focus.TRACK:
-        text = "The solid arm moves as commanded, the orange one as the calibrated model predicts."
-        return NextStep(text, next=COMPARE)
     text = next((part.conclusion for part in parts if part.conclusion), "")
     return NextStep(text, Tone.GOOD, LOAD) if text else None
 

@@ -27,7 +27,6 @@ from workbench.session.live_score import PlateTrial
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
 from workbench.session.part import AbstractPart, GoesWith, Part
-from workbench.session.played_motion import Played
 from workbench.session.target_state import TargetState
 
 UNDO_STEPS, WHOLE = 200, 5
@@ -35,12 +34,11 @@ UNDO_STEPS, WHOLE = 200, 5
 
 
 class Focus(StrEnum):
-    """What sets the posture of the arm in the scene: a target, a measured row, jogging, or a trajectory."""
+    """What sets the posture of the arm in the scene: a target, a measured row, or jogging."""
 
     TARGET = "target"
     ROW = "row"
     JOG = "jog"
-    TRACK = "track"
 
 
 NO_FIELD, PREDICTED_ERROR = "none", "predicted"
@@ -102,7 +100,7 @@ class CubeView:
         layer: Which layer across that axis is kept, counted from 0.
         picked: Number of the cube whose values are shown; None: none.
         corners: Whether the corners of the region carry handles.
-        is_chosen: Whether a user chose this; else it gives way to measured rows and trajectories.
+        is_chosen: Whether a user chose this; else it gives way to measured rows.
     """
 
     field: str = NO_FIELD
@@ -303,18 +301,6 @@ class Session:
     @property
     def is_idle(self) -> bool:
         return self.page.job is None
-
-    @property
-    def is_playing(self) -> bool:
-        """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
-        played = self.part(Played)
-        return self.is_track_active and played is not None and not played.is_pausing and self.is_idle
-
-    @property
-    def is_track_active(self) -> bool:
-        """Whether only what moves the arm along the trajectory knows where it stands."""
-        played = self.part(Played)
-        return played is not None and played.is_running and self.playback.focus is Focus.TRACK
 
     def check_target(self, number: int) -> None:
         if not 0 <= number < len(self.plate):

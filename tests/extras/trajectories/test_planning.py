@@ -99,16 +99,6 @@ def test_speeds_are_the_derivatives_of_the_joints(circle):
     assert np.abs(circle.motion.velocity[[0, -1]]).max() < 1e-9
 
 
-def test_loads_at_the_circles_speed_are_the_generators_weights(robots, circle):
-    """Within the few hundredths of N m of inertia of so slow a motion; joint 1 carries moments across it."""
-    arm = robots["katana"][2]
-    moments = circle.moments
-    held = arm.moments(circle.q)
-    np.testing.assert_allclose(moments.about, held[:, :, 2], atol=0.05)
-    np.testing.assert_allclose(np.abs(moments.across[:, 0]), np.abs(held[:, 0, :2]), atol=0.05)
-    assert moments.tipping[:, 0].max() > 10 * np.abs(moments.about[:, 0]).max()  # §5.4, of figs. 5.8, 5.9
-
-
 def test_six_joints_hold_the_whole_orientation(robots):
     robot, tool, arm = robots["aria"]
     found = plan(robot, line(np.array([0.45, 0.3, 0.25]), np.array([0.3, 0.45, 0.2])), duration=5.0, rows=50)

@@ -86,7 +86,7 @@ def read_measurements(
         layout: Name of the file's layout; None: recognised by its headings.
         sheet: Sheet of a workbook; None: the one with headings that are known.
         base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
-            their poses are in the robot's base, as those of `workbench path` are.
+            their poses are in the robot's base.
         joint_table: File with the joints of measurements that have none of their own, such as a robot's log;
             joined by name, by an installed way such as time, or row by row.
         joint_columns: What its columns are, where its headings do not say.

@@ -1,4 +1,4 @@
-"""Files of drivers, controllers and simulators, and generated programs."""
+"""Files of drivers, controllers and simulators."""
 
 from workbench.parts import Parts
 
@@ -6,8 +6,6 @@ PARTS = Parts(
     exports=(
         "workbench.extras.controllers.kinematics_yaml:FRANKA",
         "workbench.extras.controllers.mjcf:Mjcf",
-        "workbench.extras.controllers.kinematics_yaml:OPENARM",
-        "workbench.extras.controllers.program:PythonModule",
         "workbench.extras.controllers.ur_calibration:UrCalibration",
         "workbench.extras.controllers.kinematics_yaml:UR",
         "workbench.extras.controllers.into:Urdf",

@@ -3,14 +3,12 @@
     UR        ur_description         kinematics: shoulder, upper_arm, forearm, wrist_1, wrist_2, wrist_3, hash
     xArm      xarm_description       kinematics: joint1 …
     Franka    franka_description     joint1 … joint8 (the flange), each under `kinematic`
-    OpenArm   openarm_description    the same
 
-Their joints turn about their own z axes (OpenArm: about those of its URDF). UR and xArm have no place for
-what lies behind the last joint: unless it is a rotation about that joint's axis, it is reported as a tool
-frame.
+Their joints turn about their own z axes. UR and xArm have no place for what lies behind the last joint:
+unless it is a rotation about that joint's axis, it is reported as a tool frame.
 
 Sources: default_kinematics.yaml and ur_calibration of the UR ROS 2 packages; gen_kinematics_params.py of
-xarm_ros2; robots/fr3/kinematics.yaml of franka_description; config/arm of openarm_description.
+xarm_ros2; robots/fr3/kinematics.yaml of franka_description.
 """
 
 import hashlib
@@ -188,10 +186,4 @@ FRANKA = KinematicsYaml(
     dofs=(7,),
     inner="kinematic",
     flange=True,
-)
-OPENARM = replace(
-    FRANKA,
-    name="openarm-kinematics",
-    title="kinematics.yaml of openarm_description",
-    advice=("the offsets of kinematics_offset.yaml are included: set them to 0 there",),
 )

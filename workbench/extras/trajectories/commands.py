@@ -1,85 +1,14 @@
-"""The commands about trajectories: path circle and line, compensate."""
+"""The command about trajectories: compensate."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import workbench as wb
-from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.errors import DataError, FileError
 from workbench.base.wording import plural
 from workbench.cli import options as opt
-from workbench.cli.exit_status import group, in_section
+from workbench.cli.exit_status import in_section
 from workbench.cli.options import argument, option
-
-path = group(
-    "path",
-    "Trajectories along a circle or a line, rest to rest, with constant tool direction.",
-    section="Paths",
-)
-
-
-@dataclass(frozen=True)
-class PlanOptions:
-    """Options for the arm that runs a path, the motion, and the output."""
-
-    robot: opt.RobotOption
-    out: Annotated[Path, option("Write time, joints and poses here (.csv).")]
-    duration: Annotated[float, option("Time from beginning to end [s].")] = 20.0
-    rows: Annotated[int, option("Number of samples.")] = 200
-    axis: Annotated[
-        str | None,
-        option("Direction x,y,z of the tool's z axis; default: normal to the path's plane, from above."),
-    ] = None
-    json: opt.JsonOption = None
-
-    def make(self, curve) -> None:
-        """Plan, show and write."""
-        from workbench.extras.trajectories.planning import plan
-        from workbench.extras.trajectories.trajectory_files import write_plan
-
-        opt.check_writable(self.out, self.json)
-        pointing = None if self.axis is None else _point(self.axis, "--axis")
-        arm = wb.load_robot(self.robot)
-        planned = plan(arm, curve, duration=self.duration, rows=self.rows, axis=pointing)
-        opt.give(planned, self.json)
-        opt.say(f"trajectory: {write_plan(planned, self.out)}")
-
-
-@path.command()
-@opt.flattened
-def circle(
-    options: PlanOptions,
-    through: Annotated[
-        list[str], option("A point x,y,z [m] in the robot's base frame; three or more, in order.")
-    ],
-) -> None:
-    """A circle through given points."""
-    import numpy as np
-
-    from workbench.extras.trajectories.curves import circle_through
-
-    options.make(circle_through(np.array([_point(text, "--through") for text in through])))
-
-
-@path.command()
-@opt.flattened
-def line(
-    options: PlanOptions,
-    start: Annotated[str, option("--from", "Start: x,y,z [m], robot's base frame.")],
-    end: Annotated[str, option("--to", "End: x,y,z [m].")],
-) -> None:
-    """A straight line between two points."""
-    from workbench.extras.trajectories.curves import line as straight
-
-    options.make(straight(_point(start, "--from"), _point(end, "--to")))
-
-
-def _point(text: str, option: str):
-    """Three comma-separated numbers."""
-    point = opt.numbers(text)
-    if point.shape != (3,):
-        raise OptionError(f"{option} must be x,y,z in m, got '{text}'")
-    return point
 
 
 @in_section("Paths")

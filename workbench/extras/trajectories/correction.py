@@ -89,7 +89,6 @@ class Compensation(AbstractShown):
         before: Predicted errors of the calibrated arm without correction.
         after: Its predicted errors with it.
         kept: Uncorrected rows, which a correction would have made worse.
-        speed: Maximum speed of every joint with the correction [rad/s or m/s]; None without time.
     """
 
     commanded: Commanded
@@ -98,7 +97,6 @@ class Compensation(AbstractShown):
     before: PathErrors
     after: PathErrors
     kept: Bool[np.ndarray, " rows"]
-    speed: Float[np.ndarray, " n"] | None
     notes: tuple[str, ...]
 
     @property
@@ -141,7 +139,6 @@ class Compensation(AbstractShown):
             after=self.after.json(),
             model_error=None if commanded.expected is None else list(commanded.expected),
             largest_correction=np.abs(self.q - commanded.q).max(0),
-            greatest_speed=self.speed,
             rows=[dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
             notes=self.notes,
         )
@@ -192,10 +189,7 @@ def correct(
         frozen(np.where(worse, before.position_error, after.position_error)),
         frozen(np.where(worse, before.rotation_error, after.rotation_error)),
     )
-    speed = None
-    if state.time is not None and len(state) > 1:
-        speed = frozen((np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]).max(0))
-    notes = _notes(method, errors, worse, speed, taken & ~worse)
+    notes = _notes(method, errors, worse, taken & ~worse)
     return Compensation(
         commanded=commanded,
         motion=state,
@@ -203,7 +197,6 @@ def correct(
         before=PathErrors(frozen(before.position_error), frozen(before.rotation_error)),
         after=errors,
         kept=frozen(worse),
-        speed=speed,
         notes=(*commanded.notes, *robot.extrapolation_warnings(q), *notes),
     )
 
@@ -264,7 +257,7 @@ def _check(commanded: Commanded, after: Reached, wrong: np.ndarray, points: np.n
     refuse(wrong, commanded.time, why)
 
 
-def _notes(method, errors: PathErrors, worse: np.ndarray, speed, points: np.ndarray) -> Iterator[str]:
+def _notes(method, errors: PathErrors, worse: np.ndarray, points: np.ndarray) -> Iterator[str]:
     """Notes for the user."""
     if points.any():
         off = f"corrected in position, {np.rad2deg(errors.rotation[points].max()):.2g}° off in orientation"
@@ -279,6 +272,3 @@ def _notes(method, errors: PathErrors, worse: np.ndarray, speed, points: np.ndar
             f"{int(left.sum())} rows can't be reached exactly (row {row}: {1e3 * errors.position[row]:.3g} "
             "mm off): a load changes sign within a joint's backlash there"
         )
-    if speed is not None:
-        joint = int(np.argmax(speed))
-        yield f"maximum speed: {speed[joint]:.3g} (rad/s or m/s) at joint {joint + 1}"

@@ -10,7 +10,6 @@ velocities and accelerations.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -21,25 +20,16 @@ from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
-from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import JointRows, Poses, Rotations, Vector3, frozen
-from workbench.base.wording import plural
 from workbench.extras.trajectories.curves import Circle, Curve, smooth_shares
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 from workbench.extras.trajectories.tool_direction import follow_near_direction
-from workbench.report.blocks import Block, ResultTable, headed
-from workbench.report.json import Json, document
-from workbench.report.numbers import short
-from workbench.report.result_display import AbstractShown
 
-SCHEMA = "workbench.path/1"
-LOADS = ("joint", "minimum", "maximum", "max speed [/s]", "torque [N m]", "moment across axis [N m]")
 DOWN = np.array([0.0, 0.0, -1.0])
 """Default tool direction for a line, and sense of a plane's normal."""
 UPRIGHT = 1e-6
@@ -48,17 +38,13 @@ LIMIT_MARGIN = float(np.deg2rad(1.0))
 """Margin from limits reserved for corrections [rad or m]."""
 MIN_SINGULAR = 0.02
 """Minimum dimensionless singular value of a path."""
-SPINS = np.deg2rad([0.0, 90.0, 180.0, 270.0])
-"""Rotations about the tool's z axis to try if the arm holds it too [rad]."""
-STILL = 1e-3
-"""Angle from the requested direction that counts as zero [deg]."""
 MIN_CURVE_ROWS = 8
 """Minimum number of rows of a trajectory."""
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Planned(AbstractShown):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Planned:
     """A trajectory as an arm's controller would run it.
 
     Args:
@@ -66,7 +52,6 @@ class Planned(AbstractShown):
         time: Of every row, from 0 [s].
         poses: Of the tool in the robot's base frame, as the arm takes them.
         motion: Joint positions with their time, velocities and accelerations.
-        task: Part of the poses that a correction must meet.
         axis: Requested direction of the tool's z axis, robot's base.
     """
 
@@ -74,7 +59,6 @@ class Planned(AbstractShown):
     time: Float[np.ndarray, " rows"]
     poses: Poses
     motion: Motion
-    task: Task
     axis: Vector3
     notes: tuple[str, ...]
 
@@ -82,43 +66,6 @@ class Planned(AbstractShown):
     def q(self) -> JointRows:
         """Joint positions [rad or m]."""
         return self.motion.q
-
-    @cached_property
-    def moments(self) -> JointMoments | None:
-        """Torques, and moments across the axes; None if the arm has no masses."""
-        return joint_moments(self.robot, self.motion) if self.robot.has_masses else None
-
-    def blocks(self) -> list[Block]:
-        """Range, maximum speed and maximum loads of every joint, and decisions."""
-        speed = np.abs(np.asarray(self.motion.velocity)).max(axis=0)
-        loads = np.full((self.robot.dof, 2), np.nan)
-        if self.moments is not None:
-            loads = np.column_stack([np.abs(self.moments.about).max(0), self.moments.tipping.max(0)])
-        sizes = shown_joints(self.robot, np.stack([self.q.min(0), self.q.max(0), speed])).T
-        rows = [
-            (f"{j}", *(f"{v:.2f}{unit}" for v in size), *map(short, load))
-            for j, (size, unit, load) in enumerate(zip(sizes, shown_units(self.robot), loads, strict=True), 1)
-        ]
-        head = f"{self.robot.name}: {plural(len(self.time), 'row')}, {self.time[-1]:g} s"
-        return headed(head, ResultTable("", LOADS, rows), notes=self.notes)
-
-    def json(self) -> Json:
-        """The trajectory as plain data, SI; moments are null if the arm has no masses."""
-        moments = self.moments
-        return document(
-            SCHEMA,
-            robot=self.robot.name,
-            task=self.task.name.lower(),
-            axis=self.axis,
-            time=self.time,
-            q=self.q,
-            velocity=self.motion.velocity,
-            acceleration=self.motion.acceleration,
-            torque=None if moments is None else moments.about,
-            moment_x=None if moments is None else moments.across[:, :, 0],
-            moment_y=None if moments is None else moments.across[:, :, 1],
-            notes=self.notes,
-        )
 
 
 def plan(
@@ -144,6 +91,7 @@ def plan(
     wanted = _above(curve) if axis is None else axis / np.linalg.norm(axis)
     command = _commanded(robot, curve, wanted, time)
     poses = frozen(tool_poses(command.nominal, Motion(command.q)))
+    off = np.rad2deg(np.arccos(np.clip(poses[:, :3, 2] @ wanted, -1.0, 1.0)).max())
     at_rest = [(1, np.zeros(robot.dof)), (2, np.zeros(robot.dof))]
     spline = make_interp_spline(time, command.q, k=5, bc_type=(at_rest, at_rest))
     velocity, acceleration = (frozen(spline(time, order)) for order in (1, 2))
@@ -151,19 +99,19 @@ def plan(
         robot=command.nominal,
         time=frozen(time),
         poses=poses,
-        task=command.task,
         motion=Motion(command.q, time=time, velocity=velocity, acceleration=acceleration),
         axis=frozen(wanted),
-        notes=(*command.notes, _text(wanted, poses)),
+        notes=(*command.notes, f"the tool's z axis stays within {off:.1f}° of the requested direction"),
     )
 
 
 def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:
     """The path with the tool's axis held, or as near as possible."""
     shares = smooth_shares(time)
-    points = curve.points(shares)
+    points, free = curve.points(shares), robot.with_effects().with_frames(base=Frame())
+    poses = se3.pose(_orientations(curve, wanted, len(points)), points)
     try:
-        exact = _exactly(robot, curve, wanted, points, time)
+        exact = command_poses(free, free, poses, time=time)
         if _clear(exact):
             return exact
         raise DataError(
@@ -171,35 +119,20 @@ def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) ->
         )
     except DataError as error:
         refused = error
-    free = robot.with_effects().with_frames(base=Frame())
     q = follow_near_direction(free, curve, shares, wanted) if robot.dof > Task.POSITION else None
     if q is None:
-        poses = se3.pose(_orientations(curve, wanted, 0.0, len(points)), points)
         command_poses(free, free, poses, positions_only=True, time=time)  # says which point is out of reach
         raise refused
     return command_joints(free, free, q, positions_only=True, time=time)
 
 
-def _exactly(robot: Robot, curve: Curve, axis: Vector3, points: np.ndarray, time: np.ndarray) -> Commanded:
-    """The path with an axis held; where the rotation about it is held too, with one that the arm follows."""
-    refused: list[DataError] = []
-    for spin in SPINS if robot.dof >= Task.POSE else SPINS[:1]:
-        poses = se3.pose(_orientations(curve, axis, spin, len(points)), points)
-        try:
-            return command_poses(robot.with_effects(), robot.with_effects(), poses, time=time)
-        except DataError as error:
-            refused.append(error)
-    raise refused[0]
-
-
-def _orientations(curve: Curve, axis: Vector3, spin: float, rows: int) -> Rotations:
-    """Rotations with this z axis, x near the curve's direction and rotated about z by the spin [rad]."""
+def _orientations(curve: Curve, axis: Vector3, rows: int) -> Rotations:
+    """Rotations with this z axis and x near the curve's direction."""
     y = np.cross(axis, curve.along)
     if np.linalg.norm(y) < 0.1:
         y = np.linalg.svd(axis[None])[2][1]
     y = y / np.linalg.norm(y)
-    turn = se3.rotvec_to_matrix(np.array([0.0, 0.0, spin]))
-    return np.tile(np.column_stack([np.cross(y, axis), y, axis]) @ turn, (rows, 1, 1))
+    return np.tile(np.column_stack([np.cross(y, axis), y, axis]), (rows, 1, 1))
 
 
 def _clear(command: Commanded) -> bool:
@@ -216,18 +149,3 @@ def _above(curve: Curve) -> Vector3:
         return DOWN
     normal, down = curve.normal, float(curve.normal @ DOWN)
     return normal * (-1.0 if (down if abs(down) > UPRIGHT else normal @ curve.centre) < 0.0 else 1.0)
-
-
-def _text(wanted: Vector3, poses: Poses) -> str:
-    """How the tool is held."""
-    angle = np.rad2deg(np.arccos(np.clip(poses[:, :3, 2] @ wanted, -1.0, 1.0)).max())
-    if angle < STILL:
-        return f"the tool's z axis is held along {_numbers(wanted)}"
-    return (
-        f"the tool's z axis stays within {angle:.1f}° of {_numbers(wanted)}: the arm can't hold it exactly "
-        "along the path, and positions have priority"
-    )
-
-
-def _numbers(vector: np.ndarray) -> str:
-    return "(" + ", ".join(f"{v:z.3f}" for v in vector) + ")"

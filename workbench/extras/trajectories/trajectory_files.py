@@ -1,4 +1,4 @@
-"""Trajectories from file to file: corrected (`workbench compensate`) and planned (`workbench path`)."""
+"""Trajectories from file to file, corrected (`workbench compensate`)."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.joint_units import sliding, sliding_numbers
+from workbench.arm.joint_units import sliding
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -20,12 +20,10 @@ from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_directions
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
-from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
-from workbench.data.writer import ENDINGS, write_measurements
+from workbench.data.writer import ENDINGS
 from workbench.extras.trajectories.correction import Compensation, CorrectionMethod, correct
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
-from workbench.extras.trajectories.planning import Planned
 
 
 @checked_arguments()
@@ -119,10 +117,3 @@ def path_state(
     given = {name: np.full(len(q), value) for name, value in instead.items() if value is not None}
     drivers = {**trajectory.drivers, **given}
     return replace(Motion.with_drivers(q, drivers), direction=path.direction, time=trajectory.time)
-
-
-def write_plan(planned: Planned, path: Path | str) -> Path:
-    """Write a trajectory as a table with units: time, joints, their poses, and the frame."""
-    position, rotation = planned.poses[:, :3, 3], planned.poses[:, :3, :3]
-    rows = Dataset(planned.q, position, rotation, row=np.arange(len(planned.q)), time=planned.time)
-    return write_measurements(rows, path, prismatic=sliding_numbers(planned.robot), frame=BASE)

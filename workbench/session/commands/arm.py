@@ -29,7 +29,6 @@ from workbench.session.commands.data import DAMAGED, LoadData, matched_to_arm, s
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
-from workbench.session.played_motion import Played
 from workbench.session.start import default_plate, is_default_plate, start
 from workbench.session.state import Focus, Session, UndoStep
 from workbench.session.target_steps import check_free, instrument_for
@@ -258,8 +257,6 @@ def drawn_joints(session: Session) -> np.ndarray:
         return session.results.comparison.q[session.results.row]
     if session.playback.focus is Focus.JOG and session.playback.jogged is not None:
         return session.playback.jogged
-    if session.playback.focus is Focus.TRACK and (played := session.part(Played)) is not None:
-        return played.joints
     return session.states[session.selected].q
 
 

@@ -15,6 +15,4 @@
 | `errors/nominal`, `errors/calibrated` | errors of the nominal and the shown model as arrows, exaggerated |
 | `errors/sample` | an arrow that shows how long an error is drawn |
 | `row/frames`, `row/mark` | measured orientations, the selected measured position |
-| `track/wanted`, `track/trail` | the planned trajectory, and where the real tool goes, exaggerated |
-| `track/arm`, `track/mark` | the deviating arm along the trajectory, and where its tool should be |
 """

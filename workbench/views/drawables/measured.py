@@ -41,7 +41,7 @@ def measured(session: Session) -> Iterator[Item]:
     rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
-    is_shown, stage = overlay.points and session.playback.focus is not Focus.TRACK, shown_stage(session, rows)
+    is_shown, stage = overlay.points, shown_stage(session, rows)
     inputs = rows, stage, session.measurements.left_out
     for path, *which in (
         ("measured", False, False),
@@ -68,7 +68,7 @@ def selected_row_marks(session: Session) -> Iterator[Item]:
     rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
-    is_shown = overlay.frames and session.playback.focus is not Focus.TRACK
+    is_shown = overlay.frames
     is_nominal = rows.calibrated is None or shown_stage(session, rows) is ModelStage.NOMINAL
     inputs = rows, rows.nominal if is_nominal else rows.calibrated, overlay.exaggeration
     yield Item("row/frames", _axes, inputs, shown=is_shown)

@@ -1,4 +1,4 @@
-"""Which parts of a session are drawn on the page, in recordings, and during a trajectory."""
+"""Which parts of a session are drawn on the page and in recordings."""
 
 from collections.abc import Callable, Iterable, Iterator
 
@@ -13,15 +13,13 @@ from workbench.views.drawables.sink import Item
 
 SUBJECTS = (arms, plate, region, measured, happened)
 """What page and recordings show; each yields its items for a session."""
-ON_PAGE = (plate_before, grid, envelope, branches, selected_row_marks)
+ON_PAGE = (plate_before, grid, envelope, branches, selected_row_marks, blame)
 """What the page alone shows besides."""
-MOVING = (blame,)
-"""The same, and what moves with the arm while a trajectory is played."""
 
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    yield from _items((*_shown(), *ON_PAGE, *_moving()), session)
+    yield from _items((*_shown(), *ON_PAGE), session)
 
 
 def in_recordings(session: Session) -> Iterator[Item]:
@@ -29,17 +27,8 @@ def in_recordings(session: Session) -> Iterator[Item]:
     yield from _items(_shown(), session)
 
 
-def in_motion(session: Session) -> Iterator[Item]:
-    """What moves while a trajectory is played."""
-    yield from _items((arms, *_moving()), session)
-
-
 def _shown() -> tuple[Callable[[Session], Iterator[Item]], ...]:
     return SUBJECTS + parts("drawables")
-
-
-def _moving() -> tuple[Callable[[Session], Iterator[Item]], ...]:
-    return MOVING + parts("moving_drawables")
 
 
 def _items(subjects: Iterable[Callable[[Session], Iterator[Item]]], session: Session) -> Iterator[Item]:

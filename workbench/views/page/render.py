@@ -63,7 +63,6 @@ class BrowserView(AbstractView):
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, signals)
             server.gui.add_html(signals.dark(self._follow))
             signals.turned(lambda tab: worker.submit(NoteTab(tab)))
-            self._scene.moved = self._moved
             for panel in self._panels:
                 self._update(panel, session)
             self._is_mode = session.mode is not None
@@ -97,10 +96,6 @@ class BrowserView(AbstractView):
         if session.page.opened is not None and session.page.opened is not self._opened:
             self._tabs.open(session.page.opened.tab)
         self._opened = session.page.opened
-
-    def _moved(self, share: float) -> None:
-        for panel in self._panels:
-            panel.moved(share)
 
     def _update(self, panel: AbstractPanel, session: Session) -> bool:
         """Show a panel; one that raises is told of once, and the others are shown all the same."""

@@ -9,7 +9,6 @@ import viser
 from workbench.arm.effects.events import AbstractEvent
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
 from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
-from workbench.session.played_motion import Played
 from workbench.session.real_arm import bending_robot
 from workbench.session.stages import shown_stage, stage_words
 from workbench.session.state import Focus, Session
@@ -80,8 +79,9 @@ class LegendPanel(AbstractPanel):
 
     def _key(self, session: Session) -> str:
         rows, scales = session.results.comparison, cubes_scale(session)
-        is_seen = session.choices.overlay.points and session.playback.focus is not Focus.TRACK
-        if rows is not None and rows.stages and is_seen:  # two scales of the same colours each need a name
+        if (
+            rows is not None and rows.stages and session.choices.overlay.points
+        ):  # two scales of the same colours each need a name
             named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
             scales += named + points(session, rows, self._links)
         content = scales + things(session, is_alone=not scales)
@@ -90,8 +90,7 @@ class LegendPanel(AbstractPanel):
 
 def has_errors(session: Session) -> bool:
     """Whether the scene has anything that is drawn larger than it is."""
-    is_known = model_and_real(session) is not None or session.part(Played) is not None
-    return is_known and session.playback.focus is not Focus.TARGET
+    return model_and_real(session) is not None and session.playback.focus is not Focus.TARGET
 
 
 def cubes_scale(session: Session) -> str:
@@ -133,7 +132,7 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     has_plate, rows = session.shows_plate, rows if overlay.points else None
     is_bent = model_and_real(session) is not None and overlay.calibrated and focus is not Focus.TARGET
     marks = (
-        ("measured", FITTED, rows is not None and not rows.stages and focus is not Focus.TRACK),
+        ("measured", FITTED, rows is not None and not rows.stages),
         ("target", REACHED, has_plate),
         ("selected", SELECTED, has_plate),
         ("out of reach", OUT_OF_REACH, has_plate and any(not s.reached for s in session.states)),

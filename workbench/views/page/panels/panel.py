@@ -128,10 +128,6 @@ class AbstractPanel(AbstractControls):
     def build(self, gui: viser.GuiApi) -> None:
         """Make the controls in the present container; their callbacks only send commands."""
 
-    def moved(self, share: float) -> None:
-        """The arm has come this far along a trajectory that is played, frame by frame."""
-        return None
-
     def show(self, session: Session) -> None:
         """Bring in line with this snapshot what no control shows by itself."""
 
