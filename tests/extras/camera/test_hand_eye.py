@@ -103,12 +103,12 @@ def franka(hands, seen):
 
 
 def euler_as_vector(hands, seen):
-    """Fixed angles under rx, ry, rz, quaternions with w first, a base that stays, rows that don't count."""
+    """Fixed angles under rx, ry, rz, quaternions with w first, rows that don't count."""
     turns = Rotation.from_matrix(hands[:, :3, :3]).as_euler("xyz", degrees=True)
     values = np.hstack([1e3 * hands[:, :3, 3], turns, seen[:, :3, 3], np.roll(xyzw(seen), 1, axis=1)])
-    values = np.pad(values, ((0, 0), (3, 1)))
-    values[2, 9:], values[4, 5:] = 0.0, 1.0
-    head = "base_x,base_y,base_z,ee_x_mm,ee_y_mm,ee_z_mm,ee_rx,ee_ry,ee_rz,tag_px,tag_py,tag_pz,"
+    values = np.pad(values, ((0, 0), (0, 1)))
+    values[2, 6:], values[4, 2:] = 0.0, 1.0
+    head = "ee_x_mm,ee_y_mm,ee_z_mm,ee_rx,ee_ry,ee_rz,tag_px,tag_py,tag_pz,"
     head += "tag_q1,tag_q2,tag_q3,tag_q4,exclude"
     return "\n".join([head, *(",".join(map(repr, row)) for row in values.tolist())])
 

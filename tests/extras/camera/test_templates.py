@@ -1,4 +1,4 @@
-"""Files made from a board: what they say comes back; pictures with their joints alone lead to the zeros."""
+"""Pictures with their joints, or poses of the tool, on the page."""
 
 import json
 import shutil
@@ -6,16 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refusals import refuses
 
-from workbench.base.errors import DataError
 from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.folder import packed
 from workbench.extras.camera.panels import _identified, camera_json, thumbnails
-from workbench.extras.camera.printed import Board
 from workbench.extras.camera.session_commands import CameraAlone, LoadPictures, Previews
+from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 from workbench.identification.identify import identify
-from workbench.session.journal.codec import decode, encode
 from workbench.session.judgement import Tone
 from workbench.session.next_step import next_step
 from workbench.views.page.html import BAD
@@ -23,21 +20,16 @@ from workbench.views.page.html import BAD
 cv2 = pytest.importorskip("cv2")
 
 
-def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
+def test_pictures_joints_and_a_board_lead_to_the_zeros(aria, first, tmp_path):
     """Nothing is known of the lens, whose focal length is 780 px in pictures of 640 px."""
     from board_on_tool import photograph
 
     shots = tmp_path / "shots"
     shots.mkdir()
     photograph(aria, np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0]), shots, count=16)
-    for name in ("camera", "target"):
-        (shots / f"{name}.toml").unlink()
+    (shots / "camera.toml").unlink()
     content = Path(shutil.make_archive(str(tmp_path / "shots"), "zip", tmp_path, "shots")).read_bytes()
-    session = first
-    with refuses(DataError, "shots", "target.toml"):
-        LoadPictures("shots.zip", content).compute(session)
-    command = LoadPictures("shots.zip", content, Board(square=0.030))
-    assert decode("LoadPictures", *_written(command)) == command
+    session, command = first, LoadPictures("shots.zip", content)
     session = command.finish(session, command.compute(session))
     assert any("lens is identified" in note for note in session.measurements.loaded.notes)
     shown = thumbnails(session.measurements.loaded.dataset, session.part(Previews).by_image)
@@ -49,11 +41,6 @@ def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
     moved = np.rad2deg(moved - aria.values(("joint3.theta", "joint5.theta")))
     assert moved == pytest.approx([0.6, -0.4], abs=0.01)
     assert found.identifiability.doubts == ()
-
-
-def _written(command):
-    fields, files = encode(command)
-    return fields, files.__getitem__
 
 
 @pytest.mark.data
@@ -68,7 +55,9 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     (tmp_path / "poses.csv").write_text("\n".join(lines) + "\n")
     for path in (source / "images").iterdir():
         shutil.copy(path, tmp_path)
-    command = LoadPictures("pics.zip", packed(tmp_path), Board(5, 7, 0.036195))
+    board = Charuco((5, 7), 0.036195, 0.018256, "DICT_6X6_250")
+    (tmp_path / "target.toml").write_text(target_toml(charuco_target(board, "tool")))
+    command = LoadPictures("pics.zip", packed(tmp_path))
     result = command.compute(first)
     session = command.finish(first, result)
     alone = session.part(CameraAlone)

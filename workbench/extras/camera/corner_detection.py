@@ -48,15 +48,10 @@ def dictionary(name: str) -> Any:
     return opencv().aruco.getPredefinedDictionary(number)
 
 
-def has_markers_for(board: Charuco) -> bool:
-    """Whether the board's dictionary has enough markers for it."""
-    return board.markers.stop <= len(dictionary(board.dictionary).bytesList)
-
-
 def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
     """A board as OpenCV has it; `legacy`: in the pattern of versions before 4.6, white square first."""
     across, down = board.squares
-    if not has_markers_for(board):
+    if board.markers.stop > len(dictionary(board.dictionary).bytesList):
         after = f" from {board.first_marker} on" if board.first_marker else ""
         raise OptionError(
             f"a board of {across} x {down} squares needs {len(board.markers)} markers{after}, "

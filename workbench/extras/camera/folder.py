@@ -4,7 +4,6 @@ The kind of a file is determined by its content, not its name: `[[camera]]` tabl
 column `u[px]`), joints or tool poses.
 """
 
-import contextlib
 import io
 import re
 import tempfile
@@ -60,18 +59,6 @@ def read_folder(
     beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
     data = read_pixels(corners or place, rig, joints=joints or _only(place, beside), dof=dof)
     return replace(data, source=place.name)
-
-
-def has_target(place: Path) -> bool:
-    """Whether a folder has a target, in a file of whatever name."""
-    return bool(_tomls(place, TARGET))
-
-
-def says_target(content: bytes) -> bool:
-    """Whether an archive has a target; true where that can't be told: reading it says what is wrong."""
-    with contextlib.suppress(FileError), unpacked("", content) as place:
-        return has_target(only_folder(place))
-    return True
 
 
 def _tomls(place: Path, keys: set[str]) -> list[Path]:

@@ -7,7 +7,7 @@ camera and Z the target. `pair_fit.py` solves it for either mount; here is what 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
@@ -40,8 +40,12 @@ MAX_METRES = 20.0
 """Lengths are mm where one is larger."""
 MAX_HALF, MAX_LEFT = np.array([5e-3, 0.02]), np.array([0.02, 0.05])
 """Half intervals of the camera, and what the pairs leave, beyond which it should not be used [m, rad]."""
+MAX_SCALE = 0.01
+"""Deviation from 1 of the target's scale that may be corrected by it."""
 LITTLE = np.deg2rad(10.0)
 """A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open."""
+FLIPPED = np.deg2rad(165.0)
+"""Errors of pairs that see the target turned by half a turn."""
 CLEARLY = 3.0
 """How many times better the pairs fit another mount than the one they contradict."""
 FRAMES = {Mount.TOOL: ("hand", "base"), Mount.WORLD: ("base", "hand")}
@@ -101,6 +105,8 @@ class HandEye(AbstractShown):
         seen = f"{where} mm in the {FRAMES[self.mounted][1]}"
         found = Sentence(f"{turned}°", "camera"), Sentence(seen, "target")
         wrong = (f"pair {self.row[k]} is off by {_error(self.errors[k])}; left out" for k in self.apart)
+        if any(self.errors[k, 1] > FLIPPED for k in self.apart):
+            wrong = (*wrong, "half a turn: a chessboard's corners counted from its other end")
         return headed(self.sentence, *found, *lines("warning", wrong), notes=self.notes)
 
     def json(self) -> Json:
@@ -141,12 +147,11 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         FileError: the file holds no pairs.
         DataError: there are too few pairs, they are no poses, or they contradict `mounted`.
     """
-    source, told, inverting, rows, notes = "pairs", (True, True), False, None, list[str]()
+    source, (is_told, is_inverting), rows, notes = "pairs", (True, False), None, list[str]()
     if isinstance(pairs, Path):
         source = str(pairs)
-        *pairs, rows, told, inverting, notes = read_pairs(pairs)
+        *pairs, rows, is_told, is_inverting, notes = read_pairs(pairs)
     (robot, target), first = _checked(pairs, source, notes)
-    row = (first if rows is None else rows[first]) + 1
     fits = {Mount.TOOL: fit_pairs(robot, target), Mount.WORLD: fit_pairs(se3.inverse(robot), target)}
     size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
     score = {m: float(fit.rms @ (1.0 / size, 1.0)) / np.sqrt(fit.spare) for m, fit in fits.items()}
@@ -154,7 +159,7 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
     wanted = mounted or best
     if score[wanted] <= CLEARLY * score[best]:
         best = wanted
-    elif not inverting:
+    elif not is_inverting:
         raise DataError(
             f"{source}: with the camera {ON[wanted]} the pairs differ by {_error(fits[wanted].rms)}; "
             f"they agree to {_error(fits[best].rms)} with --mounted {best}, or if either the robot's or the "
@@ -162,43 +167,29 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         )
     if best is not wanted:
         notes.append("the robot's poses are those of the base in the hand, as easy_handeye writes them")
-        told = (True, told[1])
-    fit, doubt = fits[best], _doubt(fits[best], robot[:, :3, :3], row)
+    elif not is_told:
+        notes.append("poses may be inverse, and the camera elsewhere; names such as base_T_hand tell")
+    fit, row = fits[best], (first if rows is None else rows[first]) + 1
+    doubt = _doubt(fit, robot[:, :3, :3], row)
     chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - CHANCE)) * score[best]
     if mounted is None and max(score.values()) < chance:
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
         doubt = doubt or f"{both}: measure at more poses, or give --mounted"
-    (camera, place), half = fit.last
-    found = HandEye(
+    if fit.spread[12] and not doubt:
+        notes.append(f"{_scale(fit)}, and are: is the target's size, or the focal length, right?")
+    camera, place = map(Frame.from_pose, fit.frames)
+    return HandEye(
         mounted=wanted,
-        camera=Frame.from_pose(camera),
-        target=Frame.from_pose(place),
-        half=half,
+        camera=camera,
+        target=place,
+        half=fit.half[:12].reshape(2, 6),
         left=fit.rms,
         errors=fit.errors,
         row=row,
-        apart=fit.model.apart,
+        apart=fit.apart,
         doubt=doubt,
+        notes=tuple(notes),
     )
-    if fit.scaled and not doubt:
-        notes.append(f"{fit.scaled}, and are: is the target's size, or the focal length, right?")
-    if not doubt:
-        notes += _fit_alike(found, *told, mounted is not None)
-    return replace(found, notes=tuple(notes))
-
-
-def _fit_alike(found: HandEye, robot_told: bool, target_told: bool, is_given: bool) -> list[str]:
-    """Where the camera is if poses whose direction isn't told are given as their inverses."""
-    here, other = ON[found.mounted], next(ON[mount] for mount in Mount if mount is not found.mounted)
-    camera, target = (", ".join(signed(1e3 * v, 1) for v in at.xyz) for at in (found.camera, found.target))
-    ways = (
-        (target_told or is_given, f"the target's, {other} at {target} mm"),
-        (robot_told or is_given, f"the robot's (easy_handeye, in the cell), {other} at {camera} mm"),
-        (robot_told or target_told, f"both, {here} at {target} mm"),
-    )
-    text = "poses may be inverse, and the camera elsewhere: if {}; names such as base_T_hand tell"
-    untold = "; if ".join(way for is_told, way in ways if not is_told)
-    return [text.format(untold)] if untold else []
 
 
 def _checked(
@@ -238,22 +229,29 @@ def _error(error: Float[np.ndarray, "2"]) -> str:
     return f"{in_mm(error[0])}, {np.rad2deg(error[1]):.2g}°"
 
 
+def _scale(fit: PairFit) -> str:
+    return f"the target's positions fit if multiplied by {fit.scale:.4g} ± {fit.half[12]:.2g}"
+
+
 def _doubt(fit: PairFit, hand: Float[np.ndarray, "rows 3 3"], row: Int[np.ndarray, " rows"]) -> str:
     """Why a camera's pose should not be used as it is; empty if it may be."""
+    if fit.moved is not None:
+        what, by, pair = fit.moved
+        between = f"between pairs {row[fit.kept[fit.kept < pair][-1]]} and {row[pair]}"
+        return f"the {what} moved by {_error(by)} {between}: give those before or after alone"
+    if abs(fit.scale - 1.0) > MAX_SCALE:
+        return f"{_scale(fit)}: correct the target's size, the focal length or the unit"
     if (fit.rms > MAX_LEFT).any():
         differ = f"the pairs differ by {_error(fit.rms)}, whatever carries the camera"
         return f"{differ}: check which poses belong together, and the size of the target"
-    worst = fit.last[1][0].reshape(2, 3).max(1)
-    contradicted = "; ".join(fit.contradictions(row))
-    if contradicted or (worst <= MAX_HALF).all():
-        return contradicted
+    worst = fit.half[:6].reshape(2, 3).max(1)
+    if (worst <= MAX_HALF).all():
+        return ""
     turns = se3.matrix_to_rotvec(nearest_rotation(hand.sum(0)).T @ hand)
     _, extent, axes = np.linalg.svd(turns - turns.mean(0), full_matrices=False)
     known = f"the camera is known to ± {in_mm(worst[0])}, ± {np.rad2deg(worst[1]):.2g}° only: "
     if extent[1] > LITTLE * np.sqrt(len(turns)):
         return known + "add pairs, with the hand turned further between them"
     axis = int(np.abs(axes[0]).argmin())
-    turned = (
-        f"turn the hand more about its {'xyz'[axis]} axis (so far {np.rad2deg(turns[:, axis].std()):.2g}°)"
-    )
-    return (known if worst[0] < 1.0 else "the camera's place is open in one direction: ") + turned
+    text = f"turn the hand more about its {'xyz'[axis]} axis (so far {np.rad2deg(turns[:, axis].std()):.2g}°)"
+    return f"the camera's place is open in one direction: {text}"

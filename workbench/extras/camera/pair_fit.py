@@ -1,17 +1,11 @@
-"""Fit of A X B = Z to pairs of poses, and what contradicts it: wrong pairs, moves, another size.
+"""Fit of A X B = Z to pairs of poses, and what contradicts it: wrong pairs, a move, another size.
 
 The closed form (`base/hand_eye.py`) begins Gauss–Newton on what is left of B, with weights of positions and
-rotations from the fit itself. With r what is left, J its columns (both whitened) and E those of unknowns that
-are not free yet, freeing them saves
-
-    rᵀ E⊥ (E⊥ᵀ E⊥)⁻¹ E⊥ᵀ r,      E⊥ = E − J (JᵀJ)⁻¹ Jᵀ E.
-
-Six of a pair by itself (it is wrong), six of camera or target from a pair on (it was moved), or one factor of
-all positions of the target (it has another size): what saves most is freed, one at a time, as long as chance
-would save so much in one file of a hundred.
+rotations from the fit itself. Then what saves most is let go, as long as chance would save so much in one
+file of a hundred: a pair by itself (it is wrong), camera or target from a pair on (it was moved, which ends
+that), or one factor of all positions of the target (it has another size).
 """
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +14,6 @@ from scipy import special
 
 from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool
-from workbench.base.wording import in_mm
 
 CHANCE, MAX_SHARE = 0.01, 0.25
 """Probability of setting a good pair apart in a file without bad ones; share of the pairs that may be."""
@@ -32,203 +25,151 @@ EXACT = 1e-7
 MIN_PART, MIN_BOTH, MOVE_LEAVES, MIN_SPARE = 4, 10, 0.25, 18
 """Pairs before or after a move of camera or target, and all of them; part of the errors of positions or
 rotations that it leaves at most; numbers beyond the unknowns from which on anything is let go."""
-MAX_SCALE = 0.01
-"""Deviation from 1 of the target's scale that may be corrected by it."""
-
-CAMERA, TARGET, SCALE, PAIR = range(4)
-"""What may be let go: poses of camera or target from a pair on, the target's size, a pair."""
+WORST, PLACES = 20, 50
+"""Most pairs that are tried alone, and from which on a move is tried."""
+HALF_TURN, SAME_TURN = np.diag([-1.0, -1.0, 1.0, 1.0]), np.deg2rad(8.0)
+"""Of a chessboard whose corners are counted from its other end; how far turns of two pairs may differ."""
+FRAMES = ("camera", "target")
 
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-@dataclass(frozen=True, eq=False)
-class PairModel:
-    """Cameras and targets as the pairs have them.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PairFit:
+    """Camera X and target Z, fitted to the pairs that count.
 
     Args:
-        frames: Their poses X and Z.
-        at: Which X and which Z each pair has.
-        apart: Pairs that are wrong, the worst first.
-        scale: By which the target's positions are multiplied …
-        is_scaled: … and whether that is free.
+        frames: X and Z.
+        scale: By which the target's positions are multiplied.
+        apart: Pairs that are wrong.
+        errors: How far each pair's target is seen from where the fit has it [m, rad].
+        left: What is left of the pairs that count, whitened as all that follows.
+        columns: What steps of camera, target and scale take off it.
+        basis: Of the columns of what is free.
+        spread: One standard deviation of each unknown; 0 for a scale that isn't free.
+        moved: Camera or target, by how much it was moved [m, rad], and before which pair.
     """
 
-    frames: Float[np.ndarray, "n 4 4"]
-    at: Int[np.ndarray, "rows 2"]
-    apart: tuple[int, ...] = ()
-    scale: float = 1.0
-    is_scaled: bool = False
+    frames: Float[np.ndarray, "2 4 4"]
+    scale: float
+    apart: tuple[int, ...]
+    errors: Float[np.ndarray, "rows 2"]
+    left: Float[np.ndarray, " kept6"]
+    columns: Float[np.ndarray, "kept6 13"]
+    basis: Float[np.ndarray, "kept6 p"]
+    spread: Float[np.ndarray, "13"]
+    moved: tuple[str, Float[np.ndarray, "2"], int] | None = None
 
     @property
     def kept(self) -> Int[np.ndarray, " n"]:
-        return np.delete(np.arange(len(self.at)), self.apart)
-
-    def without(self, change: int, pair: int) -> "PairModel":
-        """The same where a pair is wrong, camera or target was moved before it, or the size is free."""
-        if change == PAIR:
-            return replace(self, apart=(*self.apart, pair))
-        if change == SCALE:
-            return replace(self, is_scaled=True)
-        at, before = self.at.copy(), self.at[pair, change]
-        at[pair:, change][at[pair:, change] == before] = len(self.frames)
-        return replace(self, frames=np.concatenate([self.frames, self.frames[[before]]]), at=at)
-
-    def stepped(self, step: Float[np.ndarray, " p"]) -> "PairModel":
-        """After a small step along and about each frame's parent's axes [m, rad], and of the scale."""
-        six = step[:-1].reshape(-1, 6)
-        turned = se3.rotvec_to_matrix(six[:, 3:]) @ self.frames[:, :3, :3]
-        frames = se3.pose(turned, self.frames[:, :3, 3] + six[:, :3])
-        return replace(self, frames=frames, scale=self.scale + float(step[-1]))
-
-    def linearised(self, a: Poses, b: Poses) -> tuple[np.ndarray, list[np.ndarray]]:
-        """B as measured minus X⁻¹ A⁻¹ Z [m, rad], and what steps of X, of Z and of the scale take off it."""
-        x, z = self.frames[self.at.T]
-        hand, to_camera = se3.inverse(a), np.swapaxes(x[:, :3, :3], 1, 2)
-        by_x, by_z, by_scale = (np.zeros((len(a), 6, k)) for k in (6, 6, 1))
-        by_x[:, :3, :3] = by_x[:, 3:, 3:] = -to_camera
-        by_x[:, :3, 3:] = to_camera @ se3.skew(se3.apply(hand, z[:, :3, 3]) - x[:, :3, 3])
-        by_z[:, :3, :3] = by_z[:, 3:, 3:] = to_camera @ hand[:, :3, :3]
-        by_scale[:, :3, 0] = -b[:, :3, 3]
-        seen = se3.pose(b[:, :3, :3], self.scale * b[:, :3, 3])
-        return se3.pose_error(seen, se3.inverse(x) @ hand @ z), [by_x, by_z, by_scale]
-
-
-@dataclass(frozen=True, eq=False)
-class PairFit:
-    """A model that was fitted to the pairs that count.
-
-    Args:
-        model: The answer.
-        sigma: Standard deviations of positions [m] and rotations [rad].
-        errors: How far each pair's target is seen from where the model has it [m, rad].
-        left: What is left of each pair that counts, whitened as all that follows.
-        columns: What steps of camera, target and scale take off it.
-        basis: Of the columns of what is free.
-        spread: One standard deviation of each unknown, the scale's last.
-    """
-
-    model: PairModel
-    sigma: Float[np.ndarray, "2"]
-    errors: Float[np.ndarray, "rows 2"]
-    left: Float[np.ndarray, "kept 6"]
-    columns: list[np.ndarray]
-    basis: Float[np.ndarray, "kept 6 p"]
-    spread: Float[np.ndarray, " n"]
+        return np.delete(np.arange(len(self.errors)), self.apart)
 
     @property
     def spare(self) -> int:
-        return self.left.size - self.basis.shape[2]
+        return self.basis.shape[0] - self.basis.shape[1]
 
     @property
     def rms(self) -> Float[np.ndarray, "2"]:
         """Root mean square of the errors of the pairs that count [m, rad]."""
-        return np.sqrt((self.errors[self.model.kept] ** 2).mean(0))
+        return np.sqrt((self.errors[self.kept] ** 2).mean(0))
 
     @property
-    def half(self) -> Float[np.ndarray, " n"]:
+    def half(self) -> Float[np.ndarray, "13"]:
         """Half of the 95 % intervals of the unknowns."""
         return special.stdtrit(self.spare / 2, 0.975) * self.spread
 
     @property
-    def last(self) -> tuple[Float[np.ndarray, "2 4 4"], Float[np.ndarray, "2 6"]]:
-        """Camera and target as they were at last, and half of their 95 % intervals [m, rad]."""
-        own = self.model.at[self.model.kept[-1]]
-        return self.model.frames[own], self.half[:-1].reshape(-1, 6)[own]
-
-    @property
-    def changes(self) -> Iterator[tuple[int, int]]:
-        """What the pairs ask to let go, of which pair or from which on, the likeliest first."""
-        count, kept = len(self.left), self.model.kept
-        may_be_wrong = len(self.model.apart) < int(MAX_SHARE * len(self.errors))
-        alone = np.tile(may_be_wrong * np.eye(6), (count, 1, 1))
-        inside = (np.minimum(np.arange(count), count - np.arange(count)) >= MIN_PART) & (count >= MIN_BOTH)
-        camera, target, scale = self.columns
-        saved = [
-            inside * self._saved(c, lambda s: np.cumsum(s[::-1], axis=0)[::-1]) for c in (camera, target)
-        ]
-        saved.append(self._saved(scale * (not self.model.is_scaled), lambda s: s.sum(0)[None]))
-        saved.append(self._saved(alone))
-        total, tests, found = float((self.left**2).sum()), sum(map(len, saved)), []
-        floor = (self.spare - 6) * (EXACT / self.sigma.max()) ** 2
-        for change, gains in enumerate(saved):
-            size = 1 if change == SCALE else 6
-            rest = max(total - float(gains.max()), floor)
-            ratio = max(total - rest, 0.0) / size / rest * (self.spare - size)
-            if self.spare >= MIN_SPARE and special.fdtrc(size, self.spare - size, ratio) * tests < CHANCE:
-                cost = self.spare * np.log(rest) + size * np.log(self.left.size)
-                found.append((cost, change, int(kept[gains.argmax()])))
-        yield from (each[1:] for each in sorted(found))
-
-    def _saved(
-        self, columns: Float[np.ndarray, "kept 6 k"], total: Callable[[np.ndarray], np.ndarray] = np.asarray
-    ) -> Float[np.ndarray, " n"]:
-        """What unknowns with these columns would save, free in each pair, from each on, or in all."""
-        turned, basis = np.swapaxes(columns, 1, 2), np.swapaxes(self.basis, 1, 2)
-        own, seen, pull = map(total, (turned @ columns, basis @ columns, turned @ self.left[..., None]))
-        through = np.linalg.pinv(own - np.swapaxes(seen, 1, 2) @ seen, rcond=1e-9, hermitian=True)
-        return (np.swapaxes(pull, 1, 2) @ through @ pull)[:, 0, 0]
-
-    @property
-    def scaled(self) -> str:
-        """What the target's positions were multiplied by; "" if by nothing."""
-        by = f"{self.model.scale:.4g} ± {self.half[-1]:.2g}"
-        is_other = self.model.is_scaled and abs(self.model.scale - 1.0) > self.half[-1]
-        return f"the target's positions fit if multiplied by {by}" if is_other else ""
-
-    def contradictions(self, row: Int[np.ndarray, " rows"]) -> Iterator[str]:
-        """What else than wrong pairs was let go, and what to do, a clause each, by the pairs' numbers."""
-        kept, frames = self.model.kept, self.model.frames
-        for what, own in zip(("camera", "target"), self.model.at[kept].T, strict=True):
-            for k in np.flatnonzero(np.diff(own)):
-                moved = se3.inverse(frames[own[k]]) @ frames[own[k + 1]]
-                angle = np.rad2deg(np.linalg.norm(se3.matrix_to_rotvec(moved[:3, :3])))
-                by = f"{in_mm(float(np.linalg.norm(moved[:3, 3])))}, {angle:.2g}°"
-                pairs = f"between pairs {row[kept[k]]} and {row[kept[k + 1]]}"
-                yield f"the {what} moved by {by} {pairs}: give those before or after alone"
-        if abs(self.model.scale - 1.0) > MAX_SCALE:
-            yield f"{self.scaled}: correct the target's size, the focal length or the unit"
+    def change(self) -> tuple[str, int, Float[np.ndarray, " k"]] | None:
+        """What the pairs ask to let go, which of them or from which on, and the step; None for nothing."""
+        count, total = len(self.left) // 6, float(self.left @ self.left)
+        if self.spare < MIN_SPARE or total < 0.1 * self.spare:  # exact: rounding is left
+            return None
+        pair, found = np.arange(len(self.left)) // 6, []
+        tried = [("scale", 0, self.columns[:, 12:])] if self.spread[12] == 0.0 else []
+        if len(self.apart) < int(MAX_SHARE * len(self.errors)):
+            worst = np.argsort(-(self.left.reshape(count, 6) ** 2).sum(1))[:WORST].tolist()
+            tried += [("pair", k, np.eye(len(self.left))[:, 6 * k : 6 * k + 6]) for k in worst]
+        if count >= MIN_BOTH:
+            for k in range(MIN_PART, count - MIN_PART + 1, 1 + count // PLACES):
+                after = (pair >= k)[:, None]
+                tried += [(w, k, self.columns[:, 6 * i :][:, :6] * after) for i, w in enumerate(FRAMES)]
+        for what, k, columns in tried:
+            new = columns - self.basis @ (self.basis.T @ columns)
+            step = np.linalg.lstsq(new, self.left, rcond=1e-9)[0]
+            left, size = self.left - new @ step, len(step)
+            rest = max(float(left @ left), 1e-12 * total)
+            ratio = (total - rest) / size / rest * (self.spare - size)
+            chance = special.fdtrc(size, self.spare - size, ratio) * 3 * count
+            kinds = [(each.reshape(-1, 2, 3) ** 2).sum((0, 2)) for each in (left, self.left)]
+            if chance < CHANCE and (what not in FRAMES or (kinds[0] < MOVE_LEAVES**2 * kinds[1]).any()):
+                found.append((self.spare * np.log(rest) + size * np.log(len(left)), what, k, step))
+        return min(found, key=lambda each: each[0])[1:] if found else None
 
 
 def fit_pairs(a: Poses, b: Poses) -> PairFit:
     """X and Z of A X B = Z; what contradicts them is let go."""
-    inverse_x, z = base_and_tool(se3.inverse(a), b)
-    start = PairModel(np.array([se3.inverse(inverse_x), z]), np.tile([0, 1], (len(a), 1)))
-    best, found = None, _refined(a, b, start)
-    while found is not best:
-        best = found
-        for change, pair in best.changes:
-            tried = _refined(a, b, best.model.without(change, pair))
-            if change >= SCALE or (tried.sigma < MOVE_LEAVES * best.sigma).any():
-                found = tried
-                break
-    return found
+    apart, is_scaled = half_turned(a, b), False
+    some = np.delete(np.arange(len(a)), apart)
+    inverse_x, z = base_and_tool(se3.inverse(a[some]), b[some])
+    fit = _refined(a, b, np.array([se3.inverse(inverse_x), z]), apart)
+    while (change := fit.change) is not None:
+        what, k, step = change
+        if what in FRAMES:
+            return replace(fit, moved=(what, np.linalg.norm(step.reshape(2, 3), axis=1), int(fit.kept[k])))
+        apart, is_scaled = (*apart, int(fit.kept[k])) if what == "pair" else apart, fit.spread[12] > 0.0
+        fit = _refined(a, b, fit.frames, apart, fit.scale, is_scaled or what == "scale")
+    return fit
 
 
-def _refined(a: Poses, b: Poses, model: PairModel) -> PairFit:
-    """The model by Gauss–Newton."""
-    kept, at = model.kept, model.at[model.kept].T
+def half_turned(a: Poses, b: Poses) -> tuple[int, ...]:
+    """Pairs whose target is seen half a turn about its normal from where most have it: a chessboard's corners
+    were counted from its other end. Turns between pairs are as large on both sides, whatever X and Z are."""
+    between = [np.einsum("iab,jac->ijbc", r[:PLACES], s) for r, s in ((a, a), (b, b), (b, b @ HALF_TURN))]
+    turn = [np.linalg.norm(se3.matrix_to_rotvec(r[..., :3, :3]), axis=-1) for r in between]
+    same, other = (np.abs(turn[0] - each) < SAME_TURN for each in turn[1:])
+    first = int((same | other).sum(0).argmax())
+    is_same, is_turned = same[first], other[first] & ~same[first]
+    if is_same.sum() + is_turned.sum() < (1.0 - MAX_SHARE) * len(a):
+        return ()
+    return tuple(np.flatnonzero(min(is_same, is_turned, key=np.count_nonzero)).tolist())
+
+
+def _refined(
+    a: Poses,
+    b: Poses,
+    frames: np.ndarray,
+    apart: tuple[int, ...],
+    scale: float = 1.0,
+    is_scaled: bool = False,
+) -> PairFit:
+    """Camera and target, and the scale where it is free, by Gauss–Newton."""
+    kept, (x, z), before = np.delete(np.arange(len(a)), apart), frames, np.zeros(2)
     size = np.array([max(float(np.ptp(a[kept, :3, 3], axis=0).max()), MIN_SIZE), 1.0])
-    before, spare, free = np.zeros(2), 3 * len(kept) - 6, np.arange(len(model.frames))
+    hand, spare, free = se3.inverse(a), 3 * len(kept) - 6, 12 + is_scaled
+    step, spread = np.zeros(13), np.zeros(13)
     for _ in range(MAX_ROUNDS):
-        every, columns = model.linearised(a, b)
-        left = every[kept]
-        squares = (left.reshape(-1, 2, 3) ** 2).sum((0, 2)) / size**2
+        to_camera, columns = x[:3, :3].T, np.zeros((len(a), 6, 13))
+        columns[:, :3, :3] = columns[:, 3:, 3:6] = -to_camera
+        columns[:, :3, 3:6] = to_camera @ se3.skew(se3.apply(hand, z[:3, 3]) - x[:3, 3])
+        columns[:, :3, 6:9] = columns[:, 3:, 9:12] = to_camera @ hand[:, :3, :3]
+        columns[:, :3, 12] = -b[:, :3, 3]
+        every = se3.pose_error(se3.pose(b[:, :3, :3], scale * b[:, :3, 3]), se3.inverse(x) @ hand @ z)
+        squares = (every[kept].reshape(-1, 2, 3) ** 2).sum((0, 2)) / size**2
         variance = (squares + EQUAL * squares.sum() / (2 * spare)) / (spare + EQUAL)
         sigma = np.maximum(size * np.sqrt(variance), EXACT)
         weight = np.repeat(1.0 / sigma, 3)
-        left, columns = left * weight, [each[kept] * weight[:, None] for each in columns]
-        parts = [
-            by[:, :, None] * (own[:, None] == free)[:, None, :, None]
-            for own, by in zip(at, columns, strict=False)
-        ]
-        flat = np.sum(parts, axis=0).reshape(left.size, -1)
-        flat = np.hstack([flat, (columns[2] * model.is_scaled).reshape(-1, 1)])
-        u, s, vt = np.linalg.svd(flat, full_matrices=False)
+        left, columns = (every[kept] * weight).ravel(), (columns[kept] * weight[:, None]).reshape(-1, 13)
+        u, s, vt = np.linalg.svd(columns[:, :free], full_matrices=False)
         rank = int((s > 1e-9 * s[0]).sum())
-        step = vt[:rank].T @ (u[:, :rank].T @ left.ravel() / s[:rank])
+        step[:free] = vt[:rank].T @ (u[:, :rank].T @ left / s[:rank])
         if np.abs(step).max() < EXACT and np.allclose(sigma, before, rtol=1e-3):
             break
-        model, before = model.stepped(step), sigma
-    spread = np.sqrt(((vt / np.maximum(s, 1e-9 * s[0])[:, None]) ** 2).sum(0))
-    errors = np.linalg.norm(every.reshape(-1, 2, 3), axis=2)
-    return PairFit(model, sigma, errors, left, columns, u[:, :rank].reshape(len(kept), 6, -1), spread)
+        x, z = (
+            se3.pose(se3.rotvec_to_matrix(by[3:]) @ pose[:3, :3], pose[:3, 3] + by[:3])
+            for pose, by in ((x, step[:6]), (z, step[6:12]))
+        )
+        scale, before = scale + float(step[12]), sigma
+    spread[:free] = np.sqrt(((vt / np.maximum(s, 1e-9 * s[0])[:, None]) ** 2).sum(0))
+    errors, basis = np.linalg.norm(every.reshape(-1, 2, 3), axis=2), u[:, :rank]
+    fitted = {"left": left, "columns": columns, "basis": basis, "spread": spread, "errors": errors}
+    return PairFit(frames=np.array([x, z]), scale=scale, apart=apart, **fitted)

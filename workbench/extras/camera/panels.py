@@ -1,4 +1,4 @@
-"""Pictures of a board on the page: given or taken, what was found in them, and what they may identify."""
+"""Pictures of a board on the page: what was found in them, and what they may identify."""
 
 import base64
 import json
@@ -8,11 +8,8 @@ import viser
 
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.camera import ON
 from workbench.extras.camera.findings import Identifiability
-from workbench.extras.camera.folder import says_target
-from workbench.extras.camera.printed import Board, across_down, board_pdf
-from workbench.extras.camera.rig import PictureReadings, rig_of
+from workbench.extras.camera.rig import PictureReadings
 from workbench.extras.camera.session_commands import LARGEST_FOLDER, CameraAlone, LoadPictures, Previews
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
@@ -22,68 +19,29 @@ from workbench.session.commands.identify import Identify
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, CAREFUL, GOOD, badge, block, bullets, folded, heading, note, text
-from workbench.views.page.panels.panel import AbstractPanel, Door, Question, set_value
+from workbench.views.page.panels.panel import AbstractPanel, Door
 
-CARRIERS = {place: mount for mount, place in ON.items()}
 HOW_TO_TAKE = (
-    "Take 15 to 30 pictures from different directions, with the arm at rest. Add a table with one row per "
-    "picture: image, q1[deg] … of the joints; or image, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool, "
-    "which identifies camera and target only."
+    "Print a board ('workbench board' writes its target.toml too). Take 15 to 30 pictures from different "
+    "directions, with the arm at rest. Give a ZIP of the folder with the pictures, target.toml and a table "
+    "with one row per picture: image, q1[deg] … of the joints; or image, x[mm], y[mm], z[mm], qw, qx, qy, qz "
+    "of the tool, which identifies camera and target only."
 )
-PICTURES = (
-    "Choose the robot, then its pictures, with a table of the joints beside them. None yet? Look around: the "
-    "Measure tab has a board to print."
-)
+PICTURES = "Choose the robot, then a ZIP of its pictures with target.toml and a table of the joints."
 TELLING_CORNERS = 8
 """Corners from which on a picture tells much."""
 
 
-class PictureFields:
-    """What is asked of a board, and what takes its pictures: in the panel, and on the start card."""
-
-    def __init__(self, panel: AbstractPanel, gui: viser.GuiApi):
-        board = Board()
-        squares = f"{board.across}x{board.down}"
-        self._squares = panel.line("Squares", "Across x down.", value=squares)
-        self._side = panel.number(
-            "Square [mm]",
-            (5.0, 200.0, 0.1),
-            "Side of a square, as measured on the print.",
-            unit=1e-3,
-            value=1e3 * board.square,
-        )
-        self._carrier = panel.dropdown("Board is", CARRIERS, "The camera is on the other.")
-
-    @property
-    def board(self) -> Board:
-        """As it is described."""
-        return Board(*across_down(self._squares.typed), self._side.typed, self._carrier.typed)
-
-    def show(self, data: Dataset) -> None:
-        """The board of pictures that were read."""
-        rig = rig_of(data)
-        set_value(self._carrier.control, ON[rig.mounted])
-        if (board := rig.targets[0].charuco) is not None:
-            set_value(self._side.control, 1e3 * board.square)
-            set_value(self._squares.control, "{}x{}".format(*board.squares))
-
-    def build_upload(self, panel: AbstractPanel, gui: viser.GuiApi) -> None:
-        """What takes a ZIP archive of the folder of the pictures."""
-        panel.upload(
-            "Pictures in a folder (ZIP)",
-            lambda name, content: LoadPictures(name, content, self.board),
-            "Pictures of a board or of tags, or a table of their corners, and a table of the joints with "
-            "a column 'image'. Without target.toml the board is as above. Up to "
-            f"{LARGEST_FOLDER // 2**20} MiB.",
-            endings=".zip",
-            maximum=LARGEST_FOLDER,
-            question=Question("Is this the board?", self._assumed, "Read with this board"),
-        )
-
-    def _assumed(self, name: str, content: bytes) -> str:
-        """What is taken for the board of pictures without `target.toml`, as a question."""
-        question = f"No target.toml is beside the pictures. Is it {self.board.text}?"
-        return "" if says_target(content) else question
+def upload(panel: AbstractPanel, gui: viser.GuiApi) -> None:
+    """What takes a ZIP archive of the folder of the pictures: in the panel, and on the start card."""
+    panel.upload(
+        "Pictures in a folder (ZIP)",
+        LoadPictures,
+        "Pictures of a board or of tags, or a table of their corners, target.toml, and a table of the joints "
+        f"with a column 'image'. Up to {LARGEST_FOLDER // 2**20} MiB.",
+        endings=".zip",
+        maximum=LARGEST_FOLDER,
+    )
 
 
 def _alone(session: Session) -> CameraAlone | None:
@@ -91,25 +49,17 @@ def _alone(session: Session) -> CameraAlone | None:
 
 
 class CamerasPanel(AbstractPanel):
-    """Step by step: a board to print, the pictures, what was found of them."""
+    """How to take pictures, the pictures, and what was found of them."""
 
     tab, order = Tab.MEASURE, 30
-    build_door = staticmethod(lambda panel, gui: PictureFields(panel, gui).build_upload(panel, gui))
+    build_door = staticmethod(upload)
     door = Door("Pictures of a board", viser.Icon.CAMERA, Identify, asks=PICTURES, build=build_door)
     depends = ("results", "measurements.loaded", _alone)
-    _read: Dataset | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Pictures of a board", expand_by_default=True):
-            with gui.add_folder("Your board, or one to print", expand_by_default=True):
-                self._fields = fields = PictureFields(self, gui)
-
-                def printed(_: Session) -> tuple[str, bytes]:
-                    return "board.pdf", board_pdf(fields.board.charuco)[0]
-
-                self.download("Board (PDF)", printed, "To print at 100 %.")
             gui.add_html(note(HOW_TO_TAKE, "steps-of-pictures"))
-            fields.build_upload(self, gui)
+            upload(self, gui)
             self._seen = gui.add_html("")
             self._gate = gui.add_html("")
             self._save = self.download(
@@ -121,18 +71,16 @@ class CamerasPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         alone, loaded = _alone(session), session.measurements.loaded
         data = alone.data if alone is not None else None if loaded is None else loaded.dataset
-        if data is not None and not isinstance(data.readings, PictureReadings):
-            data = None
-        if data is not None and data is not self._read:
-            self._fields.show(data)
-        self._read, seen, gate = data, "", ""
-        previews = session.part(Previews)
-        result = session.results.identification if alone is None else alone.found
-        if data is not None:
+        result, previews = (
+            session.results.identification if alone is None else alone.found,
+            session.part(Previews),
+        )
+        is_pictures, seen, gate = data is not None and isinstance(data.readings, PictureReadings), "", ""
+        if is_pictures:
             seen = thumbnails(data, previews.by_image if previews else {})
             gate = _identified(result, is_alone=alone is not None)
         self._seen.content, self._gate.content = seen, gate
-        self._save.visible = data is not None and result is not None
+        self._save.visible = is_pictures and result is not None
 
 
 def camera_json(session: Session) -> tuple[str, bytes]:

@@ -11,7 +11,6 @@ import zipfile
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +41,7 @@ MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$
 VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 """OpenCV's names of what a camera sees, where nothing else says whose they are."""
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
+JOINT = re.compile(r".*joint.*|q\d+", re.I)
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
 _OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
@@ -73,37 +73,30 @@ def read_pairs(path: Path) -> tuple[Any, ...]:
     try:
         if data.startswith(b"PK") and b"xl/" not in data:
             unpacked = unpacked_arrays(data, MAX_BYTES).items()
-            if not (arrays := {name: a for name, a in unpacked if isinstance(a, np.ndarray)}):
-                raise FileError(f"is an archive: unpack it, both poses in each row; {WANTED}", path=str(path))
+            arrays = {name: a for name, a in unpacked if isinstance(a, np.ndarray)}
         elif not data.startswith(b"PK") and _YAML.search(text := decode(data, path)[0]):
             arrays = arrays_of_json(data)
             arrays = arrays if any(isinstance(v, list) for v in arrays.values()) else _samples(text)
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise FileError(f"it holds no pairs of poses ({error}); {WANTED}", path=str(path)) from None
-    arrays = {LETTERS.get(name, name): array for name, array in arrays.items()}
-    try:
+        arrays = {LETTERS.get(name, name): array for name, array in arrays.items()}
         grid = table_of(arrays, path) if arrays else read_grid(path)
         sides = [_poses(grid, seen) for seen in (False, True)]
-    except WorkbenchError as error:
-        if re.search("--[a-z]|measurements|columns=", str(error)):  # advice on other files and commands
-            why = re.split("[:;]", str(error).removeprefix(f"{path}: "))[0]
-            raise FileError(f"{why}; {WANTED}", path=str(path)) from None
-        raise
-    poses, notes = list[Poses](), list[str]()
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile, WorkbenchError) as error:
+        why = re.split("[:;]", str(error).split(": ", 1)[-1])[0]  # the rest is advice on other files
+        raise FileError(f"it holds no pairs of poses ({why}); {WANTED}", path=str(path)) from None
     numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)
     if not whole.any():
         raise grid.error(f"no row has both poses; {WANTED}")
-    rows = np.flatnonzero(whole)
-    if not whole.all():
-        notes.append(f"{plural(len(whole) - len(rows), 'row')} without both poses left out")
-        sides = [(own.take(rows), way) for own, way in sides]
+    rows, poses = np.flatnonzero(whole), list[Poses]()
+    lost = len(whole) - len(rows)
+    notes = [f"{plural(lost, 'row')} without both poses left out"] if lost else []
+    sides = [(own.take(rows), way) for own, way in sides]
     found = turning_alike(sides[0][0], sides[1][0])
     for name, (own, way), (turns, how) in zip(SIDES, sides, found, strict=True):
         pose = se3.pose(turns, np.asarray(own.position))
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
         notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
-    told = sides[0][1] is not None, sides[1][1] is not None
+    told = all(way is not None for _, way in sides)
     return *poses, rows, told, bool(EASY_HANDEYE.search(text)), notes
 
 
@@ -134,38 +127,20 @@ def _is_seen(name: str) -> bool | None:
     return next((seen for seen, kind in kinds if any(map(kind.search, parts))), None)
 
 
-def _of_side(names: Sequence[str], seen: int) -> list[bool]:
-    """Which names are of this side, none of joints. Of those that say nothing, single words are the robot's,
-    as are all where another name is of the target."""
-    known, plain = [_is_seen(name) for name in names], [parse_heading(name) for name in names]
-    numbered = any(name == "q5" for name, _ in plain)  # fewer, without units, may be a quaternion
-    joint = re.compile(r".*joint.*|q\d+", re.I)
-    joints = [joint.fullmatch(n) and (unit or numbered or "joint" in n.lower()) for n, unit in plain]
-    other = [True not in known and len(_GAP.split(name)) > 1 for name in names]
-    return [(b if a is None else a) == seen and not j for a, b, j in zip(known, other, joints, strict=True)]
-
-
-def _poses(grid: Grid, seen: int) -> tuple[Dataset, re.Pattern[str] | None]:
-    """One side of a table, and which way round names say that its poses are, if they do."""
+def _poses(grid: Grid, seen: bool) -> tuple[Dataset, re.Pattern[str] | None]:
+    """One side of a table, and which way round names say that its poses are, if they do. What names no side
+    is the robot's."""
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
-    mine = [c == "exclude" or own for c, own in zip(head, _of_side(head, seen), strict=True)]
-    names = [_heading(c, head) if own else IGNORED for c, own in zip(head, mine, strict=True)]
-    bare = [name.partition("[")[0] for name in names]
-    columns = zip(head, zip_longest(*grid.rows), strict=False)
-    says = [(_is_seen(c) is not None, len({*cells}) > 2) for c, cells in columns]
-    best = dict(sorted(zip(bare, says, strict=True)))  # of several the last one counts, which varies
-    names = [n if best[b] == s else IGNORED for n, b, s in zip(names, bare, says, strict=True)]
-    fields = fields_of(replace(with_names(grid, tuple(names)), headings=tuple(head)), units_from_rows=True)
-    position = fields.stacked(("x", "y", "z"))
-    left_out = excluded_rows(fields)
+    own = [c for c in head if bool(_is_seen(c)) is seen and not JOINT.fullmatch(parse_heading(c).name)]
+    names = tuple(_heading(c, head) if c in own else c if c == "exclude" else IGNORED for c in head)
+    fields = fields_of(replace(with_names(grid, names), headings=tuple(head)), units_from_rows=True)
+    position, left_out = fields.stacked(("x", "y", "z")), excluded_rows(fields)
     if position is not None:
         left_out |= ~position.any(1) & position.any()  # zeros stand where nothing was seen
         position[left_out] = np.nan
     rotation, _ = read_orientation(fields, usable=~left_out)
     if rotation is None or position is None:
-        found = "; ".join([listed([c for c in head if c], longest=4), *grid.notes])
-        raise grid.error(f"no pose of the {SIDES[seen]} under {found}; {WANTED}")
-    own = [c for c, is_own in zip(head, mine, strict=True) if is_own]
+        raise grid.error(f"no pose of the {SIDES[seen]} under {listed([c for c in head if c], longest=4)}")
     way = next((kind for kind in (INVERSE, DIRECT) if any(map(kind.search, own))), None)
     notes = [f"the {SIDES[seen]}'s poses are read the other way round, as named"] if way is INVERSE else []
     likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}

@@ -1,26 +1,13 @@
-"""Boards on paper: a sheet to print at its true size with a ruler, and the board that pictures show."""
+"""Boards on paper: a sheet to print at its true size with a ruler."""
 
 import io
-from dataclasses import dataclass, replace
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.base.errors import OptionError
-from workbench.base.files import write_text
-from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.corner_detection import (
-    COMMON_NAMES,
-    BoardFinder,
-    a_few,
-    has_markers_for,
-    opencv_board,
-)
-from workbench.extras.camera.folder import has_target
-from workbench.extras.camera.picture_files import ENDINGS, read_picture, readable
-from workbench.extras.camera.target import USUAL_DICTIONARY, Charuco, charuco_target, target_toml
+from workbench.extras.camera.corner_detection import opencv_board
+from workbench.extras.camera.target import Charuco
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A2": (420.0, 594.0), "A1": (594.0, 841.0)}
 """Widths and heights of paper [mm]."""
@@ -32,50 +19,6 @@ DOT = 0.05
 """Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
 LINE, TEXT = 0.2, 2.3
 """Width of the ruler's lines and height of the text [mm]."""
-
-
-@dataclass(frozen=True)
-class Board:
-    """A ChArUco board as somebody prints it.
-
-    Args:
-        across: Squares across …
-        down: … and down.
-        square: Side of a square [m].
-        mounted: What carries it: `tool` or `world`; the other one carries the camera.
-    """
-
-    across: int = 5
-    down: int = 7
-    square: float = 0.036
-    mounted: Mount = Mount.TOOL
-
-    @property
-    def charuco(self) -> Charuco:
-        return Charuco((self.across, self.down), self.square, fitting_marker(self.square), USUAL_DICTIONARY)
-
-    def fill_in(self, folder: Path) -> tuple[str, ...]:
-        """Write `target.toml` in a folder of pictures without; returns what was done, a sentence each.
-
-        The dictionary is the common one that shows most corners in some of the pictures.
-        """
-        files = [("", p) for p in sorted(folder.rglob("*")) if p.suffix.lower() in ENDINGS]
-        if has_target(folder) or not files:
-            return ()
-        pictures = list(readable(a_few(files), {"": None}))
-        pictures = pictures or [read_picture(files[0][1])]  # which says why not
-        boards = filter(has_markers_for, (replace(self.charuco, dictionary=name) for name in COMMON_NAMES))
-        targets = [charuco_target(board, self.mounted) for board in list(boards) or [self.charuco]]
-        shown = cache(lambda each: BoardFinder.of((each,), pictures).shown(pictures))
-        half = len(pictures) * (self.across - 1) * (self.down - 1) / 2  # then the first common one is taken
-        target = next((each for each in targets if shown(each) > half), None) or max(targets, key=shown)
-        write_text(folder / "target.toml", target_toml(target))
-        return (f"no target.toml: taken to be {self.text} ({target.dictionary})",)
-
-    @property
-    def text(self) -> str:
-        side = f"{1e3 * self.square:g} mm, {ON[self.mounted]}"
-        return f"a board of {self.across} x {self.down} squares of {side}"
 
 
 def fitting_marker(square: float) -> float:

@@ -3,7 +3,6 @@
 import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from itertools import product
 from pathlib import Path
 from typing import NamedTuple, final
 
@@ -15,9 +14,8 @@ from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import ON, opencv
 from workbench.extras.camera.folder import only_folder, packed, read_folder, unpacked
-from workbench.extras.camera.picture_files import ENDINGS, picture_files, read_picture
+from workbench.extras.camera.picture_files import picture_files, read_picture
 from workbench.extras.camera.pixel_table import plain_names
-from workbench.extras.camera.printed import Board
 from workbench.extras.camera.rig import PictureReadings, rig_of
 from workbench.identification.identify import identify
 from workbench.identification.result import Identification
@@ -89,26 +87,22 @@ def _measured(session: Session, data: Dataset) -> Loaded:
 
 
 def small_pictures(folder: Path, data: Dataset) -> dict[tuple[str, str], bytes]:
-    """Small JPEG of every picture, or an empty one, by camera and image, with rings about its corners."""
-    cv2, own = opencv(), PictureReadings.of(data)
-    cameras = {camera.name: c for c, camera in enumerate(own.rig.cameras)}
-    place, rows = only_folder(folder), {str(image): k for k, image in enumerate(own.image)}
-    is_table = not any(p.suffix.lower() in ENDINGS for p in place.rglob("*"))
-    files = [] if is_table else picture_files(place, own.rig)
-    paths = {(camera, plain_names([path.name])[0]): path for camera, path in files}
-    found = {}
-    for camera, image in list(dict.fromkeys([*product(cameras, rows), *paths]))[:MAX_PICTURES]:
-        size = own.rig.cameras[cameras[camera]].size
-        scale, small = WIDTH / size[0], np.full((round(size[1] * WIDTH / size[0]), WIDTH), 41, np.uint8)
-        with contextlib.suppress(FileError, KeyError):
-            small = cv2.resize(
-                read_picture(paths[camera, image], size), small.shape[::-1], interpolation=cv2.INTER_AREA
-            )
-        drawn = cv2.cvtColor(small, cv2.COLOR_GRAY2BGR)
-        pixels = own.pixels[rows[image], cameras[camera]] if image in rows else np.zeros((0, 2))
-        for u, v in np.round(pixels[np.isfinite(pixels).all(1)] * scale * 2.0**SUBPIXEL).astype(int).tolist():
-            cv2.circle(drawn, (u, v), 4 << SUBPIXEL, FOUND, 1, cv2.LINE_AA, SUBPIXEL)
-        found[camera, image] = cv2.imencode(".jpg", drawn)[1].tobytes()
+    """Small JPEG of the pictures of a folder, by camera and image, with rings about their corners."""
+    cv2, own, found = opencv(), PictureReadings.of(data), {}
+    cameras = {camera.name: (c, camera.size) for c, camera in enumerate(own.rig.cameras)}
+    rows = {str(image): k for k, image in enumerate(own.image)}
+    with contextlib.suppress(FileError):  # a table of corners has no pictures, and some can't be read
+        for name, path in [*picture_files(only_folder(folder), own.rig)][:MAX_PICTURES]:
+            image, (camera, size) = plain_names([path.name])[0], cameras[name]
+            small = WIDTH, round(size[1] * WIDTH / size[0])
+            with contextlib.suppress(FileError):
+                drawn = cv2.resize(read_picture(path, size), small, interpolation=cv2.INTER_AREA)
+                drawn = cv2.cvtColor(drawn, cv2.COLOR_GRAY2BGR)
+                pixels = own.pixels[rows[image], camera] if image in rows else np.zeros((0, 2))
+                scaled = pixels[np.isfinite(pixels).all(1)] * WIDTH / size[0]
+                for u, v in np.round(scaled * 2.0**SUBPIXEL).astype(int).tolist():
+                    cv2.circle(drawn, (u, v), 4 << SUBPIXEL, FOUND, 1, cv2.LINE_AA, SUBPIXEL)
+                found[name, image] = cv2.imencode(".jpg", drawn)[1].tobytes()
     return found
 
 
@@ -118,12 +112,10 @@ class LoadPictures(AbstractLoad[Read]):
     Args:
         name: Name of the archive.
         content: A ZIP archive of the folder.
-        board: What it shows where the archive does not say; the lens is then found from the pictures, too.
     """
 
     name: str
     content: bytes = field(repr=False)
-    board: Board | None = None
     endings = (".zip",)
 
     title = computed(lambda self: f"Read {safe_name(self.name)}")
@@ -138,7 +130,6 @@ class LoadPictures(AbstractLoad[Read]):
         with unpacked(name, self.content) as folder:
             try:
                 progress(0.0, "looking for the board")
-                assumed = () if self.board is None else self.board.fill_in(only_folder(folder))
                 with part_of(0.0, SEARCH):
                     dataset = read_folder(folder, dof=session.robot.dof)
                 progress(SEARCH, "making small pictures")
@@ -146,7 +137,7 @@ class LoadPictures(AbstractLoad[Read]):
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "").replace(str(folder), name)) from error
         name = name.removesuffix(".zip")
-        dataset = replace(dataset, source=name, notes=(*assumed, *dataset.notes))
+        dataset = replace(dataset, source=name)
         if rig_of(dataset).tool_poses:
             return Read(dataset, None, (previews, CameraAlone(dataset, identify(None, dataset))))
         return Read(dataset, _measured(session, dataset), (previews,))
