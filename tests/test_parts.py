@@ -149,44 +149,34 @@ def here(tmp_path_factory):
     return {"folder": tmp_path_factory.mktemp("home"), "packages": (package,)}
 
 
-def test_an_effect_with_a_driver_of_its_own_is_simulated_found_saved_and_exported(here):
-    made, found, exported = commands(
-        "simulate --robot aria --poses 80 --effect humidity-swell:2:0.004 --seed 1 --out rows.csv",
-        "diagnose rows.csv --robot aria --json d.json --save s.toml",
-        "export s.toml --for their-name --out x.txt",
-        **here,
-    )
-    assert (made.status, found.status, exported.status) == (0, 0, 0), (made, found, exported)
-    assert "humidity" in (here["folder"] / "rows.csv").read_text().partition("\n")[0].split(",")
-    (effect,) = json.loads((here["folder"] / "d.json").read_text())["effects"]
-    assert (effect["name"], effect["joints"]) == ("humidity-swell", [2])
-    assert effect["coefficients"][0]["value"] == pytest.approx(4e-3, rel=0.2)
-    assert (here["folder"] / "x.txt").read_text() == wb.load_robot("aria").name
-
-
-def test_their_log_of_their_observation_is_read_and_identified_from(here):
+def test_effects_drivers_logs_observations_forms_and_commands(here):
+    folder = here["folder"]
     arm, q = wb.load_robot("aria"), np.random.default_rng(1).uniform(-1.0, 1.0, (60, 6))
     moved = arm.with_values({"joint3.theta": arm.values(("joint3.theta",))[0] + 5e-3})
     table = np.column_stack([np.rad2deg(q), 1e3 * wb.tool_poses(moved, q)[:, 2, 3]])
     header = ",".join([*(f"axis-{i}" for i in range(1, 7)), "H"])
-    np.savetxt(here["folder"] / "log.csv", table, delimiter=",", header=header, comments="", fmt="%.9f")
-    identified, listed = commands(
+    np.savetxt(folder / "log.csv", table, delimiter=",", header=header, comments="", fmt="%.9f")
+    *files, listed, called, shown = commands(
+        "simulate --robot aria --poses 80 --effect humidity-swell:2:0.004 --seed 1 --out rows.csv",
+        "diagnose rows.csv --robot aria --json d.json --save s.toml",
+        "export s.toml --for their-name --out x.txt",
         "identify log.csv --robot aria --free joint3.theta --frames shared --algorithm ols --json h.json",
         "preview log.csv --layout list",
+        "twice --number 7",
+        "--help",
         **here,
     )
-    assert identified.status == 0, identified
-    (constant,) = json.loads((here["folder"] / "h.json").read_text())["algorithms"]["ols"]["parameters"]
+    assert not any(end.status for end in files), files
+    assert "humidity" in (folder / "rows.csv").read_text().partition("\n")[0].split(",")
+    (effect,) = json.loads((folder / "d.json").read_text())["effects"]
+    assert (effect["name"], effect["joints"]) == ("humidity-swell", [2])
+    assert effect["coefficients"][0]["value"] == pytest.approx(4e-3, rel=0.2)
+    assert (folder / "x.txt").read_text() == arm.name
+    (constant,) = json.loads((folder / "h.json").read_text())["algorithms"]["ols"]["parameters"]
     assert constant["value"] - constant["nominal"] == pytest.approx(5e-3, abs=1e-6)
     assert "their-log" in listed.out
-
-
-def test_commands_and_names_of_the_root(here):
-    called, shown = commands("twice --number 7", "--help", **here)
     assert (called.status, called.out) == (0, "7 7\n")
     assert "twice" in shown.out.partition("\nFiles:\n")[2]
-    code = "import workbench as wb; wb.twice(number=5); print('twice' in dir(wb))"
-    assert python(code, **here) == "5 5\nTrue\n"
 
 
 def test_panels_and_commands_of_the_page_are_recorded_and_reopened(here):
@@ -211,8 +201,11 @@ def test_panels_and_commands_of_the_page_are_recorded_and_reopened(here):
         app.close()
         again = restore(read_recording(Path("rec"))).session
         print(SHOWN[0], SHOWN[-1], f"{1e3 * again.noise.position:.3f}", len(told))
+        import workbench as wb
+        wb.twice(number=5)
+        print("twice" in dir(wb))
         """
-    assert python(code, **here) == "0.100 mm 0.300 mm 0.300 1\n"
+    assert python(code, **here) == "0.100 mm 0.300 mm 0.300 1\n5 5\nTrue\n"
     code = """
         from pathlib import Path
         from workbench.session.journal.reader import read_recording

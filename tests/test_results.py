@@ -41,15 +41,6 @@ def test_markup_in_a_name_is_only_text(rows):
 # -- measurements ---------------------------------------------------------------------------------
 
 
-def test_arrays_make_a_dataset_that_numbers_its_rows(rows, fit):
-    data = wb.Dataset(rows.q, rows.position, rows.rotation)
-    assert data.row.tolist() == list(range(40))
-    assert data.take(np.array([3, 5])).row.tolist() == [3, 5]
-    found = wb.identify(wb.load_robot("aria"), data)
-    assert found.error.after.position_mm.mean == pytest.approx(fit.error.after.position_mm.mean, rel=0.1)
-    assert repr(data) == "<Dataset data: 40 rows of 6 joints; position, rotation>"
-
-
 @pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
     path = wb.write_measurements(rows, tmp_path / "rows.csv")

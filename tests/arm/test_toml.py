@@ -236,7 +236,7 @@ VALUES = st.recursive(
 
 
 @given(st.dictionaries(KEYS, VALUES))
-@settings(max_examples=300)
+@settings(max_examples=120)
 def test_no_table_ends_in_another_error(data):
     data = _without_none({"convention": "elementary", **data})
     with contextlib.suppress(FileError):

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from refusals import mentions
 
-from workbench import Motion, evaluate, load_robot, measure_poses, tool_poses, write_measurements, write_toml
+from workbench import Motion, evaluate, load_robot, measure_poses, tool_poses, write_measurements
 from workbench.arm.effects.backlash import Backlash
-from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.identification.identify import identify
 
 
@@ -94,12 +93,3 @@ def test_directions_come_from_the_order_in_time(moved):
     assert any("direction of motion" in note for note in run.notes)
     held = identify(loose, rows.take(np.arange(20)), algorithms=("ols",), held_out=rows)
     assert held.best.held_out.position_mm.max < 1e-5
-
-
-def test_a_map_of_a_joint_fades_where_it_was_not_learned(run, soft):
-    shape = LocalJointError((1,), (0.0, 1e-3, 0.0), knots=(-0.1, 0.0, 0.1))
-    write_toml(load_robot("aria").with_effects(shape), Path("mapped.toml"))
-    status, out, _ = run("evaluate", soft / "soft.csv", "--robot", "mapped.toml")
-    assert status == 0
-    assert mentions(out, "joint 2")
-    assert "5.73°" in out

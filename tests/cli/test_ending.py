@@ -6,6 +6,7 @@ import sys
 
 import pytest
 from other_process import commands
+from slow import slow
 
 from workbench.cli.exit_status import run as ended
 
@@ -100,7 +101,7 @@ def files(folder) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize("name", [slow(n) if n == "plain" else n for n in HOSTILE])
 def test_files_are_the_same_whatever_the_home_and_the_locale(name, run, tmp_path):
     assert [run(*line.split())[::2] for line in (SIMULATED, IDENTIFIED)] == [(0, ""), (0, "")]
     (folder := tmp_path / "other").mkdir()

@@ -11,7 +11,7 @@ from workbench.base import se3
 from workbench.data.readers.read import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 
-KINDS = (slow("none"), "two")
+KINDS = (slow("none"), slow("two"), "harmonic-3")
 SEED = 5
 
 

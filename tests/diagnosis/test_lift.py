@@ -73,6 +73,7 @@ def test_the_saved_file_alone_says_where_the_arm_is(found):
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_nothing_is_told_of_a_lift_whose_tipping_cannot_be_tried(tmp_path):
     """Without masses a lift that tips seems to slide too little: certain, and false for seven of eight."""
     robot, data, _ = campaign(tmp_path, 9001, tilts=False, masses=False)

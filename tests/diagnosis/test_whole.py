@@ -72,6 +72,7 @@ def test_held_out_rows_choose_nothing():
     assert other.after.held_out.position_mm.mean > 3 * result.after.held_out.position_mm.mean
 
 
+@pytest.mark.slow
 def test_a_soft_joint_is_found_with_base_and_tool_free():
     """Some 0.9 mm of compliance are left to 0.03 mm on rows without noise."""
     case = make("compliance-all", 1, "aria", free_frames=True)

@@ -10,7 +10,7 @@ from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.identification.controller_parameters import ControllerPart, controller_numbers
+from workbench.identification.controller_parameters import controller_numbers
 
 OFFSETS = np.array([0.01, -0.02, 0.005, 0.03, -0.004, 0.002])
 
@@ -61,26 +61,6 @@ def test_frames_are_taken_from_the_calibrated_arm_and_corrected(nominal):
         ),
         abs=1e-12,
     )
-
-
-def test_more_parts_leave_less_and_what_is_left_is_said(nominal):
-    rng = np.random.default_rng(4)
-    names = nominal.default_free
-    sizes = [5e-3 if n.endswith((".d", ".a")) else 0.01 for n in names]
-    calibrated = with_errors(nominal, rng.normal(size=len(names)) * sizes)
-    q = rng.uniform(-1.5, 1.5, (100, 6))
-    found = [controller_numbers(calibrated, nominal, q=q, parts=list(ControllerPart)[:k]) for k in (1, 2, 3)]
-
-    def cost(errors):
-        return errors.position_mean + 0.3 * errors.rotation_mean
-
-    costs = [cost(found[0].before), *(cost(f.after) for f in found)]
-    assert costs == sorted(costs, reverse=True)
-    assert 1e-4 < found[2].after.position_mean < 0.7 * found[2].before.position_mean
-    predicted = tool_poses(found[2].robot, Motion(q))[:, :3, 3]
-    left = np.linalg.norm(tool_poses(calibrated, Motion(q))[:, :3, 3] - predicted, axis=1)
-    assert found[2].after.position_mean == pytest.approx(left.mean())
-    assert found[2].after.position_max == pytest.approx(left.max())
 
 
 def test_the_answer_is_a_minimum(nominal):

@@ -9,14 +9,12 @@ import pytest
 from checks import freed, robot_of
 from refusals import mentions, refuses
 
-from workbench import Dataset, Motion, evaluate, write_toml
+from workbench import Dataset, Motion, evaluate
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, Outcome
-from workbench.data.prediction import row_components
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_error import transfer
 from workbench.identification.identify import identify
@@ -99,20 +97,6 @@ def test_an_arm_too_soft_for_its_load_is_no_answer(tmp_path):
             verb(soft, data)
 
 
-def test_the_payload_acts_through_the_moments(tmp_path):
-    rng = np.random.default_rng(3)
-    hidden = generator.aria().perturbed(rng, length=2e-3, angle=np.deg2rad(1.0))
-    payload = rng.choice([0.0, 2.0], 60)
-    bend = {"compliance": about_the_axis(1, 4e-5)}
-    data = rows_of(hidden, hidden.random(rng, 60), rng, payload=payload, **bend)
-    robot = with_effects(generator.aria(), tmp_path, EFFECTS["joint-compliance"]((1,)))
-    run = identify(robot, data, algorithms=("ols",), held_out=0.0, effects=["joint2.compliance"])
-    fit = run.runs["ols"].fit
-    place = [p.name for p in fit.parameters].index("joint2.compliance")
-    assert abs(fit.x[place] - 4e-5) < 3.0 * fit.std[place] < 1e-5
-    assert run.runs["ols"].train.position_mm.mean < 2.0 * 1e3 * SIGMA[0]
-
-
 def problem_with_effects(tmp_path, **options):
     rng = np.random.default_rng(2)
     arm = replace(generator.aria(), base=POSE, tool=TOOL)
@@ -140,17 +124,6 @@ def test_the_jacobian_and_gradient_of_a_problem_with_effects(tmp_path):
     )
     plain = Problem.build(moved, problem.data, free=())
     np.testing.assert_allclose(plain.residual(plain.start), problem.residual(x), atol=1e-6)
-
-
-def test_evaluation_uses_the_effects_of_a_file(tmp_path):
-    arm, rng = generator.aria(), np.random.default_rng(5)
-    bend = {"compliance": about_the_axis(1, 4e-5)}
-    data = rows_of(arm, arm.random(rng, 30), rng, (0.0, 0.0), **bend)
-    robot = with_effects(arm, tmp_path, EFFECTS["joint-compliance"]((1,), (4e-5,)))
-    robot = read_toml(write_toml(robot, tmp_path / "calibrated.toml"))
-    with_effect, without = evaluate(robot, data), evaluate(robot.with_effects(), data)
-    assert with_effect.errors.position_mm.max < 0.01 * without.errors.position_mm.max
-    assert np.abs(row_components(robot, data).position).max() < 1e-5
 
 
 def test_the_natural_unit_of_a_coefficient_bends_the_arm_by_one(tmp_path):

@@ -3,6 +3,7 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from refusals import refuses
 from slow import slow
 
 from tests.session.direct_commands import done
-from workbench.arm.effects.events import FrameStep, ToolStep
+from workbench.arm.effects.events import FrameStep, ToolStep, ZeroStep
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.writer import write_measurements
@@ -72,10 +73,10 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
         worker.close()
 
 
-def test_a_joint_has_no_frame_of_its_own(tmp_path):
-    session = done(loaded("zero", tmp_path)[0], Diagnose())
-    assert session.results.diagnosis.events
-    assert not new_frames(session.results.diagnosis)
+def test_a_joint_has_no_frame_of_its_own():
+    events = ZeroStep((2,), row=3), ToolStep(row=4)
+    found = SimpleNamespace(causes=[SimpleNamespace(event=e, sentence=e.name) for e in events])
+    assert new_frames(found) == {4: "tool-step"}
 
 
 def a_known_base_becomes_no_sessions_own(session, row):

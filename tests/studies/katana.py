@@ -17,7 +17,6 @@ from studies import katana_tables as tables
 from studies.finding import Finding
 from studies.influence_study import InfluenceStudy, influence_study
 from studies.katana_influence import Influence, influence
-from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
 from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
@@ -53,7 +52,6 @@ class KatanaReproduction:
     weights: InfluenceStudy
     cube: CubePoses
     tracking: TrackingStudy
-    pencil: PencilCheck
 
 
 def reproduce_katana(*, arms: int = ARMS, weighed: int = WEIGHED, seed: int = 0) -> KatanaReproduction:
@@ -75,14 +73,12 @@ def reproduce_katana(*, arms: int = ARMS, weighed: int = WEIGHED, seed: int = 0)
         tracking = tracking_study(arms=max(arms // FOLLOWING, 2), seed=seed)
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
-    pencil = pencil_check(tracking.paths[0], seed=seed)
     influences = influence(robot, Motion(cube.q), names=printed.CONSTANTS)
     return KatanaReproduction(
         findings=(
             *_errors(once, twice, as_bad, cube),
             *claims.weights_compared(weights),
             *tracking_findings(tracking),
-            pencil_finding(pencil),
             *setup.arm(),
             *setup.equations(),
             *setup.influences(influences, cube),
@@ -95,7 +91,6 @@ def reproduce_katana(*, arms: int = ARMS, weighed: int = WEIGHED, seed: int = 0)
         weights=weights,
         cube=cube,
         tracking=tracking,
-        pencil=pencil,
     )
 
 
