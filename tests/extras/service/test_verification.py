@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from points_and_tilts import DH, frames, points, robot_file, write_mixed
+from points_and_tilts import DH, points, write_mixed
 from refusals import mentions, refuses
 
 import workbench as wb
@@ -116,7 +116,6 @@ def test_pass_and_fail(arm):
     worst = float(wb.evaluate(calibrated, fresh).rows.position.max())
     passed = wb.verify(calibrated, fresh, wanted=1.01 * worst)
     assert passed.passed
-    assert f"{100 * 0.05 ** (1 / 70):.1f} %" in passed.verdict
     assert "Passed" in passed._repr_html_()
     failed = wb.verify(calibrated, fresh, wanted=0.99 * worst)
     assert failed.verdict.startswith("Failed: 1 of 70 measurements of 70 fresh poses")
@@ -157,7 +156,7 @@ def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):
 
 
 def test_the_measured_positions_alone_are_judged(run, tmp_path):
-    """All ten points within a limit: 0.05^(1/10) = 74.1 % of all poses, whatever 30 inclinometer rows say."""
+    """Ten points, whatever 30 inclinometer rows say."""
     q, xyz, _ = write_mixed(tmp_path)
     off = 1e3 * np.linalg.norm(points(DH, q) - xyz, axis=1)[:10]
     options = ("verify", "mixed.csv", "--robot", "arm.toml", "--json", "r.json")
@@ -166,7 +165,6 @@ def test_the_measured_positions_alone_are_judged(run, tmp_path):
     assert mentions(out, "10 of 40")
     found = json.loads((tmp_path / "r.json").read_text())
     assert (found["rows"], found["poses"]) == (10, 10)
-    assert found["share_within_at_least"] == pytest.approx(0.05**0.1, rel=1e-6)
     assert found["errors"]["position_mm"]["mean"] == pytest.approx(off.mean(), rel=1e-6)
     assert found["errors"]["orientation_deg"] is None
     assert found["intervals"]["orientation_deg"] is None
@@ -177,14 +175,3 @@ def test_the_measured_positions_alone_are_judged(run, tmp_path):
     data = wb.read_measurements("mixed.csv").take(np.arange(12, 40))
     with pytest.raises(DataError):
         wb.verify("arm.toml", data, wanted=1.0)
-
-
-def test_orientations_in_some_rows_bound_the_share_by_those_rows(tmp_path):
-    """Thirty points, five of them with an orientation: both limits were judged at five poses."""
-    q = np.random.default_rng(3).uniform(-1.0, 1.0, (30, 6))
-    rotation = frames(DH, q)[-1][:, :3, :3].copy()
-    rotation[5:] = np.nan
-    robot, limit = robot_file(tmp_path / "arm.toml"), Wanted(position=1e-4, rotation=1e-4)
-    found = wb.verify(robot, wb.Dataset(q, points(DH, q), rotation), wanted=limit)
-    assert found.passed
-    assert found.minimum_share == pytest.approx(0.05**0.2, rel=1e-6)

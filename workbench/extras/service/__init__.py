@@ -12,6 +12,4 @@ PARTS = Parts(
         "rezero": "workbench.extras.service.rezero.moved_joints:rezero",
         "verify": "workbench.extras.service.verification:verify",
     },
-    session_commands=("workbench.extras.service.rezero.session:FindZeros",),
-    panels=("workbench.extras.service.rezero.panel:RezeroPanel",),
 )

@@ -8,11 +8,9 @@ The command pose of a row is where the model expects the tool at the row's joint
 differ by a controller's rounding still belong together.
 
 The interval of a mean comes from a bootstrap that draws all visits of a pose together, and whole groups where
-the data have them. Where m of n poses keep a limit at every visit, the share of all poses that keep it is at
-least the Clopper–Pearson bound, whatever the errors' distribution.
+the data have them.
 
-Sources: ISO 9283:1998, 7.2; Efron, Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13; Clopper,
-Pearson, Biometrika 26, 1934.
+Sources: ISO 9283:1998, 7.2; Efron, Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13.
 """
 
 from collections.abc import Iterator
@@ -22,7 +20,6 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import special
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -126,26 +123,12 @@ class Verification(AbstractShown):
         return int(self.pose.max()) + 1
 
     @property
-    def minimum_share(self) -> float:
-        """Share of all poses like these that keep it, at least, with 95 % confidence.
-
-        Poses without a measured orientation don't count where some have one and a limit is set on it.
-        """
-        judges_angle = self.wanted is not None and self.wanted.rotation is not None
-        whole = np.isfinite(self.evaluation.rows.rotation) | (not judges_angle)
-        poses, failed = (len(np.unique(self.pose[rows])) for rows in (whole, whole & ~self.within))
-        return minimum_share(poses - failed, poses)
-
-    @property
     def verdict(self) -> str:
         if self.wanted is None:
             return "No verdict: set a required error (such as --wanted 0.3mm)."
         rows = f"{plural(len(self.pose), 'measurement')} of {plural(self.poses, 'fresh pose')}"
         if self.passed:
-            return (
-                f"Passed: all {rows} are within {self.wanted.text}; with 95 % confidence so are at least "
-                f"{100.0 * self.minimum_share:.1f} % of all poses like these."
-            )
+            return f"Passed: all {rows} are within {self.wanted.text}."
         return f"Failed: {(~self.within).sum()} of {rows} beyond {self.wanted.text}."
 
     def blocks(self) -> Iterator[Block]:
@@ -182,7 +165,6 @@ class Verification(AbstractShown):
                 "position_mm": {"mean": MM.of(self.position)},
                 "orientation_deg": self.rotation and {"mean": DEG.of(self.rotation)},
             },
-            share_within_at_least=None if self.wanted is None else self.minimum_share,
             iso9283=REPEATED.each(self.repeated),
             failed_rows=self.evaluation.data.row[~self.within],
             warnings=self.warnings,
@@ -310,8 +292,3 @@ def mean_interval(
     rows, total = np.concatenate(pieces).T
     low, high = np.quantile(total / rows, [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE])
     return float(low), float(high)
-
-
-def minimum_share(within: int, poses: int) -> float:
-    """Share of all poses that keep a limit, at least, with 95 % confidence, if so many of some poses do."""
-    return float(special.betaincinv(within, poses - within + 1, 1.0 - CONFIDENCE)) if within else 0.0
