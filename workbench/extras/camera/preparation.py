@@ -129,8 +129,8 @@ def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
         raise DataError(
             f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera and "
             f"target, half of them are {1e3 * usual:.0f} mm off or more; check that each row is its "
-            "picture's, the order, units and signs of the joints, the robot, and 'mounted' in target.toml and "
-            "camera.toml"
+            "picture's, the order, units and signs of the joints, the robot, and 'mounted' in target.toml "
+            "and camera.toml"
         )
     lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
     if lost.mean() >= MAX_WRONG:
