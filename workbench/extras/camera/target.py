@@ -298,21 +298,12 @@ def read_targets(path: Path | str) -> tuple[PictureTarget, ...]:
     return tuple(boards)
 
 
-def target_toml(*targets: PictureTarget) -> str:
-    """ChArUco boards as `read_targets` reads them."""
-    mounted = str(targets[0].mounted)
-    if not targets[0].name:
-        return tomli_w.dumps({"mounted": mounted, **_board_table(targets[0])})
-    boards = [{"name": target.name, **_board_table(target)} for target in targets]
-    return tomli_w.dumps({"mounted": mounted, "board": boards})
-
-
-def _board_table(target: PictureTarget) -> dict[str, Any]:
+def target_toml(target: PictureTarget) -> str:
+    """A ChArUco board as `read_targets` reads it."""
     assert target.charuco is not None, "only boards are printed"
     board = {**vars(target.charuco), "squares": list(target.charuco.squares)}
-    if not (target.name or target.charuco.first_marker):
-        del board["first_marker"]
-    return {**{key: getattr(target, key) for key in KNOWLEDGE}, "charuco": board}
+    known = {key: getattr(target, key) for key in KNOWLEDGE}
+    return tomli_w.dumps({"mounted": str(target.mounted), **known, "charuco": board})
 
 
 def _pairs(target: PictureTarget) -> list[tuple[int, int]]:
