@@ -68,7 +68,7 @@ class LoadPictures(AbstractLoad[Loaded]):
         return matched_to_arm(session.robot, Loaded(data, data.source, facts, data.notes, read=data))
 
     def finish(self, session: Session, result: Loaded) -> Session:
-        text = f"{plural(len(result.data), 'picture')} read from {result.data.source}"
+        text = f"{plural(len(result.dataset), 'picture')} read from {result.dataset.source}"
         return with_other_data(session, result).with_message(Severity.INFO, text)
 
     @classmethod
