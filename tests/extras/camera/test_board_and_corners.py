@@ -1,5 +1,6 @@
 """Printed boards are as large as they say; their corners are found in pictures, other boards are named."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -76,9 +77,8 @@ def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, folder):
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (lambda p: cv2.GaussianBlur(p, (0, 0), 5.0), "sharp and lit"),
-        (lambda p: np.full_like(p, 90), "no marker of DICT_5X5_250"),
-        (lambda p: p[:, ::-1].copy(), "mirrored"),
+        (lambda p: cv2.GaussianBlur(p, (0, 0), 5.0), "in view, sharp, lit"),
+        (lambda p: p[:, ::-1].copy(), "0 markers of DICT_5X5_250: .* not mirrored"),
     ],
 )
 def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
@@ -88,14 +88,14 @@ def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
         find_corners(tmp_path, rig)
     cv2.imwrite(str(tmp_path / "10.png"), pictures[0][1])
     notes = find_corners(tmp_path, rig).notes
-    assert any(reason in note and "'9.png'" in note for note in notes)
+    assert any(re.search(reason, note) and "'9.png'" in note for note in notes)
 
 
 @pytest.mark.parametrize(
     ("board", "reason"),
     [
         (replace(BOARD, squares=(6, 7)), "6 x 7"),
-        (replace(BOARD, dictionary="DICT_6X6_250"), "DICT_5X5_250, not of DICT_6X6_250"),
+        (replace(BOARD, dictionary="DICT_6X6_250"), "markers? of DICT_6X6_250 and more of DICT_5X5_250"),
     ],
 )
 def test_another_board_is_named(pictures, tmp_path, board, reason):
@@ -182,7 +182,6 @@ def test_the_command_writes_board_and_target(run, tmp_path):
         (["--squares", "40x40", "--square", "8mm", "--dictionary", "DICT_4X4_50"], "needs 800 markers"),
         (["--square", "300mm"], "larger than A1"),
         (["--marker", "40mm"], "markers smaller than its squares"),
-        (["--boards", "20", "--dictionary", "DICT_4X4_50"], "needs 17 markers from 34 on"),
     ],
 )
 def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, options, message):

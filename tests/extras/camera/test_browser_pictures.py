@@ -4,7 +4,6 @@ import shutil
 
 import numpy as np
 import pytest
-from playwright.sync_api import expect
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import read_urdf
@@ -41,7 +40,6 @@ def test_a_folder_in_an_archive_is_identified_and_saved(app, look, aria, tmp_pat
         screen.page.get_by_text(message).first.wait_for()
     session = screen.until(lambda s: s.page.job is None)
     assert session.measurements.loaded.name == "shots"
-    expect(screen.page.locator('[data-testid="thumbnails"] img')).to_have_count(16)
     screen.shoot("pictures-loaded")
     screen.press("Identify the geometry")
     screen.until(lambda s: s.results.identification is not None and s.page.job is None, timeout=120.0)
@@ -50,11 +48,6 @@ def test_a_folder_in_an_archive_is_identified_and_saved(app, look, aria, tmp_pat
     assert "joint1, joint6 at nominal:" in lines[-1]
     change, error = (float(cell.strip("± °").replace("−", "-")) for cell in lines[2].split("\t")[1:3])
     assert abs(change - 0.6) < 5.0 * error < 0.3
-    screen.tab("Measure")
-    screen.wait_text("gate", "Identified: joint zeros")
-    box = screen.box("gate")
-    assert box["x"] + box["width"] < screen.page.viewport_size["width"]
-    screen.shoot("pictures-identified")
     screen.tab("Export")
     with screen.page.expect_download() as saved:
         screen.press("URDF")

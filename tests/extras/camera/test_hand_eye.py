@@ -136,7 +136,7 @@ def off(found, x=X):
 def test_every_file_gives_the_camera_on_the_hand(tmp_path, name):
     (tmp_path / name).write_text(FILES[name](*pairs()))
     found = handeye(tmp_path / name)
-    assert (found.mounted, found.doubt, found.apart) == (Mount.TOOL, "", ())
+    assert (found.mounted, found.doubt, found.fit.apart) == (Mount.TOOL, "", ())
     assert (np.array(off(found)) < (0.6, 0.1)).all()
     told = {"samples.yaml", "opencv.yml", "franka.json", "asked.csv"}
     assert any("poses may be inverse" in note for note in found.notes) == (name not in told)
@@ -189,10 +189,10 @@ def test_pairs_that_do_not_belong_together_are_named():
     seen[[3, 4]] = seen[[4, 3]]
     seen[9, 0, 3] += 0.01
     found = handeye((hands, seen))
-    assert sorted(found.apart) == [3, 4, 9]
+    assert sorted(found.fit.apart) == [3, 4, 9]
     assert off(found)[0] < 0.6
     assert "pair 10 is off by 10" in repr(found)
-    few = sum(len(handeye(pairs(12, seed=seed)).apart) for seed in range(100, 160))
+    few = sum(len(handeye(pairs(12, seed=seed)).fit.apart) for seed in range(100, 160))
     assert few <= 3
 
 

@@ -1,15 +1,22 @@
 """Lenses that no camera.toml describes, started from pixel tables and from pictures made by other code."""
 
+import shutil
+
 import board_on_tool
 import camera_arms as virtual
 import numpy as np
 import pytest
+from refusals import refuses
 from slow import slow
 from test_camera_fit import check_zeros, filed, true_errors
 
 import workbench as wb
+from workbench.base.errors import DataError
 from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.folder import packed, read_folder
 from workbench.extras.camera.rig import rig_of
+from workbench.extras.camera.session_commands import LoadPictures
+from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
 cv2 = pytest.importorskip("cv2")
 PARTS = ("fx", "fy", "cx", "cy", "k1", "k2")
@@ -78,12 +85,38 @@ def test_two_cameras_of_one_table(tmp_path):
         check_lens(fit, f"camera[{camera}]", [*virtual.K, 0.0, 0.0])
 
 
-SHIFTS = np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0])
+def test_pictures_joints_and_a_board_lead_to_the_zeros(aria, first, tmp_path):
+    """Nothing is known of the lens, whose focal length is 780 px in pictures of 640 px."""
+    board_on_tool.photograph(aria, np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0]), tmp_path, count=16)
+    (tmp_path / "camera.toml").unlink()
+    session, command = first, LoadPictures("shots.zip", packed(tmp_path))
+    data = command.finish(session, command.compute(session)).measurements.loaded.dataset
+    assert any("lens is identified" in note for note in data.notes)
+    found = wb.identify(aria, data)
+    assert found.identifiability.title == "joint zeros"
+    moved = found.best.fit.calibrated.values(("joint3.theta", "joint5.theta"))
+    moved = np.rad2deg(moved - aria.values(("joint3.theta", "joint5.theta")))
+    assert moved == pytest.approx([0.6, -0.4], abs=0.01)
+    assert found.identifiability.doubts == ()
 
 
-@pytest.fixture(scope="module")
-def pictures(tmp_path_factory, aria):
-    folder = tmp_path_factory.mktemp("lens")
-    board_on_tool.photograph(aria, SHIFTS, folder, count=12)
-    (folder / "camera.toml").unlink()
-    return folder
+@pytest.mark.data
+def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first, tmp_path, shared_data):
+    """Real pictures, of whose lens nothing is known: 1.10 px is what OpenCV comes to with poses and lens."""
+    source, keys = shared_data / "charuco_poses", ("x", "y", "z", "qw", "qx", "qy", "qz")
+    lines = ["image,x[m],y[m],z[m],qw,qx,qy,qz"]
+    for k in range(16):
+        text = (source / f"poses/{k}.yaml").read_text().strip()
+        pairs = dict(line.split(": ") for line in text.split("\n"))
+        lines.append(",".join([f"{k}.jpg", *(pairs[key].strip() for key in keys)]))
+    (tmp_path / "poses.csv").write_text("\n".join(lines) + "\n")
+    for path in (source / "images").iterdir():
+        shutil.copy(path, tmp_path)
+    board = Charuco((5, 7), 0.036195, 0.018256, "DICT_6X6_250")
+    (tmp_path / "target.toml").write_text(target_toml(charuco_target(board, "tool")))
+    found = wb.identify(None, read_folder(tmp_path))
+    assert found.best.train.own.rms < 1.3
+    poses = found.identifiability.json(found.best.fit)["camera"]["poses"]
+    assert poses["camera[camera]"]["mounted"] == "world"
+    with refuses(DataError, "give the joints"):
+        LoadPictures("pics.zip", packed(tmp_path)).compute(first)

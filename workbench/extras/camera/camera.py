@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, final
+from typing import Annotated, Any, Literal, NamedTuple, final
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
+from workbench.base.arguments import Reads
 from workbench.base.errors import MissingExtraError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
@@ -27,7 +28,6 @@ NEAREST = 1e-3
 """Points nearer to the camera's plane than this [m] are projected as if they were this far before it."""
 PER_SESSION = "per_session"
 """Key of a camera, and of a board, that may have another pose in every session."""
-KEYS = ("name", "size", *INTRINSICS[:4], "distortion", "mounted", "free", "sigma", PER_SESSION)
 FREE = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 
@@ -121,63 +121,62 @@ def project(points: Float[np.ndarray, "*lead 3"], intrinsics: Float[np.ndarray, 
     return Projected(found.reshape(*lead, 2), slopes[..., 3:6], slopes[..., 6:15])
 
 
+def _positive(value: Any, _: Any) -> Any:
+    if isinstance(value, bool) or not value > 0.0:
+        raise ValueError
+    return value
+
+
+Positive = Annotated[float, Reads("a finite positive number", _positive)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraEntry:
+    """A `[[camera]]` table; `sigma` is one for fx fy cx cy, or four of these, or nine."""
+
+    name: str = ""
+    size: Annotated[tuple[int, int], Reads("width and height in px", lambda v, _: v if min(v) > 0 else None)]
+    fx: Positive
+    fy: Positive
+    cx: float
+    cy: float
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    mounted: Mount = Mount.WORLD
+    free: bool | Literal["auto"] = "auto"
+    sigma: Annotated[
+        tuple[Positive, ...], Reads("1, 4 or 9 numbers", lambda v, _: v if np.size(v) in (1, 4, 9) else None)
+    ] = ()
+    per_session: bool = False
+
+    def camera(self, number: int) -> Camera:
+        """The camera, the first, second … of a file."""
+        pinhole = [self.fx, self.fy, self.cx, self.cy]
+        sigma = [FOCAL_SIGMA * self.fx, FOCAL_SIGMA * self.fy, *[CENTRE_SIGMA * self.size[0]] * 2]
+        given = self.sigma * (4 if len(self.sigma) == 1 else 1)
+        return Camera(
+            name=self.name or ("camera" if number == 1 else f"camera{number}"),
+            size=self.size,
+            intrinsics=frozen(np.array([*pinhole, *self.distortion], float)),
+            mounted=self.mounted,
+            free=FREE[self.free],
+            sigma=frozen(np.array([*given, *[*sigma, *DISTORTION_SIGMA][len(given) :]], float)),
+            per_session=self.per_session,
+        )
+
+
 @final
 class _CameraReader(AbstractTableReader):
     wanted = "a camera TOML with [[camera]] tables"
     otherwise = "a camera TOML (size, fx, fy, cx, cy, distortion, mounted, free)"
 
-    def camera(self, table: dict[str, Any], number: int) -> Camera:
-        what = f"[[camera]] {number + 1}"
-        self.keys(table, {*KEYS}, what)
-        if missing := [key for key in ("size", *INTRINSICS[:4]) if key not in table]:
-            wanted = "size = [width, height], fx, fy, cx and cy in px"
-            raise self.fail(f"{what} has no {missing[0]}; give {wanted}")
-        size = self.numbers(table["size"], 2, f"{what} size")
-        if (size < 1).any():
-            raise self.fail(f"{what} size must be positive, got {table['size']}")
-        pinhole = [self.number(table[key], f"{what} {key}") for key in INTRINSICS[:4]]
-        if min(pinhole[:2]) <= 0.0:
-            raise self.fail(f"{what} fx and fy must be positive, got {pinhole[0]:g} and {pinhole[1]:g}")
-        bent = table.get("distortion", [0.0] * 5)
-        distortion = self.numbers(bent, 5, f"{what} distortion (k1 k2 p1 p2 k3)")
-        if (mounted := table.get("mounted", "world")) not in tuple(Mount):
-            raise self.fail(f'{what} mounted must be "world" or "tool", not {mounted!r}')
-        free = table.get("free", "auto")
-        if not (isinstance(free, bool) or free == "auto"):
-            raise self.fail(f'{what} free must be true, false or "auto", not {free!r}')
-        return Camera(
-            name=str(table.get("name", "camera" if number == 0 else f"camera{number + 1}")),
-            size=(int(size[0]), int(size[1])),
-            intrinsics=frozen(np.concatenate([pinhole, distortion])),
-            mounted=Mount(mounted),
-            free=FREE[free],
-            sigma=self.sigma(table.get("sigma"), pinhole, size, what),
-            per_session=self.flag(table.get(PER_SESSION, False), f"{what} {PER_SESSION}"),
-        )
-
-    def sigma(self, value: Any, pinhole: list[float], size: np.ndarray, what: str) -> np.ndarray:
-        """Nine standard deviations: the file's, or the first four in px, or one for these, else ours."""
-        usual = np.array(
-            [*(FOCAL_SIGMA * f for f in pinhole[:2]), *[CENTRE_SIGMA * size[0]] * 2, *DISTORTION_SIGMA]
-        )
-        if value is not None:
-            given = self.numbers(value if isinstance(value, list) else [value] * 4, None, f"{what} sigma")
-            if len(given) not in (4, 9) or (given <= 0.0).any():
-                raise self.fail(
-                    f"{what} sigma must be one, 4 (fx fy cx cy) or 9 positive numbers, not {value!r}"
-                )
-            usual[: len(given)] = given
-        return frozen(usual)
-
 
 def read_cameras(path: Path | str) -> tuple[Camera, ...]:
+    """The cameras of a file."""
     reader = _CameraReader(path)
     data = reader.load()
     reader.keys(data, {"camera"}, "the file")
-    cameras = tuple(reader.camera(table, i) for i, table in enumerate(reader.tables(data, "camera")))
-    if not cameras:
-        raise reader.fail("has no [[camera]] table")
-    names = [camera.name for camera in cameras]
-    if twice := {name for name in names if names.count(name) > 1}:
-        raise reader.fail(f"has two cameras named '{min(twice)}'; names must differ")
+    tables = enumerate(reader.tables(data, "camera"), 1)
+    cameras = tuple(reader.record(CameraEntry, t, f"[[camera]] {k}").camera(k) for k, t in tables)
+    if len({camera.name for camera in cameras}) < max(len(cameras), 1):
+        raise reader.fail("needs one [[camera]] table or more, each with its own name")
     return cameras

@@ -26,7 +26,6 @@ def board(
     marker: Annotated[str | None, option("Side of a marker; chosen to fit the squares if not given.")] = None,
     dictionary: Annotated[str, option("Dictionary of the markers.")] = "DICT_6X6_250",
     mounted: Annotated[str, option("Where it will be mounted: tool or world.")] = "tool",
-    boards: Annotated[int, option("Number of boards with different markers, for one arm and camera.")] = 1,
 ) -> None:
     """A ChArUco board to print at true size, and its target.toml."""
     from workbench.extras.camera.camera import Mount
@@ -35,21 +34,14 @@ def board(
 
     check_ending(out, "a board is", ".pdf")
     mount = opt.choice_of({str(m): m for m in Mount}, mounted, "--mounted")
-    if boards < 1:
-        raise OptionError(f"--boards must be at least 1, got {boards}")
-    side, shape = opt.length(square), across_down(squares)
+    side = opt.length(square)
     inner = fitting_marker(side) if marker is None else opt.length(marker)
-    beside = out.parent / "target.toml"
-    paths = [out] if boards == 1 else [out.with_stem(f"{out.stem}-{k}") for k in range(1, boards + 1)]
-    opt.check_writable(*paths, beside)
-    printed = [Charuco(shape, side, inner, dictionary, k * (shape[0] * shape[1] // 2)) for k in range(boards)]
-    names = [f"board{k + 1}" if boards > 1 else "" for k in range(boards)]
-    text = target_toml(*(charuco_target(b, mount, name=n) for b, n in zip(printed, names, strict=True)))
-    sheets = [board_pdf(board) for board in printed]
+    printed, beside = Charuco(across_down(squares), side, inner, dictionary), out.parent / "target.toml"
+    opt.check_writable(out, beside)
+    text, (pdf, title) = target_toml(charuco_target(printed, mount)), board_pdf(printed)
     if beside.exists() and beside.read_text(encoding="utf-8") != text:
         raise OptionError(f"{beside} describes another target; write --out into another folder, or move it")
-    for path, (pdf, title) in zip(paths, sheets, strict=True):
-        opt.say(f"{title}: {write_bytes(path, pdf)}")
+    opt.say(f"{title}: {write_bytes(out, pdf)}")
     opt.say(f"target: {write_text(beside, text)}")
 
 

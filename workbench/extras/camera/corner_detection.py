@@ -180,20 +180,17 @@ class BoardFinder:
 
     def reason(self, picture: Picture) -> str:
         """Why a picture does not show the target."""
-        stated = tuple(dict.fromkeys(target.dictionary for target in self.targets))
-        shown = {name: len(markers_in(picture, name)[1]) for name in stated}
-        for board in (target.charuco for target in self.targets if target.charuco is not None):
-            if shown[board.dictionary] >= MIN_FOUND:
-                return "its markers are not those of a board of {} x {} squares".format(*board.squares)
-        flipped = np.ascontiguousarray(picture[:, ::-1])
-        if not any(shown.values()) and max(len(markers_in(flipped, name)[1]) for name in stated) >= 2:
-            return "it is mirrored: print the sheet, or take the picture, without mirroring"
-        if count := sum(shown.values()):
-            return f"it shows {plural(count, 'marker')}, too few: bring the whole target into view"
-        for other in COMMON_NAMES:
-            if len(markers_in(picture, other)[1]) >= MIN_FOUND:
-                return f"its markers are of {other}, not of {', '.join(stated)}"
-        return f"it shows no marker of {', '.join(stated)}: is the board in view, sharp and lit?"
+        stated = list(dict.fromkeys(target.dictionary for target in self.targets))
+        shown = sum(len(markers_in(picture, name)[1]) for name in stated)
+        if shown >= MIN_FOUND:
+            return f"its markers are not those of {Rig((), self.targets).text}"
+        others = [n for n in COMMON_NAMES if n not in stated and len(markers_in(picture, n)[1]) >= MIN_FOUND]
+        text = f"it shows {plural(shown, 'marker')} of {', '.join(stated)}"
+        return (
+            f"{text} and more of {others[0]}"
+            if others
+            else f"{text}: is it in view, sharp, lit, not mirrored?"
+        )
 
 
 def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[PictureTarget, ...]:

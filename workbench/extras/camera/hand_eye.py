@@ -71,31 +71,35 @@ class HandEye(AbstractShown):
 
     Args:
         mounted: What carries the camera.
-        half: Half of the 95 % intervals of camera and target along their parents' axes [m, rad].
-        left: Root mean square of the errors of the pairs that count [m, rad].
-        errors: How far each pair's target is seen from where the result has it [m, rad].
+        fit: Camera and target, and what is left of the pairs.
         row: Number of each pair as given, from 1; of several of one pose the first.
-        apart: Pairs that were set apart, the worst first.
         doubt: Why the result should not be used as it is; empty if it may be.
         notes: What else should be known, one sentence each.
     """
 
     mounted: Mount
-    camera: Frame
-    target: Frame
-    half: Float[np.ndarray, "2 6"]
-    left: Float[np.ndarray, "2"]
-    errors: Float[np.ndarray, "rows 2"]
+    fit: PairFit
     row: Int[np.ndarray, " rows"]
-    apart: tuple[int, ...]
     doubt: str = ""
     notes: tuple[str, ...] = ()
 
     @property
+    def camera(self) -> Frame:
+        return Frame.from_pose(self.fit.frames[0])
+
+    @property
+    def target(self) -> Frame:
+        return Frame.from_pose(self.fit.frames[1])
+
+    @property
+    def half(self) -> Float[np.ndarray, "2 6"]:
+        """Half of the 95 % intervals of camera and target along and about their parents' axes [m, rad]."""
+        return self.fit.half[:12].reshape(2, 6)
+
+    @property
     def sentence(self) -> str:
-        count = plural(len(self.errors) - len(self.apart), "pair")
         where = _with_half("xyz", 1e3 * self.camera.xyz, 1e3 * self.half[0, :3], 2)
-        agree = f"{count} agree to {_error(self.left)}"
+        agree = f"{plural(len(self.fit.kept), 'pair')} agree to {_error(self.fit.rms)}"
         return f"camera {ON[self.mounted]} at {where} mm in the {FRAMES[self.mounted][0]}; {agree}"
 
     def blocks(self) -> list[Block]:
@@ -104,19 +108,20 @@ class HandEye(AbstractShown):
         turned = _with_half(("roll", "pitch", "yaw"), rpy, half, 3)
         seen = f"{where} mm in the {FRAMES[self.mounted][1]}"
         found = Sentence(f"{turned}°", "camera"), Sentence(seen, "target")
-        wrong = (f"pair {self.row[k]} is off by {_error(self.errors[k])}; left out" for k in self.apart)
-        if any(self.errors[k, 1] > FLIPPED for k in self.apart):
-            wrong = (*wrong, "half a turn: a chessboard's corners counted from its other end")
+        errors = {self.row[k]: self.fit.errors[k] for k in self.fit.apart}
+        wrong = [f"pair {number} is off by {_error(off)}; left out" for number, off in errors.items()]
+        if any(off[1] > FLIPPED for off in errors.values()):
+            wrong.append("half a turn: a chessboard's corners counted from its other end")
         return headed(self.sentence, *found, *lines("warning", wrong), notes=self.notes)
 
     def json(self) -> Json:
         both = zip(("camera", "target"), (self.camera, self.target), self.half, strict=True)
         found = {name: {"xyz": p.xyz, "rpy": p.rpy, "matrix": p.pose, "half_width": h} for name, p, h in both}
-        scaled = np.vstack([self.left, self.errors]) * [1e3, np.rad2deg(1.0)]
+        scaled = np.vstack([self.fit.rms, self.fit.errors]) * [1e3, np.rad2deg(1.0)]
         rms, *pairs = [{"position_mm": position, "orientation_deg": angle} for position, angle in scaled]
         pairs = [{"pair": int(number), **each} for number, each in zip(self.row, pairs, strict=True)]
         head = {"mounted": self.mounted, "message": self.doubt or self.sentence, "residual_rms": rms}
-        more = {"pairs": pairs, "outliers": self.apart, "notes": self.notes}
+        more = {"pairs": pairs, "outliers": self.fit.apart, "notes": self.notes}
         return document("workbench.handeye/1", **head, **found, **more)
 
     def save(self, path: Path | str) -> Path:
@@ -177,19 +182,7 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         doubt = doubt or f"{both}: measure at more poses, or give --mounted"
     if fit.spread[12] and not doubt:
         notes.append(f"{_scale(fit)}, and are: is the target's size, or the focal length, right?")
-    camera, place = map(Frame.from_pose, fit.frames)
-    return HandEye(
-        mounted=wanted,
-        camera=camera,
-        target=place,
-        half=fit.half[:12].reshape(2, 6),
-        left=fit.rms,
-        errors=fit.errors,
-        row=row,
-        apart=fit.apart,
-        doubt=doubt,
-        notes=tuple(notes),
-    )
+    return HandEye(mounted=wanted, fit=fit, row=row, doubt=doubt, notes=tuple(notes))
 
 
 def _checked(

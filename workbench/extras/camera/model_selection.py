@@ -207,68 +207,50 @@ def find_doubts(loose: Fitted, data: Dataset) -> tuple[tuple[str, ...], Dataset,
         Sentences, the pictures with contradicted intrinsics let go, and whether the target seems to have
         another size.
     """
-    rig, problem, x = rig_of(data), loose.problem, loose.x
+    rig, problem = rig_of(data), loose.problem
     fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
-    own = dict(zip(problem.names, np.zeros((2, len(x))).T, strict=True))
-    for camera in fixed:
-        for part, sigma in zip(INTRINSICS, camera.sigma.tolist(), strict=True):
-            own[f"{camera.owner}.{part}"][0] = sigma
-    targets = [target for target in rig.targets if f"{target.owner}.scale" in own]
-    for target in targets:
-        own[f"{target.owner}.scale"][1] = max(target.scale_sigma, EXACT_SIZE)
-    likelihood = replace(loose.likelihood, groups=(*loose.likelihood.groups, *np.array([*own.values()]).T))
+    sigmas = {t: max(t.scale_sigma, EXACT_SIZE) for t in rig.targets if f"{t.owner}.scale" in problem.names}
+    lens = {
+        f"{c.owner}.{part}": s for c in fixed for part, s in zip(INTRINSICS, c.sigma.tolist(), strict=True)
+    }
+    size = {f"{target.owner}.scale": sigma for target, sigma in sigmas.items()}
+    groups = (np.array([own.get(name, 0.0) for name in problem.names]) for own in (lens, size))
+    likelihood = replace(loose.likelihood, groups=(*loose.likelihood.groups, *groups))
 
-    def likeliest(lens: float = HELD, size: float = 1.0) -> tuple[float, dict[str, float]]:
-        found = likelihood.likeliest({WIDTH + 1: lens if fixed else np.inf, WIDTH + 2: size})
-        return found.cost, problem.named(found.x)
+    def likeliest(lens: float = HELD if fixed else np.inf, size: float = 1.0) -> Likeliest:
+        return likelihood.likeliest({WIDTH + 1: lens, WIDTH + 2: size})
 
-    notes: tuple[str, ...] = ()
-    given, (by_size, sized) = likeliest()[0], likeliest(size=np.inf)
+    given, by_size, notes = likeliest(), likeliest(size=np.inf), tuple[str, ...]()
+    text, strange = _larger(sigmas, problem, by_size)
     if fixed:
-        by_lens, freed = likeliest(lens=np.inf)
-        gain, other = given - by_lens, given - by_size
-        free = f"camera {fixed[0].name}: " + ", ".join(
-            f"{k} {freed[f'{fixed[0].owner}.{k}']:.4g}" for k in INTRINSICS[:5]
-        )
+        by_lens = likeliest(lens=np.inf)
+        gain, other = given.cost - by_lens.cost, given.cost - by_size.cost
+        values = problem.named(by_lens.x)
+        found = ", ".join(f"{k} {values[f'{fixed[0].owner}.{k}']:.4g}" for k in INTRINSICS[:5])
+        found = f"(camera {fixed[0].name}: {found})"
         if gain > OTHER_LENS and other > max(OTHER_SIZE, EITHER * gain):
-            text = (
-                "the target's size or the focal length is wrong, and the pictures can't determine which: "
-                f"{_larger(targets, sized)}, or free intrinsics ({free}); check the printed square's side, "
-                'or leave the intrinsics to be refined with free = "auto"'
-            )
-            return (text,), data, True
+            return (f"the given intrinsics {found} are wrong, or {text}; check both",), data, True
         if gain > max(OTHER_LENS, other):
-            notes = (
-                f"the given intrinsics do not fit the pictures; they were left free ({free}): set "
-                'free = "auto" or calibrate the camera',
-            )
+            freed = f"the given intrinsics do not fit the pictures; they were left free {found}: set "
+            notes = (f'{freed}free = "auto" or calibrate the camera',)
             data = with_rig(data, rig.with_fixed_intrinsics(Freedom.AUTO))
-            given, (by_size, sized) = likeliest(np.inf)[0], likeliest(np.inf, np.inf)
-    is_strange = any(_strangeness(target, sized) > OUTSIDE for target in targets)
-    if not is_strange or given - by_size <= OTHER_SIZE:
+            given, by_size = likeliest(np.inf), likeliest(np.inf, np.inf)
+            text, strange = _larger(sigmas, problem, by_size)
+    if strange <= OUTSIDE or given.cost - by_size.cost <= OTHER_SIZE:
         return notes, data, False
-    text = f"{_larger(targets, sized, 'is ')}; measure it and correct its sizes"
-    return (*notes, text), data, True
+    return (*notes, f"{text}; measure it and correct its sizes"), data, True
 
 
-def _strangeness(target: PictureTarget, values: dict[str, float]) -> float:
-    """How many standard deviations of its knowledge a board's size is from the stated one."""
-    return abs(values[f"{target.owner}.scale"]) / max(target.scale_sigma, EXACT_SIZE)
-
-
-def _larger(targets: Sequence[PictureTarget], values: dict[str, float], verb: str = "") -> str:
-    """How much larger or smaller each board that seems to be is than stated, and its squares."""
-    off = [t for t in targets if _strangeness(t, values) > OUTSIDE]
-    texts = []
-    for target in off or [max(targets, key=lambda t: _strangeness(t, values))]:
-        scale, board = values[f"{target.owner}.scale"], target.charuco
-        who = f"board '{target.name}'" if target.name else "the target"
-        text = f"{who} {verb}{100 * abs(scale):.2f} % {'larger' if scale > 0.0 else 'smaller'} than stated"
-        if board is not None:
-            side = 1e3 * board.square
-            text += f" (squares of {side * (1.0 + scale):.4g} mm, not {side:.4g} mm)"
-        texts.append(text)
-    return " and ".join(texts)
+def _larger(sigmas: dict[PictureTarget, float], problem: Problem, found: Likeliest) -> tuple[str, float]:
+    """How much larger or smaller the strangest board is than stated, and by how many standard deviations."""
+    if not sigmas:
+        return "", 0.0
+    at = {target: problem.names.index(f"{target.owner}.scale") for target in sigmas}
+    target = max(sigmas, key=lambda t: abs(found.x[at[t]]) / sigmas[t])
+    scale, std = found.x[at[target]], np.sqrt(found.covariance[at[target], at[target]])
+    who = f"board '{target.name}'" if target.name else "the target"
+    by = f"{100 * abs(scale):.2f} % {'larger' if scale > 0.0 else 'smaller'} than stated"
+    return f"{who} is {by} (± {100 * std:.2g} %, one standard error)", abs(scale) / sigmas[target]
 
 
 def _at_tool(robot: Robot, motion: Motion, names: tuple[str, ...]) -> Float[np.ndarray, "2 k k"]:

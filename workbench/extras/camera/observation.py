@@ -180,12 +180,9 @@ class PixelObservation(AbstractObservation):
             half = new * (is_eye[:, None] | is_board)
             i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
             c, b = eyes[i].number, held_by[j].number
-            rows, (target, part) = shown[:, c, b] & eyes[i].rows & held_by[j].rows, self.rig.parts[b]
-            camera, seen = self.rig.cameras[c], self.measured[rows, c, part]
-            seen = np.where(target.placing[:, None], seen, np.nan)
-            alone = {"carried": camera.carried(poses[rows]), "sight": self.sight[rows, c, b]}
-            known = {"eye": cameras[i], "board": boards[j]}
-            cameras[i], boards[j] = placed(camera, target.points, seen=seen, **alone, **known)
+            rows, camera = shown[:, c, b] & eyes[i].rows & held_by[j].rows, self.rig.cameras[c]
+            carried, sight = camera.carried(poses[rows]), self.sight[rows, c, b]
+            cameras[i], boards[j] = placed(carried, sight, eye=cameras[i], board=boards[j])
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         place, shape = self._place, self.measured.shape

@@ -1,6 +1,6 @@
 """What is done with pictures between their choice and the first search: whether they suit their joints."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import final
@@ -13,7 +13,6 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
-from workbench.extras.camera.camera import ON
 from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.likelihood import Likelihood, Pictures
 from workbench.extras.camera.model_selection import select_camera_step
@@ -34,10 +33,8 @@ MAX_WRONG = 0.4
 """… if they are a smaller part of all."""
 ROBUST_ROUNDS = 5
 """Fits in turn with pictures weighed by how far they were off."""
-SUSPICIOUS, HOPELESS = 5e-3, 0.05
-"""Median error [m] from which on other meanings of the rows are tried, and from which on they are refused."""
-OTHERWISE = 0.3
-"""Part of the median error that the right meaning leaves at most."""
+HOPELESS = 0.02
+"""Median error [m] from which on pictures are refused."""
 ROUGH = Noise(1e-3, 2e-3, (), 1.0)
 """Corners share what an arm that is not calibrated yet lacks."""
 
@@ -118,31 +115,22 @@ def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
     A picture counts the less in the fit the farther it is off, so that a few wrong ones don't bend it.
 
     Raises:
-        DataError: most suit nothing, or all suit another meaning of the rows.
+        DataError: most suit nothing.
     """
     free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
-
-    def errors(rows: Dataset) -> Float[np.ndarray, " rows"]:
-        """How far each picture is off [m], in a fit in which pictures that are far off count less."""
-        problem = Problem.build(robot, rows, free=free).with_noise(ROUGH)
-        x = problem.start
-        for _ in range(ROBUST_ROUNDS):
-            off = Pictures.at(problem, x).off
-            weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
-            x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
-        return Pictures.at(problem, x).off
-
-    off = errors(data)
+    problem = Problem.build(robot, data, free=free).with_noise(ROUGH)
+    x, off = problem.start, Pictures.at(problem, problem.start).off
+    for _ in range(ROBUST_ROUNDS):
+        weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
+        x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
+        off = Pictures.at(problem, x).off
     usual = float(np.median(off))
-    meanings = _other_meanings(data) if usual > SUSPICIOUS else ()
-    others = [(np.median(errors(rows)), text) for text, rows in meanings]
-    if others and min(others)[0] < OTHERWISE * usual:
-        raise DataError(f"{data.source}: {min(others)[1]}")
     if usual > HOPELESS:
         raise DataError(
             f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera and "
-            f"target, half of them are {1e3 * usual:.0f} mm off or more; check the order of the rows, the "
-            "order, units and signs of the joints, and the robot"
+            f"target, half of them are {1e3 * usual:.0f} mm off or more; check that each row is its "
+            "picture's, the order, units and signs of the joints, the robot, and 'mounted' in target.toml "
+            "and camera.toml"
         )
     lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
     if lost.mean() >= MAX_WRONG:
@@ -152,28 +140,3 @@ def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
         int(i): f"image {image[i]} does not fit its joint readings: {1e3 * off[i]:.1f} mm off"
         for i in np.flatnonzero(lost)
     }
-
-
-def _other_meanings(data: Dataset) -> Iterator[tuple[str, Dataset]]:
-    """What the rows may mean instead, in words and as rows."""
-    rig = rig_of(data)
-    board, camera = ON[rig.cameras[0].mounted], ON[rig.mounted]
-    exchanged = tuple(replace(camera, mounted=rig.mounted) for camera in rig.cameras)
-    targets = tuple(replace(target, mounted=rig.cameras[0].mounted) for target in rig.targets)
-    yield (
-        f"the mounts are exchanged: the board is {board} and the camera {camera}; exchange 'mounted' in "
-        "target.toml and camera.toml, or change 'Board is' on the page, and read the pictures again",
-        with_rig(data, replace(rig, cameras=exchanged, targets=targets)),
-    )
-    for ahead, word in ((1, "before"), (-1, "after")):
-        yield (
-            f"each picture fits the joints of the row {word} its own; correct the order of the joints, or "
-            "the names of their pictures",
-            replace(data, q=np.roll(data.q, ahead, axis=0)),
-        )
-    for joint in range(data.joints):
-        yield (
-            f"joint {joint + 1} counts backwards: the pictures fit its readings with the opposite sign; "
-            "correct its column, or the robot",
-            replace(data, q=data.q * np.where(np.arange(data.joints) == joint, -1.0, 1.0)),
-        )

@@ -6,8 +6,8 @@ suit it, is taken. No arm takes part, so that a corner is judged by its picture 
 that contradicts its picture is excluded.
 
 Hand–eye in closed form then gives the poses of camera and board. If some pictures contradict that, it is
-found from any three of them, so that wrong pictures spoil some only, and then from all that suit the best of
-these.
+found from any three of them, so that wrong pictures spoil some only, and then from all that suit the one with
+the least median error.
 
 Sources: Collins, Bartoli, Infinitesimal plane-based pose estimation, Int. J. Comput. Vis. 109, 2014;
 Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
@@ -187,41 +187,28 @@ def _without_empty(data: Dataset) -> Dataset:
     return data.kept_out({int(i): NOTHING_USED for i in np.flatnonzero(empty)})
 
 
-ROUGH = 20.0
-"""Errors [px] beyond which a picture does not suit poses of camera and board."""
 SAMPLES, MIN_POSES = 60, 3
 """Draws of so many pictures, from which camera and board are placed."""
+SUITS, WEIGHTS = 6.0, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+"""Medians within which pictures suit poses of camera and board; metres that a turn counts."""
 
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def placed(
-    camera: Camera,
-    points: Float[np.ndarray, "points 3"],
-    *,
-    seen: Float[np.ndarray, "rows points 2"],
-    carried: Poses,
-    sight: Poses,
-    eye: Pose,
-    board: Pose,
-) -> tuple[Pose, Pose]:
-    """Poses of camera and board that suit most pictures.
+def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pose, Pose]:
+    """Poses of camera and board that suit most pictures, in closed form.
 
     Args:
-        camera: Its intrinsics.
-        points: Of the board, in its own frame [m].
-        seen: Where they were seen [px]; NaN where they were not.
         carried: What carries the board past the camera.
         sight: Pose of the board in the camera by each picture alone.
         eye: Pose of the camera, if known; else NaN …
         board: … and of the board.
     """
     is_known = [np.isfinite(pose).all() for pose in (eye, board)]
-    fewest = 1 if any(is_known) else MIN_POSES
+    fewest, every = 1 if any(is_known) else MIN_POSES, np.arange(len(sight))
 
     def by(rows: np.ndarray) -> tuple[Pose, Pose]:
-        """In closed form by some pictures."""
         past, alone = carried[rows], sight[rows]
         held = board if any(is_known) else base_and_tool(past, alone)[1]
         there = eye if is_known[0] else mean_base(alone, past @ held)
@@ -229,18 +216,13 @@ def placed(
             return there, held
         return there, mean_base(np.tile(np.eye(4), (len(rows), 1, 1)), se3.inverse(past) @ there @ alone)
 
-    def suiting(there: Pose, held: Pose) -> Bool[np.ndarray, " rows"]:
-        """Which pictures suit these poses."""
-        at = se3.inverse(there) @ carried @ held
-        predicted = project(se3.apply(at[:, None], points), camera.intrinsics).pixel
-        return np.nanmean(np.linalg.norm(predicted - seen, axis=2), axis=1) <= ROUGH
+    def off(there: Pose, held: Pose) -> Float[np.ndarray, " rows"]:
+        return np.linalg.norm(se3.pose_error(sight, se3.inverse(there) @ carried @ held) * WEIGHTS, axis=1)
 
-    every = np.arange(len(sight))
-    found = by(every)
-    if (best := suiting(*found)).all() or len(every) < fewest:
-        return found
-    draw = np.random.default_rng(0)
-    for _ in range(SAMPLES):
-        tried = suiting(*by(draw.choice(every, fewest, replace=False)))
-        best = max(best, tried, key=np.count_nonzero)
-    return by(np.flatnonzero(best)) if best.sum() >= fewest else found
+    best = off(*by(every))
+    if len(every) > fewest and best.max() > SUITS * np.median(best):
+        draw = np.random.default_rng(0)
+        rows = (draw.choice(every, fewest, replace=False) for _ in range(SAMPLES))
+        best = min((off(*by(each)) for each in rows), key=np.median)
+    suits = np.flatnonzero(best <= SUITS * np.median(best))
+    return by(suits if len(suits) >= fewest else every)

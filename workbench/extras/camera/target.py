@@ -33,8 +33,6 @@ USUAL_DICTIONARY = "DICT_6X6_250"
 MAX_SQUARES = 10_000
 """Of a board; the largest dictionaries have markers for a fifth of them."""
 KNOWLEDGE = ("scale_sigma", "flatness_sigma")
-KEYS = ("charuco", "point", "dictionary", PER_SESSION, *KNOWLEDGE)
-"""Keys of a target's file, and of each board of one."""
 
 
 @dataclass(frozen=True)
@@ -210,116 +208,102 @@ class PointEntry:
     free: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
+class BoardEntry:
+    """A target's file, or one `[[board]]` of it: either a ChArUco board or points."""
+
+    name: str = ""
+    charuco: dict[str, Any] = field(default_factory=dict)
+    point: tuple[dict[str, Any], ...] = ()
+    dictionary: str = ""
+    scale_sigma: NotNegative | None = None
+    flatness_sigma: NotNegative | None = None
+    per_session: bool = False
+
+
 @final
 class _TargetReader(AbstractTableReader):
     wanted = "a target TOML with [charuco], [[point]] or [[board]] tables"
     otherwise = "a target TOML (mounted, and [charuco] or [[point]], or a [[board]] of either each)"
 
-    def charuco(self, value: Any, before: Sequence[PictureTarget], usual: str) -> Charuco:
-        table = {"dictionary": usual, **self.table(value, "[charuco]")}
-        free = _next_marker(before, prints_of(str(table["dictionary"])))
-        return self.record(Charuco, {"first_marker": free, **table}, "[charuco]")
-
-    def check_distinct(self, other: PictureTarget, made: PictureTarget, free: int) -> None:
-        """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
-        boards = f"'{other.name}' and '{made.name}'"
-        is_tags = other.charuco is None and made.charuco is None
-        if other.prints == made.prints != "" and not is_tags and (shared := other.markers & made.markers):
-            raise self.fail(
-                f"{boards} both have marker {min(shared)} of {made.prints}; print one with other markers "
-                f"(first_marker, or id), of which {free} is the next free one"
-            )
-        if twice := set(_pairs(other)) & set(_pairs(made)):
-            corner = "id {} corner {}".format(*min(twice))
-            remedy = "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}'"
-            raise self.fail(f"{corner} is of {boards}; {remedy}")
-
     def target(
-        self, data: dict[str, Any], mounted: Mount, before: Sequence[PictureTarget] = (), name: str = ""
+        self, table: dict[str, Any], mounted: Mount, before: Sequence[PictureTarget], what: str
     ) -> PictureTarget:
         """The one that a table describes, behind those before it."""
-        knowledge = {key: self.number(data[key], key) for key in KNOWLEDGE if key in data}
-        if any(value < 0.0 for value in knowledge.values()):
-            raise self.fail("scale_sigma and flatness_sigma must be at least 0")
-        knowledge[PER_SESSION] = self.flag(data.get(PER_SESSION, False), PER_SESSION)
-        if "charuco" in data:
-            first = max((int(other.ids.max()) + 1 for other in before), default=0)
-            board = self.charuco(data["charuco"], before, str(data.get("dictionary", USUAL_DICTIONARY)))
-            made = charuco_target(board, mounted, name=name, first=first, **knowledge)
+        entry = self.record(BoardEntry, table, what)
+        if ("charuco" in table) == ("point" in table):
+            raise self.fail(f"{what} needs either a charuco table or point tables")
+        known: dict[str, Any] = {key: getattr(entry, key) for key in KNOWLEDGE if key in table}
+        known |= {"name": entry.name, PER_SESSION: entry.per_session}
+        if "charuco" not in table:
+            made = self.points(entry, mounted, known)
         else:
-            common = {"name": name, "mounted": mounted, "dictionary": str(data.get("dictionary", ""))}
-            made = self.points(self.tables(data, "point"), common | knowledge)
+            first = max((int(other.ids.max()) + 1 for other in before), default=0)
+            given = {"dictionary": entry.dictionary or USUAL_DICTIONARY, **entry.charuco}
+            prints = prints_of(str(given["dictionary"]))
+            free = max((max(b.markers) + 1 for b in before if b.prints == prints), default=0)
+            board = self.record(Charuco, {"first_marker": free, **given}, f"{what} charuco")
+            made = charuco_target(board, mounted, first=first, **known)
         for other in before:
-            self.check_distinct(other, made, _next_marker(before, made.prints))
+            shared = [f"id {k} corner {c}" for k, c in sorted(set(_pairs(other)) & set(_pairs(made)))]
+            if other.prints == made.prints != "" and (other.charuco or made.charuco):
+                shared = [f"marker {k}" for k in sorted(other.markers & made.markers)] + shared
+            if shared or other.name == made.name:
+                text = (
+                    f"{shared[0]} is of '{other.name}' and '{made.name}'"
+                    if shared
+                    else (f"has two boards named '{made.name}'")
+                )
+                raise self.fail(
+                    f"{text}; give each board its own name, markers (first_marker) and ids, tags first"
+                )
         return made
 
-    def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> PictureTarget:
-        entries = [self.record(PointEntry, t, f"[[point]] {i}") for i, t in enumerate(tables, 1)]
-        if lost := [i for i, entry in enumerate(entries, 1) if not (entry.free or entry.xyz)]:
+    def points(self, entry: BoardEntry, mounted: Mount, known: dict[str, Any]) -> PictureTarget:
+        entries = [self.record(PointEntry, t, f"[[point]] {i}") for i, t in enumerate(entry.point, 1)]
+        if lost := [i for i, each in enumerate(entries, 1) if not (each.free or each.xyz)]:
             raise self.fail(f"[[point]] {lost[0]} has no xyz")
-        names = [(entry.id, entry.corner) for entry in entries]
-        sigmas = {i: np.inf if e.free else e.sigma for i, e in enumerate(entries) if e.free or e.sigma}
-        places = [entry.xyz or [np.nan] * 3 for entry in entries]
+        names = [(each.id, each.corner) for each in entries]
         if twice := {name for name in names if names.count(name) > 1}:
             raise self.fail("id {} corner {} appears twice; each point needs its own".format(*min(twice)))
-        known = np.array([not np.isinf(sigmas.get(i, 0.0)) for i in range(len(names))], bool)
-        if not known.any():
+        is_known = np.array([not each.free for each in entries], bool)
+        if not is_known.any():
             raise self.fail("has no point of known position; give at least one without free = true")
-        points = np.array(places)
-        points[np.isnan(points[:, 0])] = points[known].mean(0)  # until the pictures place it
-        ids, corners = np.array(names).T
-        return PictureTarget(ids=ids, corners=corners, points=frozen(points), sigmas=sigmas, **more)
+        points = np.array([each.xyz or [np.nan] * 3 for each in entries])
+        points[np.isnan(points[:, 0])] = points[is_known].mean(0)  # until the pictures place it
+        return PictureTarget(
+            mounted=mounted,
+            ids=np.array(names)[:, 0],
+            corners=np.array(names)[:, 1],
+            points=frozen(points),
+            dictionary=entry.dictionary,
+            sigmas={i: np.inf if e.free else e.sigma for i, e in enumerate(entries) if e.free or e.sigma},
+            **known,
+        )
 
 
 def read_targets(path: Path | str) -> tuple[PictureTarget, ...]:
     """The target of a file, or the boards that it has in `[[board]]` tables."""
     reader = _TargetReader(path)
     data = reader.load()
-    reader.keys(data, {"mounted", "board", *KEYS}, "the file")
-    if (mounted := data.get("mounted")) not in tuple(Mount):
+    if (mounted := data.pop("mounted", None)) not in tuple(Mount):
         raise reader.fail(f'mounted must be "tool" or "world", not {mounted!r}')
-    if sum(key in data for key in ("charuco", "point", "board")) != 1:
-        raise reader.fail(
-            "needs either one [charuco] table or [[point]] tables, or [[board]] tables of these"
-        )
-    if "board" not in data:
-        return (reader.target(data, Mount(mounted)),)
-    if data["board"] == []:
-        raise reader.fail("has no board; give [[board]] tables, or one [charuco] or [[point]] tables")
-    boards: list[PictureTarget] = []
+    if not data.get("board"):
+        return (reader.target(data, Mount(mounted), (), "the file"),)
+    reader.keys(data, {"board", "dictionary", *KNOWLEDGE}, "a file with [[board]] tables")
+    shared, boards = {key: data[key] for key in data if key != "board"}, list[PictureTarget]()
     for number, table in enumerate(reader.tables(data, "board"), 1):
-        what = f"[[board]] {number}"
-        reader.keys(table, {"name", *KEYS}, what)
-        if ("charuco" in table) == ("point" in table):
-            raise reader.fail(f"{what} needs either a charuco table or point tables")
-        name = str(table.get("name", f"board{number}"))
-        if name in (board.name for board in boards):
-            raise reader.fail(f"has two boards named '{name}'; names must differ")
-        shared = {key: data[key] for key in ("dictionary", *KNOWLEDGE) if key in data}
-        boards.append(reader.target({**shared, **table}, Mount(mounted), boards, name))
+        named = {"name": f"board{number}", **shared, **table}
+        boards.append(reader.target(named, Mount(mounted), boards, f"[[board]] {number}"))
     return tuple(boards)
 
 
-def target_toml(*targets: PictureTarget) -> str:
-    """ChArUco boards as `read_targets` reads them."""
-    mounted = str(targets[0].mounted)
-    if not targets[0].name:
-        return tomli_w.dumps({"mounted": mounted, **_board_table(targets[0])})
-    boards = [{"name": target.name, **_board_table(target)} for target in targets]
-    return tomli_w.dumps({"mounted": mounted, "board": boards})
-
-
-def _board_table(target: PictureTarget) -> dict[str, Any]:
+def target_toml(target: PictureTarget) -> str:
+    """A ChArUco board as `read_targets` reads it."""
     assert target.charuco is not None, "only boards are printed"
     board = {**vars(target.charuco), "squares": list(target.charuco.squares)}
-    if not (target.name or target.charuco.first_marker):
-        del board["first_marker"]
-    return {**{key: getattr(target, key) for key in KNOWLEDGE}, "charuco": board}
-
-
-def _next_marker(before: Sequence[PictureTarget], prints: str) -> int:
-    """The first number behind all markers of a dictionary that boards have."""
-    return max((max(b.markers) + 1 for b in before if b.prints == prints), default=0)
+    known = {key: getattr(target, key) for key in KNOWLEDGE}
+    return tomli_w.dumps({"mounted": str(target.mounted), **known, "charuco": board})
 
 
 def _pairs(target: PictureTarget) -> list[tuple[int, int]]:
