@@ -144,8 +144,11 @@ def to_the_last_digit(found: Identification, toml: Path, urdf: Path, rows: trip.
         assert 1e-3 * own[name].position_mm.mean == pytest.approx(file.position, abs=1e-9)
         if rows.rotation is not None:
             assert np.deg2rad(own[name].orientation_deg.mean) == pytest.approx(file.rotation, abs=1e-9)
-    record = trip.toml_arm(toml.read_text()).table["calibration"]["error"][0]
-    assert record == pytest.approx(1e-3 * found.error.after.position_mm.mean, abs=1e-12)
+    record = trip.toml_arm(toml.read_text()).table["calibration"]
+    assert record["error"][0] == pytest.approx(1e-3 * found.error.after.position_mm.mean, abs=1e-12)
+    if found.robot.effects:  # what `export` says of the URDF then
+        alone = found.best.file_errors["URDF"].position_mm.mean
+        assert record["geometry_error"][0] == pytest.approx(1e-3 * alone, abs=1e-12)
 
 
 def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callable, **_) -> trip.Saved:

@@ -14,6 +14,7 @@ from refusals import refuses
 
 import workbench as wb
 from tests.exports import readers
+from workbench.arm.usable_arm import closest
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.readers.trajectory import Trajectory
@@ -136,3 +137,18 @@ def test_controller_numbers_that_turn_an_unmeasured_tool_are_not_advised(cell):
         noticed = variant.after.rotation_mean > 1.02 * variant.before.rotation_mean + 3.4e-4
         assert not (noticed and variant.is_better)
         assert any("not measured" in note for note in variant.notes)
+
+
+def test_no_step_runs_away_along_what_only_rounding_tells():
+    """Heights of a SCARA's base and tool differ by rounding: its URDF stayed nominal, and was not written."""
+    arm, names = wb.load_robot("aria"), ("base.z", "tool.z")
+    start, jacobian = arm.values(names), np.array([1e4, -1e4 * (1.0 + 1e-12)]) * np.ones((60, 1))
+    jacobian[:, 1] += 1e-8 * np.random.default_rng(0).normal(size=60)
+
+    def at(moved):
+        x = moved.values(names) - start
+        return 10.0 - jacobian @ x - 1e4 * x[0] ** 2, jacobian
+
+    assert closest(arm, names, at, prior=np.zeros(2)).values(names) - start == pytest.approx(
+        [5e-4, -5e-4], rel=0.01
+    )

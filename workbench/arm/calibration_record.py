@@ -156,6 +156,7 @@ class Calibration:
         refused: Why not to use the arm, by the file that holds it (TOML, URDF); under "" any, left unwritten.
         geometry: The best arm without its effects, masses and gravity as given: those of the arm itself were
             fitted for its effects of load, and are known through these only. None if it has no effects.
+        geometry_error: Its mean error on the rows of `error`, at the loads that were measured.
     """
 
     source: str = ""
@@ -168,6 +169,7 @@ class Calibration:
     reading: str = ""
     refused: Mapping[str, str] = field(default_factory=dict)
     geometry: Geometry = None
+    geometry_error: Errors | None = None
 
     def used(self, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which joint positions were among those of the calibration."""
@@ -183,8 +185,8 @@ class Calibration:
             "nominal": dict(self.nominal),
             "covariance": base64.b64encode(half.astype("<f4").tobytes()).decode(),
         }
-        if self.error is not None:
-            table["error"] = list(self.error)
+        pairs = {"error": self.error, "geometry_error": self.geometry_error}
+        table |= {name: list(error) for name, error in pairs.items() if error is not None}
         if self.reading:
             table["reading"] = self.reading
         if refused := {name: why for name, why in self.refused.items() if name}:

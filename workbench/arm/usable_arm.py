@@ -46,8 +46,8 @@ LIMIT_SAMPLES = 500
 """Number of joint positions sampled within the limits if none are known."""
 NO_DIFFERENCE = 1e-9
 """Difference [m] that counts as zero."""
-MAX_ITERATIONS = 30
-"""Maximum number of Gauss–Newton steps."""
+MAX_ITERATIONS, RANK = 30, 1e-9
+"""Maximum number of Gauss–Newton steps, and relative singular value below which none goes along."""
 
 
 class PoseErrors(NamedTuple):
@@ -199,10 +199,12 @@ def carried_text(robot: Robot) -> tuple[str, ...]:
     """Error of a file without effects relative to a calibrated arm, one sentence each; empty if there is
     none."""
     found = usable_arm(robot, effects=False)
-    return (*away_text("URDF", robot, found.left, len(found.q)), *found.notes)
+    return (*away_text("URDF", robot, found.left, len(found.q), effects=False), *found.notes)
 
 
-def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[str, ...]:
+def away_text(
+    name: str, robot: Robot, left: PoseErrors, poses: int, *, effects: bool = True
+) -> tuple[str, ...]:
     """Difference of a used arm from the calibrated one, and the error of both; empty if they agree.
 
     Args:
@@ -210,6 +212,7 @@ def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[st
         robot: As calibrated.
         left: Difference of the tools.
         poses: Number of poses compared.
+        effects: Whether the used arm has the effects; without them its error where it was measured counts.
     """
     if max(left.position_max, left.rotation_max) < NO_DIFFERENCE:
         return ()
@@ -217,8 +220,11 @@ def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[st
     at = f"{mean} on average from the calibrated model, up to {maximum}, over {poses} poses"
     if robot.calibration is None or (own := robot.calibration.error) is None:
         return (f"the {name} is {at}",)
-    used = np.hypot(own.position, left.position_mean)
-    return (f"{name} about {in_mm(used)} · TOML {in_mm(own.position)}: the {name} is {at}",)
+    used, loads = np.hypot(own.position, left.position_mean), ""
+    alone = None if effects else robot.calibration.geometry_error
+    if alone is not None and alone.position > used:
+        used, loads = alone.position, " with what moved the arm besides its joints"
+    return (f"{name} about {in_mm(used)}{loads} · TOML {in_mm(own.position)}: the {name} is {at}",)
 
 
 def off_text(robot: Robot, left: PoseErrors) -> tuple[str, str]:
@@ -325,7 +331,7 @@ def closest(start: Robot, names: tuple[str, ...], at, *, prior: Float[np.ndarray
     cost = float(residual @ residual)
     for _ in range(MAX_ITERATIONS):
         rows = np.vstack([jacobian, np.diag(prior)])
-        step = np.linalg.lstsq(rows, np.concatenate([residual, -prior * x]), rcond=None)[0]
+        step = np.linalg.lstsq(rows, np.concatenate([residual, -prior * x]), rcond=RANK)[0]
         moved = start.with_values(dict(zip(names, (begin + x + step).tolist(), strict=True)))
         new, derivative = at(moved)
         reached = float(new @ new) + float(np.sum((prior * (x + step)) ** 2))

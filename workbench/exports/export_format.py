@@ -188,7 +188,7 @@ def _verdict(robot: Robot, left: PoseErrors, poses: int) -> str:
     """How far a file is from the calibrated arm, in words."""
     if max(left.position_max, left.rotation_max) < NO_DIFFERENCE:
         return f"the file agrees with the calibrated model to {NO_DIFFERENCE:g} m and rad at {poses} poses"
-    return away_text("file", robot, left, poses)[0]
+    return away_text("file", robot, left, poses, effects=False)[0]
 
 
 def tool_note(tool: Matrix4) -> Iterable[str]:

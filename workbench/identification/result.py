@@ -100,7 +100,8 @@ class Run(AbstractReported, AbstractValidation):
     @cached_property
     def calibrated(self) -> Robot:
         """The robot with the identified values, after all events, with its errors on record."""
-        return self.saved.recorded(self.judged_errors)
+        alone = None if self.geometry is None else self.file_errors.get("URDF")
+        return self.saved.recorded(self.judged_errors, alone)
 
     @cached_property
     def saved(self) -> SavedArm:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, final
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.calibration_record import Expected
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.frames import data_frame
@@ -202,6 +203,12 @@ class Errors:
         measured = (self.position_mm, self.orientation_deg, self.tilt_deg, self.own)
         found = (spread for spread in measured if spread is not None and np.isfinite(spread.mean))
         return next(found, self.position_mm)
+
+    @property
+    def expected(self) -> Expected:
+        """Mean errors [m], [rad]; NaN where not measured."""
+        turned = np.nan if self.orientation_deg is None else np.deg2rad(self.orientation_deg.mean)
+        return Expected(1e-3 * self.position_mm.mean, float(turned))
 
     def text(self, which: str) -> str:
         """Mean, median … of positions and orientations, for display; empty if neither was measured."""

@@ -12,7 +12,6 @@ from typing import final
 import numpy as np
 from jaxtyping import Bool
 
-from workbench.arm.calibration_record import Expected
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -50,11 +49,10 @@ class SavedArm:
         """The arm that its file holds."""
         return after_events(self.measured, self._sessions)
 
-    def recorded(self, errors: Errors) -> Robot:
-        """The arm of its file with its mean errors on record."""
-        turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.mean)
-        error = Expected(1e-3 * errors.position_mm.mean, float(turned))
-        return self.robot.recorded(error=error)
+    def recorded(self, errors: Errors, alone: Errors | None = None) -> Robot:
+        """The arm of its file with its mean errors on record, and those of its geometry alone."""
+        own = None if alone is None else alone.expected
+        return self.robot.recorded(error=errors.expected, geometry_error=own)
 
     def valid_for(self, data: Dataset) -> Dataset:
         """Those of some rows for which it is valid; all of them without events."""
