@@ -59,12 +59,12 @@ BUDGETS = {
     "extras/pendant": 2_039,
     "extras/poses": 1_109,
     "extras/production": 472,
-    "extras/reproduce": 91,
+    "extras/reproduce": 90,
     "extras/review": 284,
     "extras/service": 1_227,
     "extras/trajectories": 1_339,
     "extras/workshop": 910,
-    "tests": 41_422,
+    "tests": 40_630,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 19_485

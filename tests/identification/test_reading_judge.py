@@ -17,7 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
-from workbench.identification.meaning.as_read import as_read
+from workbench.identification.meaning.as_read import as_read, understood
 from workbench.identification.meaning.read_rows import read_rows
 
 FANUC = [(0, 0, 0.055, -H), (-H, 0, 0.345, np.pi), (0, 0, 0.03, -H), (0, -0.36, 0, H), (0, 0, 0, -H),
@@ -133,7 +133,7 @@ def judged(seed: int) -> tuple[str, str]:
     if file.kind == "convention" and not refused:
         is_right = bool(np.abs(rows.rotation - file.rotation[: len(rows)]).max() < 1e-6)
         return file.kind, "right" if is_right else "wrong"
-    found = read_rows(file.robot, file.rows)
+    _, found = understood(file.robot, file.rows)  # as it was read above
     assert found is not None
     said = refused or len(rows.notes) > len(file.rows.notes)
     if file.off(found) < (0.02 if file.kind == "foreign" else 0.012):  # a calibration absorbs as much

@@ -1,8 +1,8 @@
-"""The observation of pictures against central differences."""
+"""The observation of pictures, and their likelihood, against central differences."""
 
 import numpy as np
 import pytest
-from checks import check_problem
+from checks import check_jacobian, check_problem
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import FRAME_PARTS
@@ -12,6 +12,7 @@ from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import Camera, project
+from workbench.extras.camera.likelihood import Likelihood, Pictures
 from workbench.extras.camera.rig import PictureReadings, Rig
 from workbench.extras.camera.target import Charuco, charuco_target
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -52,3 +53,13 @@ def test_every_jacobian_column_is_the_derivative(per_session, joints):
     )
     noise = Noise(1.0, 1.0, joints)
     check_problem(Problem.build(robot, pictures(robot, rng, sessions), frames=frames, noise=noise), rng)
+
+
+def test_the_slope_of_the_likelihood_is_its_derivative():
+    rng, unknowns = np.random.default_rng(1), 4
+    residual, by_twist, jacobian = (rng.normal(size=(8, 20, *n)) for n in ((), (6,), (unknowns,)))
+    pictures = Pictures.of(residual, by_twist, np.ones((8, 20), bool), jacobian)
+    x, groups = rng.normal(size=unknowns), np.array([[1.0, 2.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
+    likelihood = Likelihood(pictures, x, x, 1e-2 * np.eye(unknowns), np.zeros(unknowns), tuple(groups))
+    logs = np.log([0.7, 0.3, 0.1, 0.2, 0.5])
+    check_jacobian(lambda v: np.array(likelihood.cost(np.exp(v))[0]), likelihood.cost(np.exp(logs))[3], logs)

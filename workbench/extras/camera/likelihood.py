@@ -177,7 +177,7 @@ class Likelihood:
         """The likeliest sizes; some may be pinned, by their place: τ → 0 holds a group, inf lets it go."""
         found = [self._sought(dict(pinned or {}), begin) for begin in (FIRST, UNCALIBRATED)]
         sizes = min(found, key=lambda each: each[1])[0]
-        value, step, covariance = self.cost(sizes)
+        value, step, covariance, _ = self.cost(sizes)
         return Likeliest(sizes, value, self.x + step, covariance)
 
     def _sought(self, pinned: dict[int, float], begin: np.ndarray) -> tuple[np.ndarray, float]:
@@ -189,13 +189,14 @@ class Likelihood:
         numbers = [self.pictures.count.sum(), each, each, *map(np.count_nonzero, self.groups)]
         scale = np.sqrt(np.maximum(numbers, 1)[rest])  # about how well each logarithm is known
 
-        def cost(logs: np.ndarray) -> float:
+        def cost(logs: np.ndarray) -> tuple[float, np.ndarray]:
             sizes[rest] = np.exp(logs / scale)
-            return self.cost(sizes)[0]
+            value, *_, slope = self.cost(sizes)
+            return value, slope[rest] / scale
 
         start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, index[rest]])
         walls = np.transpose(bounds)
-        found = minimize(cost, start, method="L-BFGS-B", bounds=walls, options={"ftol": 1e-7, "eps": 1e-4})
+        found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=walls, options={"ftol": 1e-7})
         sizes[rest] = np.exp(found.x / scale)
         return sizes, float(found.fun)
 
@@ -215,8 +216,13 @@ class Likelihood:
         costs = np.array([self._sought({place: size}, UNCALIBRATED)[1] for size in GRID])
         return float(np.sqrt(np.average(GRID**2, weights=GRID * np.exp(-0.5 * (costs - costs.min())))))
 
-    def cost(self, sizes: Float[np.ndarray, " k"]) -> tuple[float, np.ndarray, np.ndarray]:
-        """Twice the negative log likelihood at sizes, H⁻¹g and H⁻¹; with S = diag(s)/σ, C = (S⁻² + BᵀB)⁻¹."""
+    def cost(self, sizes: Float[np.ndarray, " k"]) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+        """Twice the negative log likelihood, H⁻¹g, H⁻¹, and its slope by the logarithms of the sizes.
+
+        With S = diag(s)/σ, C = (S⁻² + BᵀB)⁻¹; what is left, e = r − J H⁻¹g, makes the slope by D's parts
+
+            2 Σ (rows − Σ (σ² C + C Bᵀ(e eᵀ + J H⁻¹Jᵀ)B C) / s²)    over their diagonals.
+        """
         pictures = self.pictures
         c, log_v = pictures.compressed(sizes)
         mixed, weigh = c @ pictures.cross, 1.0 / sizes[0] ** 2
@@ -235,7 +241,18 @@ class Likelihood:
         square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
         log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum() - np.linalg.slogdet(p)[1]
         cost = log_v + log_h + weigh * square + float(whole @ self.off**2) - float(g @ step)
-        return cost, step, inverse
+        spread = inverse + np.outer(step, step)
+        left = pictures.square.sum() - 2.0 * step @ pictures.gradient + (spread * pictures.information).sum()
+        pull = pictures.pull - pictures.cross @ step
+        seen = pull[:, :, None] * pull[:, None] + pictures.cross @ inverse @ np.swapaxes(pictures.cross, 1, 2)
+        lack = np.repeat(sizes[1:3], 3) ** -2.0
+        kept = sizes[0] ** 2 * lack * np.einsum("rii->i", c)
+        taken = lack * np.einsum("rii->i", c @ seen @ c)
+        left -= np.einsum("rij,rji->", c, seen) + sizes[0] ** 2 * taken.sum()
+        noise = pictures.count.sum() - (len(c) - kept).sum() - weigh * left
+        lacks = (len(c) - kept - taken).reshape(2, 3).sum(1)
+        widths = precision @ (np.diag(inverse - np.linalg.inv(p)) + (self.off + step) ** 2)
+        return cost, step, inverse, 2.0 * np.concatenate([[noise], lacks, -widths])
 
 
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, np.ndarray]:
