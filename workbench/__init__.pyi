@@ -34,6 +34,7 @@ from workbench.extras.camera.pixel_table import read_pixels as read_pixels
 from workbench.extras.camera.rig import read_rig as read_rig
 from workbench.extras.hobby.motor_map import MotorMap as MotorMap
 from workbench.extras.hobby.motor_map import map_motors as map_motors
+from workbench.extras.katana.load_test.experiment import run_load_test as run_load_test
 from workbench.extras.pendant.extract import Extraction as Extraction
 from workbench.extras.pendant.extract import extract as extract
 from workbench.extras.pendant.own_robot.find_convention import find_convention as find_convention

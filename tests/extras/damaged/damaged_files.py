@@ -81,8 +81,6 @@ PROGRAMS = {
     "//INST\nNOP\nMOVJ C00000 VJ=1.00\nEND\n",
     "a.script": "def a():\n  home = [0.1,0.2,0.3,0.4,0.5,0.6]\n  movej(home, a=1.4, v=1.05)\nend\n",
 }
-MOTOR = {"id": 1, "drive_mode": 0, "homing_offset": -17, "range_min": 800, "range_max": 3300}
-MOTORS = json.dumps({f"joint{k}": MOTOR | {"id": k} for k in range(1, 7)}, indent=1)
 PICTURES = {"PNG": ".png", "JPEG": ".jpg", "BMP": ".bmp", "TIFF": ".tif", "WEBP": ".webp", "PPM": ".pgm"}
 NASTY = (
     *(b"", b"\0", b"\r\n", b"\t", b",", b";", b"'", b'"', b"[", b"]", b"{", b"}", b"<", b">", b"=", b"#"),
@@ -223,14 +221,12 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
 
 def _of_forms(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     """Files of controllers and drivers: imported, and brought up to date with a calibration."""
-    from workbench.extras.hobby.lerobot import read_motors
     from workbench.extras.pendant.commands import _applied
 
     arm("ur5e").save(folder / "ur5e.urdf")
     nominal = {"urdf": arm(str(folder / "ur5e.urdf"))}
     sound = {"urdf": (folder / "ur5e.urdf").read_text()}
-    motors = "motors.json", MOTORS, lambda path: read_motors(path.read_text(errors="replace"), 5)
-    found: dict[str, tuple[str, str | bytes, Read]] = {"motors": motors}
+    found: dict[str, tuple[str, str | bytes, Read]] = {}
     for name in ("dh-csv", "ur-calibration", "ur-kinematics", "urdf"):
         form, own = FORMS[name], nominal.get(name, arm("ur5e"))
         content = sound.get(name) or form.write(Job(robot=own, nominal=own))

@@ -21,7 +21,7 @@ ARM, PLATE = load_robot("aria"), load_plate("table2")
 def test_lines_of_a_virtual_source(tmp_path):
     """The arm stands at its targets whenever it asks; whoever reads no further ends it without a word."""
     program = [sys.executable, "-m", "workbench", "drive", "--robot", "aria", "--plate", "table2", "--to"]
-    options = ["127.0.0.1:0", "--speed", "0", "--rate", "20", "--actual", str(tmp_path / "hidden.toml")]
+    options = ["127.0.0.1:0", "--speed", "0", "--actual", str(tmp_path / "hidden.toml")]
     for is_cut in (False, True):
         with subprocess.Popen([*program, *options], stderr=subprocess.PIPE, text=True) as source:
             port = source.stderr.readline().rpartition(" ")[2].strip()

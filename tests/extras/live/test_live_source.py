@@ -15,10 +15,9 @@ from workbench.arm.motion import Motion
 from workbench.extras.live.connection import accept_one, connect, lines_from
 from workbench.extras.live.driver import drive_plate
 from workbench.extras.live.sample import Sample, format_sample
-from workbench.extras.live.session import FollowSource, MeasureLive, Measuring, Source, TakeSample, UseRows
+from workbench.extras.live.session import MeasureLive, Measuring, Source, TakeSample, UseRows
 from workbench.extras.live.sources import LiveSource
 from workbench.session import Worker, replay, start
-from workbench.session.commands.arm import drawn_joints
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -103,22 +102,6 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
         assert np.array_equal(again.measurements.loaded.dataset.q, data.q)
     finally:
         worker.close()
-
-
-def test_the_scene_follows_unless_it_is_told_not_to(worker, lines):
-    worker.add_view(LiveSource(worker, lines, name="arm"))
-    lines.put(line(Q, 0.0))
-    session = until(worker, lambda s: s.playback.focus is Focus.JOG)
-    assert np.allclose(drawn_joints(session), Q)
-    worker.submit(FollowSource(False))
-    until(worker, lambda s: s.playback.focus is Focus.TARGET)
-    lines.put(line(np.add(Q, 0.1), 0.1))
-    sleep(0.3)
-    assert worker.wait()
-    assert worker.session.playback.focus is Focus.TARGET
-    worker.submit(FollowSource(True))
-    lines.put(line(np.add(Q, 0.2), 0.2))
-    until(worker, lambda s: s.playback.focus is Focus.JOG and np.allclose(s.playback.jogged, np.add(Q, 0.2)))
 
 
 @contextmanager

@@ -67,7 +67,6 @@ def test_what_makes_no_sense_is_said(do):
         guided.TakeAgain(),
         guided.UseRows(),
         guided.EndMeasuring(),
-        guided.FollowSource(False),
         guided.MeasureLive(),
     ):
         assert do(command).page.messages[-1].severity is Severity.ERROR
@@ -78,7 +77,6 @@ def test_what_makes_no_sense_is_said(do):
         session = do(guided.TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
         assert session.page.message_count == message_count + 1
         assert session.part(guided.Measuring).acquisition.latest is None
-    assert do(guided.StoreRow(target=99)).page.messages[-1].severity is Severity.ERROR
     assert do(guided.EndMeasuring()).part(guided.Measuring) is None
     session = do(guided.TellSource("arm", is_open=False), guided.MeasureLive())
     assert (session.part(guided.Source).is_open, session.part(guided.Measuring)) == (False, None)

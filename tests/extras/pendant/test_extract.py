@@ -17,13 +17,13 @@ import workbench as wb
 from workbench.arm.effects import JointCompliance
 from workbench.extras.pendant.extract import ModelVerdict
 
-FORMS, SAID = {}, {}
+FORMS = {}
 
 
 def planned(run, arm: str, number: int = 30) -> Path:
     """A form, planned once for all tests."""
     if (arm, number) not in FORMS:
-        status, SAID[arm, number], _ = run("extract", "--robot", arm, "--plan", number, "--out", "form.csv")
+        status, _, _ = run("extract", "--robot", arm, "--plan", number, "--out", "form.csv")
         assert status == 0
         FORMS[arm, number] = Path("form.csv").read_text()
     Path("form.csv").write_text(FORMS[arm, number])
@@ -46,8 +46,6 @@ def test_thirty_poses_from_the_pendant_give_the_model_of_my_ur5e(run, tmp_path):
     off = model_error(Path("mine.toml"), actual, random_joints("ur5e", 200))
     assert off.mean() < 3e-5
     assert 0.3 < off.mean() / found["expected"]["position_m"] < 3.0
-    promised = float(SAID["ur5e", 30].partition("model ")[2].split()[0])
-    assert 0.7 < 1e-3 * promised / found["expected"]["position_m"] < 1.4
     nominal = hidden("ur5e", tmp_path / "nominal.toml", length=0, angle=0)
     assert model_error(nominal, actual, random_joints("ur5e", 200)).mean() > 1e-3
     run("export", "mine.toml", "--for", "ur-kinematics", "--out", "ur.yaml")

@@ -13,7 +13,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.poses.informative_poses import informative_poses
-from workbench.extras.poses.measurement_order import measuring_order, travels
+from workbench.extras.poses.measurement_order import measuring_order
 from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.sampling import random_poses
@@ -69,6 +69,10 @@ def test_orders_against_all_permutations(seed, rows):
     q = rng(seed).uniform(-2, 2, (rows, 3))
     order = measuring_order(q)
     assert sorted(order) == list(range(rows))
+
+    def travels(q):
+        return np.abs(np.diff(q, axis=0)).max(1)
+
     shortest = min(travels(q[list(p)]).sum() for p in permutations(range(rows)))
     assert travels(q[order]).sum() <= travels(q).sum() + 1e-12
     assert travels(q[order]).sum() <= 1.15 * shortest + 1e-12

@@ -41,11 +41,9 @@ def test_gradient_of_an_index_by_the_joint_positions(aria):
 def test_poses_with_limits(run, tmp_path):
     options = ("--region", "table2", "--towards", "-150,0,0", "--cone", "80deg", "--spread", "40mm")
     more = ("--unknown", "base", "--out", "q.csv", "--json", "q.json")
-    status, out, _ = run("poses", "--robot", "aria", "--number", "8", *options, *more)
+    status, _, _ = run("poses", "--robot", "aria", "--number", "8", *options, *more)
     assert status == 0
-    assert "travel between poses" in out
     found = json.loads((tmp_path / "q.json").read_text())
-    assert found["travel"]["max"] == pytest.approx(np.abs(np.diff(found["poses"], axis=0)).max())
     assert found["index"]["after"] >= found["index"]["before"]
     assert np.allclose(read_trajectory(tmp_path / "q.csv", joints=6).q, found["poses"])
     assert run("poses", "--robot", "aria", "--number", "5", "--from", "q.csv", "--out", "5.csv")[0] == 0

@@ -1,4 +1,4 @@
-"""Hobby arms of servo motors: motor counts and LeRobot's calibrations against the URDF."""
+"""Hobby arms of servo motors: motor counts against the URDF."""
 
 from workbench.parts import Parts
 

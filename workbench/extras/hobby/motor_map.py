@@ -3,8 +3,9 @@
     joint = sign · motor + offset
 
 from 12 to 20 poses of a board that the arm holds, or of a camera that it holds, mounted nobody knows where:
-signs by an exact search (`sign_search.py`), offsets by the identification engine. The zeros of the first and
-the last joint are turns of the unknown mounting and stay open. What sags is found by `diagnose`.
+signs by an exact search (`sign_search.py`), offsets by the identification engine, sag in what these leave
+(`sag.py`); which way sag points tells an arm that stands from one that hangs. The zeros of the
+first and the last joint are turns of the unknown mounting and stay open.
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from typing import Any, final
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -28,6 +30,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.hobby.layouts import NAMED
+from workbench.extras.hobby.sag import Sag, sag_of
 from workbench.extras.hobby.sign_search import Counting, find_counting
 from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.identify import identify
@@ -65,7 +68,9 @@ class MotorMap(AbstractShown):
         offsets: What is added to each motor's angle after its sign [rad]; NaN where the mounting decides.
         half: Half of their 95 % intervals [rad].
         before: Mean error with all zeros as the motors have them, mounting fitted [m].
-        run: The identification of the arm whose joints count as the motors do.
+        alone: Mean error that is left at the poses with the zeros alone [m].
+        run: The identification of the arm whose joints count as the motors do, with its sag.
+        sag_error: Error of the tip to expect anywhere, as the sag is uncertain [m].
         notes: What else should be known, one sentence each.
     """
 
@@ -75,21 +80,28 @@ class MotorMap(AbstractShown):
     offsets: Float[np.ndarray, " n"]
     half: Float[np.ndarray, " n"]
     before: float
+    alone: float
     run: Identification
+    sag_error: float = 0.0
     notes: tuple[str, ...] = ()
 
     @property
     def robot(self) -> Robot:
-        """The arm whose joints count as the motors do; its files are judged by `before`."""
+        """The arm whose joints count as the motors do, with its sag where it was found; its files are
+        judged by `before`, not by the arm with sag that was fitted."""
         start = Errors(Spread.of(np.array([1e3 * self.before])), None)
         best = self.run.best
         refused = best.refusals(start, self.nominal.reach, rows=len(self.run.train_rows))
         return best.calibrated.recorded(refused=refused)
 
     @property
-    def after(self) -> float:
-        """Mean error that is left at the poses [m]."""
-        return 1e-3 * self.run.best.train.position_mm.mean
+    def after(self) -> tuple[float, float]:
+        """Mean errors that are left at the poses, with the zeros alone and with all that was found [m]."""
+        return self.alone, 1e-3 * self.run.best.train.position_mm.mean
+
+    @property
+    def effects(self) -> tuple[AbstractEffect, ...]:
+        return self.robot.effects
 
     @property
     def zeros(self) -> Float[np.ndarray, " n"]:
@@ -103,8 +115,8 @@ class MotorMap(AbstractShown):
 
     @property
     def expected(self) -> float:
-        """Error of the tip to expect anywhere, as zeros are uncertain [m]."""
-        return float(self.run.transfer.anywhere.position)
+        """Error of the tip to expect anywhere, as zeros and sag are uncertain [m]."""
+        return float(np.hypot(self.run.transfer.anywhere.position, self.sag_error))
 
     @property
     def poses_wanted(self) -> int:
@@ -134,9 +146,11 @@ class MotorMap(AbstractShown):
             else "all count in the direction of the URDF"
         )
         swapped = f"; {' and '.join(self.exchanged)} are exchanged" if self.exchanged else ""
+        zeros, all_found = self.after
+        more = f", and with sag {in_mm(all_found)}" if self.effects else ""
         return (
-            f"{motions}{swapped}; with these zeros the tip is {in_mm(self.after)} off on average instead of "
-            f"{in_mm(self.before)}"
+            f"{motions}{swapped}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
+            f"{in_mm(self.before)}{more}"
         )
 
     def blocks(self) -> list[Block]:
@@ -159,6 +173,8 @@ class MotorMap(AbstractShown):
             notes.append(f"joints scatter by {turn:.2g}° about the motor readings: play, or sag")
         if self.poses_wanted > len(self.run.train_rows):
             notes.append(f"about {self.poses_wanted} such poses would determine the tip to 1 mm")
+        motion = Motion(self.run.data.q)
+        notes += [f"also found: {e.sentence(self.robot.chain, motion)}" for e in self.effects]
         notes += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
         return [*notes, *self.notes]
 
@@ -176,6 +192,7 @@ class MotorMap(AbstractShown):
             joints=joints,
             before_m=self.before,
             after_m=self.after,
+            effects=[str(e.name) for e in self.effects],
             expected_m=self.expected,
             scatter_rad=self.scatter,
             poses_wanted=self.poses_wanted,
@@ -210,7 +227,14 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
     found = find_counting(robot, q, poses)
     near = _near(robot, found, q, data)
     best = near[0]
-    arm, run = _of_zeros(robot, best, q, poses, data, rows)
+    arm, alone = _of_zeros(robot, best, q, poses, data, rows)
+    found_beside = _effects(alone)
+    if found_beside.up and (standing := [c for c in near if c.base[:3, 2] @ best.base[:3, 2] < 0.0]):
+        best = standing[0]
+        arm, alone = _of_zeros(robot, best, q, poses, data, rows)
+        found_beside = _effects(alone)
+    effects = found_beside.effects
+    run = _identified(arm.with_effects(*effects), alone.data) if effects else alone
     free = np.arange(1, robot.dof - 1)
     columns = [run.best.fit.problem.names.index(arm.joint_offsets[k]) for k in free]
     offsets, half = np.full((2, robot.dof), np.nan)
@@ -224,7 +248,9 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
         offsets=offsets,
         half=half,
         before=_error(robot, best.signs * q[:, best.order], poses),
+        alone=1e-3 * alone.best.train.position_mm.mean,
         run=run,
+        sag_error=found_beside.error,
         notes=_notes(near, best, q, names),
     )
 
@@ -244,6 +270,13 @@ def _of_zeros(
         source=data.source,
     )
     return arm, _identified(arm, fitted)
+
+
+def _effects(alone: Identification) -> Sag:
+    """Sag in what the zeros leave."""
+    arm, data = alone.robot, alone.data.take(alone.train_rows)
+    poses = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
+    return sag_of(arm, data.q, poses, alone.best.fit.problem.noise)
 
 
 def _seen(robot: Robot, data: Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -2,4 +2,4 @@
 
 from workbench.parts import Parts
 
-PARTS = Parts(commands={"loading": "workbench.extras.katana.commands:loading"})
+PARTS = Parts(root={"run_load_test": "workbench.extras.katana.load_test.experiment:run_load_test"})

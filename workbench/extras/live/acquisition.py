@@ -60,14 +60,14 @@ class TargetPlace:
     """Where the tool stands among the targets.
 
     Args:
-        looks_like: Index of the target at which it stands instead, if it clearly does.
         is_known: Whether a row may be stored for the current target.
         text: How far it is off, where it is more than it may; else empty.
+        advice: At which target it stands instead, if it clearly does.
     """
 
-    looks_like: int | None = None
     is_known: bool = True
     text: str = ""
+    advice: str = "The tool is not at a target."
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -116,23 +116,18 @@ class Acquisition:
         except DataError as error:
             return replace(now, message=str(error))
 
-    def stored(self, index: int | None = None, *, anywhere: bool = False) -> "Acquisition":
-        """With the latest sample as the row of a target, of the current one if None.
+    def stored(self, *, anywhere: bool = False) -> "Acquisition":
+        """With the latest sample as the row of the current target.
 
         Args:
             anywhere: Also where the tool is not at the target.
         """
-        here = self if index is None else replace(self, current=index)
-        sample, place, current = here._storable(), here.place(), here.current
+        sample, place, current = self._storable(), self.place(), self.current
         if not place.is_known and not anywhere:
-            reason = f"not stored: the tool is {place.text}"
-            if place.looks_like is not None:
-                name = self.targets[place.looks_like].name
-                reason += f"; this looks like {name}: store it as {name}?"
-            raise DataError(reason)
+            raise DataError(f"not stored: the tool is {place.text}. {place.advice}")
         if not self.is_measured:
-            turn = here.target.pose[:3, :3] if here.target.is_oriented else None
-            sample = replace(sample, position=here.target.pose[:3, 3], rotation=turn)
+            turn = self.target.pose[:3, :3] if self.target.is_oriented else None
+            sample = replace(sample, position=self.target.pose[:3, 3], rotation=turn)
         rows = {i: row for i, row in self.rows.items() if i != current} | {current: sample}
         after = (*range(current + 1, len(self.targets)), *range(current))
         doubts = [] if self.arm_state is ArmState.STILL else [f"the arm {self.arm_state}"]
@@ -141,7 +136,7 @@ class Acquisition:
             self,
             rows=MappingProxyType(rows),
             current=next((i for i in after if i not in rows), current),
-            message=f"{here.target.name} stored" + (f" ({'; '.join(doubts)})" if doubts else ""),
+            message=f"{self.target.name} stored" + (f" ({'; '.join(doubts)})" if doubts else ""),
         )
 
     def _storable(self) -> Sample:
@@ -228,7 +223,9 @@ class Acquisition:
         error = se3.pose_error(pose, self.target.pose)
         angle = f" and {np.rad2deg(np.linalg.norm(error[3:])):.1f}°" if is_oriented else ""
         text = f"{1e3 * np.linalg.norm(error[:3]):.1f} mm{angle} from {self.target.name}"
-        return TargetPlace(nearest if is_other else None, bool(not is_other and own <= limit), text)
+        if is_other:
+            return TargetPlace(False, text, f"This looks like {self.targets[nearest].name}: go to that one.")
+        return TargetPlace(bool(own <= limit), text)
 
     def _distances(self, pose: Matrix4, is_oriented: bool) -> Float[np.ndarray, " targets"]:
         """From a pose to every target, in multiples of what it may be off."""

@@ -49,8 +49,6 @@ def drive(
     instrument: Annotated[
         str, option("Instrument: tracker-6d, laser-tracker …; plate: none, the seat fixes the tool.")
     ] = "tracker-6d",
-    branch: Annotated[str, option("designed, mixed, auto (one branch), or a branch by name.")] = "designed",
-    rate: Annotated[float, option("Samples per second.")] = 50.0,
     speed: Annotated[float, option("Speed-up over real time; 0: without waiting.")] = 1.0,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,
@@ -67,10 +65,8 @@ def drive(
     hidden, samples = drive_plate(
         wb.load_robot(robot),
         wb.load_plate(plate),
-        branch=branch,
         instrument=instrument,
         actual=None if of is None else wb.load_robot(of),
-        rate=rate,
         seed=seed,
     )
     if actual is not None:

@@ -23,7 +23,7 @@ from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Obser
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.extras.live.sample import Sample
 from workbench.plate.plate import Plate
-from workbench.plate.simulated_measurement import DESIGNED, measure_plate
+from workbench.plate.simulated_measurement import measure_plate
 
 PEAK = 15.0 / 8.0
 """Peak speed of the minimum-jerk curve over its mean speed."""
@@ -60,8 +60,6 @@ def drive(
         instrument: What sees the tool all the while; None: nothing does, and samples have no pose.
         rate: Samples a second.
     """
-    if not 0.0 < rate < np.inf:
-        raise OptionError(f"the rate must be above 0, got {rate:g}", option="rate")
     if instrument is not None and instrument.observes not in (Observes.POSE, Observes.POINT):
         raise OptionError(
             f"instrument '{instrument.name}' measures neither pose nor position of the tool; "
@@ -101,10 +99,8 @@ def drive_plate(
     robot: Robot,
     plate: Plate,
     *,
-    branch: str = DESIGNED,
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
-    rate: float = 50.0,
     seed: int = 0,
 ) -> tuple[Robot, Iterator[Sample]]:
     """A virtual arm with hidden errors, steered to every target of a plate (ARIA 5.1).
@@ -112,11 +108,9 @@ def drive_plate(
     Args:
         robot: Nominal arm.
         plate: The fixture, in the robot's base.
-        branch: `designed`, `auto`, `mixed`, or a branch by name, as for `measure_plate`.
         instrument: What sees the tool: an operator then steers until the target's pose shows, more or less.
             `plate`: nothing does, and the seat constrains the tool.
         actual: The arm that moves; one with hidden manufacturing errors if None.
-        rate: Samples a second.
         seed: Of the hidden errors, the steering and the noise.
 
     Returns:
@@ -130,9 +124,9 @@ def drive_plate(
     seated = instrument.name == SEAT
     spread = (instrument.sigma_position, instrument.sigma_rotation or 0.0) if seated else STEERING
     exact = INSTRUMENTS["ideal"]
-    _, rows = measure_plate(robot, plate, branch=branch, instrument=exact, actual=actual, seed=seed)
+    _, rows = measure_plate(robot, plate, instrument=exact, actual=actual, seed=seed)
     turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(plate), 3)))
     places = plate.poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(plate), 3))
     steered = se3.pose(turn @ plate.poses[:, :3, :3], places)
     q = simulate_targets(actual, steered, instrument=exact, rng=rng, near=rows.q).q
-    return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, rate=rate)
+    return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument)

@@ -9,7 +9,6 @@ from workbench.extras.live.acquisition import MAX_ANGLE, MAX_DISTANCE, Acquisiti
 from workbench.extras.live.session import (
     USE,
     EndMeasuring,
-    FollowSource,
     MeasureLive,
     Measuring,
     NextWanted,
@@ -47,14 +46,6 @@ class GuidedPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
             self.html(lambda s: _source(s.part(Source)))
-            follow = self.checkbox(
-                "Follow the arm",
-                "Move the arm in the scene with the real one.",
-                lambda s: (source := s.part(Source)) is not None and source.is_followed,
-                visible=lambda s: s.part(Source),
-                value=True,
-            )
-            self.form(FollowSource, follow)
             self.button(
                 "Measure the real arm",
                 MeasureLive,
@@ -86,16 +77,6 @@ class MeasuringPanel(AbstractPanel):
             disabled=lambda s: not _can(s, StoreRow()),
         )
         button(
-            "Store as",
-            lambda: StoreRow(target=_other_target(self._worker.session)),
-            icon.TARGET_ARROW,
-            "The arm is at that target, not at the current one: store its row and continue from there.",
-            main=True,
-            visible=lambda s: _other_target(s) is not None,
-            label=lambda s: f"Store as target {(_other_target(s) or 0) + 1}",
-            disabled=lambda s: not _can(s, StoreRow(target=_other_target(s))),
-        )
-        button(
             "Store anyway",
             lambda: StoreRow(anywhere=True),
             icon.ALERT_TRIANGLE,
@@ -115,18 +96,10 @@ class MeasuringPanel(AbstractPanel):
         """The space bar stores now alone: elsewhere it presses the button that has the focus."""
         if _is_on(session) and self._space is None:
             self._space = self._gui.add_command("Store the row", hotkey="space")
-            self._space.on_trigger(lambda _: self._store_here())
+            self._space.on_trigger(lambda _: self._worker.submit(StoreRow()))
         elif not _is_on(session) and self._space is not None:
             self._space.remove()
             self._space = None
-
-    def _store_here(self) -> None:
-        """Store for the current target, or for the one where the tool is."""
-        session = self._worker.session
-        for command in (StoreRow(), StoreRow(target=_other_target(session))):
-            if _can(session, command):
-                self._worker.submit(command)
-                return
 
 
 def _is_on(session: Session) -> bool:
@@ -139,11 +112,6 @@ def _goes_on(session: Session) -> bool:
 
 def _has_no_row(session: Session) -> bool:
     return not acquisition_of(session).rows
-
-
-def _other_target(session: Session) -> int | None:
-    """The plate's target at which the tool is instead of the current one, counted from 0."""
-    return acquisition_of(session).place().looks_like if _goes_on(session) else None
 
 
 def _can(session: Session, command: StoreRow) -> bool:
@@ -208,10 +176,7 @@ def _deviation(now: Acquisition) -> str:
     )
     if place.is_known:
         return content
-    sentence = "The tool is not at a target."
-    if place.looks_like is not None:
-        sentence = f"This looks like {now.targets[place.looks_like].name}."
-    return content + f'<div data-testid="place" style="color:{BAD};font-weight:600">{sentence}</div>'
+    return content + f'<div data-testid="place" style="color:{BAD};font-weight:600">{place.advice}</div>'
 
 
 def _light(now: Acquisition) -> str:

@@ -44,12 +44,6 @@ class Measuring(AbstractPart):
             return NextStep(
                 f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
             )
-        seen = acquisition.place().looks_like
-        if seen is not None:
-            other = acquisition.targets[seen].name
-            text = f"The arm is at {other}, not at the current {acquisition.target.name}."
-            here = Action(f"Store it as {other}", Tab.MEASURE, StoreRow(target=seen))
-            return NextStep(text, Tone.CAREFUL, here, done)
         text = "Drive the arm to the current target, wait until it is still, store the row"
         return NextStep(f"{text}; {stored} of {len(acquisition.targets)} stored.", next=done)
 
@@ -62,7 +56,6 @@ class Source(AbstractPart):
         name: Where it is, such as `localhost:5000`.
         is_open: Whether it is still connected.
         silence: For how long it has said nothing [s]; 0 where that is no matter.
-        is_followed: Whether the arm in the scene stands where the real one does.
     """
 
     goes_with = GoesWith.PAGE
@@ -70,10 +63,9 @@ class Source(AbstractPart):
     name: str
     is_open: bool = True
     silence: float = 0.0
-    is_followed: bool = True
 
     def step(self, session: Session) -> NextStep | None:
-        if not self.is_followed or session.playback.focus is not Focus.JOG:
+        if session.playback.focus is not Focus.JOG:
             return None
         return NextStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
 
@@ -111,7 +103,7 @@ class MeasureLive(AbstractChange):
 
 
 class TakeSample(AbstractChange):
-    """A sample from the arm and the instrument; it moves the arm in the scene, unless that doesn't follow.
+    """A sample from the arm and the instrument; it moves the arm in the scene.
 
     Args:
         time: By the source's clock [s].
@@ -141,10 +133,9 @@ class TakeSample(AbstractChange):
             raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
-        source = session.part(Source)
         if session.part(Measuring) is not None:
             session = _with(session, acquisition_of(session).with_sample(Sample.of(self), self.arm_state))
-        elif source is None or not source.is_followed:
+        elif session.part(Source) is None:
             return session
         if session.drag is not None:
             return session
@@ -160,13 +151,11 @@ class StoreRow(AbstractChange):
     """Keep the latest sample as the current target's row.
 
     Args:
-        target: The target that it is kept for, counted from 0; the current one if None.
         anywhere: Also where the tool is not at the target.
     """
 
     title = "Store the row"
 
-    target: int | None = None
     anywhere: bool = False
 
     def check(self, session: Session) -> None:
@@ -176,10 +165,7 @@ class StoreRow(AbstractChange):
         return _with(session, self._stored(session))
 
     def _stored(self, session: Session) -> Acquisition:
-        acquisition = acquisition_of(session)
-        if self.target is not None and not 0 <= self.target < len(acquisition.targets):
-            raise OptionError(f"target must be 1 to {len(acquisition.targets)}, got {self.target + 1}")
-        return acquisition.stored(self.target, anywhere=self.anywhere)
+        return acquisition_of(session).stored(anywhere=self.anywhere)
 
 
 class TakeAgain(AbstractChange):
@@ -259,28 +245,7 @@ class TellSource(AbstractChange):
     title = computed(lambda self: f"Live source {self.name}: {'connected' if self.is_open else 'ended'}")
 
     def apply(self, session: Session) -> Session:
-        former = session.part(Source)
-        is_followed = former is None or former.is_followed
-        session = session.with_part(Source(self.name, self.is_open, self.silence, is_followed))
+        session = session.with_part(Source(self.name, self.is_open, self.silence))
         if session.part(Measuring) is not None and self.silence:
             session = _with(session, replace(acquisition_of(session), silence=self.silence))
         return session if self.is_open else session.with_message(Severity.WARNING, f"{self.name}: {ENDED}")
-
-
-class FollowSource(AbstractChange):
-    """Let the arm in the scene follow the real one, or return to its target.
-
-    Args:
-        is_followed: Whether it follows.
-    """
-
-    key = "follow"
-
-    is_followed: bool
-
-    title = computed(lambda self: f"{'Follow' if self.is_followed else 'Stop following'} the real arm")
-
-    def apply(self, session: Session) -> Session:
-        source = replace(_source(session), is_followed=self.is_followed)
-        focus = session.playback.focus if self.is_followed else Focus.TARGET
-        return session.with_part(source).updated("playback", focus=focus)

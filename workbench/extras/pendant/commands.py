@@ -65,8 +65,7 @@ def _plan(arm, number: int, out: Path | None, seed: int) -> None:
     opt.check_writable(out)
     with opt.progress_bar("extract"):
         found = plan_readings(arm, number, seed=seed)
-    opt.say(found.sentence)
-    opt.say(f"form: {found.save(out)}")
+    opt.say(f"form of {len(found.q)} poses: {found.save(out)}")
 
 
 TouchesArgument = Annotated[
@@ -195,8 +194,6 @@ def _applied(nominal, path: Path, form: str):
     text = form_named(form).text_of(path)
     with understood(f"a file of the form {form}", str(path)):
         arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
-    if arm is None:
-        raise OptionError(f"files of the form {form} can't be imported; use the calibration's TOML instead")
     require_same_arm(arm, nominal)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (10 * nominal.dof, nominal.dof))
     poses = tool_poses(arm.bare, wb.Motion(q))

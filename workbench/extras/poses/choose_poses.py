@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.joint_units import shown_joints, shown_units, sliding, sliding_numbers
+from workbench.arm.joint_units import shown_joints, shown_units, sliding_numbers
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Seed, checked_arguments
 from workbench.base.errors import DataError
@@ -85,10 +85,6 @@ def poses_blocks(robot: Robot, poses: PoseSet) -> Iterator[Block]:
     rows = [(str(k), *(f"{v:.1f}" for v in q)) for k, q in enumerate(shown_joints(robot, poses.q), 1)]
     yield ResultTable(f"{plural(len(poses.q), 'pose')} for {robot.name}", ("pose", *heads), rows)
     yield Sentence(f"index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these")
-    if len(poses.q) > 1:
-        longest, mean = np.rad2deg(poses.travels.max()), np.rad2deg(poses.travels.mean())
-        of = "revolute joints, in general" if sliding(robot).any() else "the joint that travels most"
-        yield Sentence(f"travel between poses ({of}): {longest:.0f}° maximum, {mean:.0f}° mean")
 
 
 def poses_json(robot: Robot, poses: PoseSet) -> Json:
@@ -96,7 +92,6 @@ def poses_json(robot: Robot, poses: PoseSet) -> Json:
         "workbench.poses/1",
         robot=robot.name,
         index={"name": poses.index, "before": poses.before, "after": poses.after},
-        travel={"max": poses.travels.max(initial=0.0), "sum": poses.travels.sum()},
         outcome=poses.outcome,
         poses=poses.q,
     )

@@ -23,7 +23,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of, progress
 from workbench.base.types import Outcome, frozen
 from workbench.extras.poses.climb import PoseClimb
-from workbench.extras.poses.measurement_order import measuring_order, travels
+from workbench.extras.poses.measurement_order import measuring_order
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.exchange import Exchanged, by_determinant, of_information
 from workbench.plate.free_constants import visible_basis
@@ -57,11 +57,6 @@ class PoseSet:
     before: float
     after: float
     outcome: Outcome
-
-    @property
-    def travels(self) -> Float[np.ndarray, " steps"]:
-        """Maximum travel of any joint from each pose to the next [rad or m]."""
-        return travels(self.q)
 
 
 def informative_poses(

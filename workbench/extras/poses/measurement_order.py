@@ -10,11 +10,6 @@ import numpy as np
 from jaxtyping import Float, Int
 
 
-def travels(q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, " steps"]:
-    """Maximum travel of any joint from each pose to the next [rad or m]."""
-    return np.abs(np.diff(q, axis=0)).max(1, initial=0.0)
-
-
 def measuring_order(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
     """An order of poses with short moves; its total length never exceeds that of the given order."""
     moves = np.abs(q[:, None] - q[None]).max(2)

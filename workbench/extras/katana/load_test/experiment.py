@@ -16,10 +16,11 @@ from jaxtyping import Bool, Int
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError, OptionError
+from workbench.base.arguments import checked_arguments
+from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.base.wording import joint_list
+from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
@@ -40,7 +41,6 @@ from workbench.extras.katana.load_test.postures import (
 )
 from workbench.extras.katana.load_test.tolerance import (
     ANGLE,
-    CENTRE,
     LENGTH,
     constants_known,
     has_certain_load_sides,
@@ -48,11 +48,6 @@ from workbench.extras.katana.load_test.tolerance import (
 )
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
-from workbench.report.blocks import Block, ResultTable, lines
-from workbench.report.json import Json, document
-from workbench.report.numbers import short
-from workbench.report.result_display import AbstractShown
-from workbench.report.result_fields import JOINT, ResultField, ResultFields
 
 REPEATS = 10
 """Readings of every posture, whose mean is taken."""
@@ -63,24 +58,10 @@ MIN_MASS = 0.1
 SPARE = 4.0
 """Variance of the residual, in that of the stated noise, above which a fit is refused."""
 
-LOADING = "workbench.loading/1"
-MDEG = 1e3 * float(np.rad2deg(1.0))
-PARTS = (
-    ("clearance", MDEG, "clearance\n[m°]"),
-    ("backlash", MDEG, "backlash\n[m°]"),
-    ("stiffness", 1e-3, "stiffness\n[kN·m/rad]"),
-)
-"""Sizes, factors to the units that people read, and headings."""
-LACKING = {
-    PairPurpose.CROSSWISE: "tilts in both directions: its clearance does not show",
-    PairPurpose.REVERSAL: "turns in both directions: its backlash does not show",
-    PairPurpose.SIZE: "is loaded lightly and heavily: its stiffness does not show",
-}
-
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class LoadTest(AbstractShown):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadTest:
     """A load test and what it showed.
 
     Args:
@@ -106,83 +87,10 @@ class LoadTest(AbstractShown):
         pulled = {j.joint: j for tilting in self.side_tilting for j in tilting.joints}
         return tuple(j.joined(pulled[j.joint]) if j.joint in pulled else j for j in self.tilting.joints)
 
-    @property
-    def notes(self) -> list[str]:
-        """How the joints were loaded, one sentence each."""
-        out = []
-        if heavy := sorted({pair.joint for pair in self.plan.pairs if pair.added.any()}):
-            mass = max(pair.added.max() for pair in self.plan.pairs)
-            out.append(f"{mass:g} kg were hung onto the tool for {joint_list(heavy)}")
-        for joint in self.plan.unturned:
-            text = f"gravity exerts no moment about joint {joint + 1}: inclinometers show how it tilts"
-            pulled = any(s.joint == joint for s in self.side)
-            out.append(text + (", poses under side pulls how it rotates" if pulled else " and nothing else"))
-        for joint, purpose in self.plan.missing:
-            out.append(f"no posture loads joint {joint + 1} so that it {LACKING[purpose]}")
-        if left_out := len(self.plan.q) - len(self.tilting.fit.problem.data):
-            out.append(
-                f"{left_out} postures are left out, since small errors of the arm decide a load's side there"
-            )
-        centre = max(j.com_tolerance for j in self.robot.joints)
-        out.append(
-            f"standard errors include errors of lengths (up to {1e3 * LENGTH:g} mm), of link masses (as in "
-            "the arm's file, or 10 %) and of their centres "
-            f"(one σ of {1e3 * centre:g} mm along each axis, --centre-tolerance)"
-        )
-        return out
 
-    def blocks(self) -> list[Block]:
-        """What was found of every joint, with standard errors, beside what the virtual arm hides."""
-        rows = []
-        for joint, hidden in zip(self.joints, self.hidden, strict=True):
-            rows.append((f"{joint.joint + 1}", "found", *_cells(joint, errors=True)))
-            rows.append(("", "hidden", *_cells(hidden, errors=False)))
-        title = f"{self.robot.name}: inclinometers in {len(self.plan.q)} postures"
-        headings = ("joint", "", *(heading for _, _, heading in PARTS))
-        return [ResultTable(title, headings, rows, words=2), *lines("note", self.notes)]
-
-    def json(self) -> Json:
-        """The result as plain data in SI; joints count from 1."""
-        joints = [
-            {"joint": joint.joint + 1}
-            | {part: _size(joint, part) for part in KINDS}
-            | {"hidden": {part: getattr(hidden, part) for part in KINDS}}
-            for joint, hidden in zip(self.joints, self.hidden, strict=True)
-        ]
-        return document(
-            LOADING,
-            robot=self.robot.name,
-            joints=joints,
-            unturned=[j + 1 for j in self.plan.unturned],
-            missing=[{"joint": j + 1, "purpose": str(p)} for j, p in self.plan.missing],
-            postures=POSTURES.each(self.plan.pairs),
-            pulls=PULLS.each(self.side),
-            notes=self.notes,
-        )
-
-
-POSTURES = ResultFields(JOINT, "purpose", "q", ResultField("added_kg", of=lambda pair: pair.added))
-PULLS = ResultFields(JOINT, "q", "wrench")
-
-
-def _cells(joint: JointTilting, *, errors: bool) -> list[str]:
-    """Sizes in the table's units, with standard errors or without; a dash for what was not fitted."""
-    out = []
-    for part, size, _ in PARTS:
-        value, std = size * getattr(joint, part), size * getattr(joint, f"{part}_std")
-        out.append("–" if np.isnan(value) else short(value) + (f" ± {short(std)}" if errors else ""))
-    return out
-
-
-def _size(joint: JointTilting, part: str) -> Json:
-    unit = "rad/(N*m)" if part == "compliance" else "rad"
-    return {"value": getattr(joint, part), "std": getattr(joint, f"{part}_std"), "unit": unit}
-
-
+@checked_arguments()
 @one_thread()
-def run_load_test(
-    robot: Robot, *, added_mass: float = 0.0, each: int = 4, centre_tolerance: float = CENTRE, seed: int = 0
-) -> LoadTest:
+def run_load_test(robot: RobotLike, *, added_mass: float = 0.0, each: int = 4, seed: int = 0) -> LoadTest:
     """Plan the load test of a robot, and simulate it on a virtual arm with hidden sizes.
 
     Args:
@@ -190,14 +98,10 @@ def run_load_test(
             does not turn are pulled.
         added_mass: Mass that can be hung onto the tool [kg].
         each: Pairs of postures for every joint and purpose.
-        centre_tolerance: How well the links' centres of mass are known along each axis [m]; their masses as
-            the robot file states. More than a few mm take an added mass, else the loads' sides are in doubt.
         seed: Of postures, hidden arm and noise.
     """
-    if centre_tolerance < 0.0:
-        raise OptionError(f"--centre-tolerance must be at least 0 mm, got {1e3 * centre_tolerance:g} mm")
     rng = np.random.default_rng(seed)
-    robot = with_centre_tolerance(robot.with_effects(), centre_tolerance)
+    robot = with_centre_tolerance(robot.with_effects())
     plan = plan_load_test(robot, added_mass=added_mass, each=each, rng=rng)
     pulled_at = [j for j in plan.unturned if pullable(robot, j, rng=rng)]
     side = tuple(side_loads(robot, j, rng=rng) for j in pulled_at)

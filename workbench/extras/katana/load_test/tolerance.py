@@ -29,9 +29,9 @@ CLEAR_SIDE_SIGMAS = 4.0
 """Standard deviations of a moment that leave no doubt about its side."""
 
 
-def with_centre_tolerance(robot: Robot, std: float = CENTRE) -> Robot:
-    """The arm with its links' centres of mass known so well along each axis [m]."""
-    return replace(robot, joints=tuple(replace(j, com_tolerance=std) for j in robot.joints))
+def with_centre_tolerance(robot: Robot) -> Robot:
+    """The arm with its links' centres of mass known to `CENTRE`."""
+    return replace(robot, joints=tuple(replace(j, com_tolerance=CENTRE) for j in robot.joints))
 
 
 def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:
