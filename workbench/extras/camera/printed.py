@@ -49,12 +49,14 @@ def printed_sheet(board: Charuco) -> tuple[Image.Image, tuple[str, float, float]
     drawn, side = opencv_board(board), 1e3 * board.square
     size = [side * count for count in board.squares]
     papers = ((name, *p) for name, paper in PAPERS.items() for p in (paper, paper[::-1]))
-    paper = next((p for p in papers if all(p[k + 1] >= size[k] + 2 * BORDER for k in (0, 1))), None)
+    least = [length + 2 * BORDER for length in size]
+    paper = next((p for p in papers if p[1] >= least[0] and p[2] >= least[1]), None)
     if paper is None:
         board_size = f"{size[0]:.0f} x {size[1]:.0f} mm is larger than A1 paper"
         raise OptionError(f"{board_size}; choose smaller or fewer squares")
     each = int(np.ceil(side / DOT))
     dots = Image.fromarray(drawn.generateImage(tuple(each * count for count in board.squares)))
-    page = Image.new("1", tuple(round(length * each / side) for length in paper[1:]), 1)
+    _, width, height = paper
+    page = Image.new("1", (round(width * each / side), round(height * each / side)), 1)
     page.paste(dots, ((page.width - dots.width) // 2, (page.height - dots.height) // 2))
     return page, paper
