@@ -122,10 +122,7 @@ def _under_way(session: Session) -> NextStep | None:
 def _of_extras(session: Session) -> NextStep | None:
     """What an extra says while its part stands, that of a mode first."""
     parts = sorted(session.parts.values(), key=lambda part: not part.is_mode)
-    if (step := next((step for part in parts if (step := part.step(session)) is not None), None)) is not None:
-        return step
-    text = next((part.conclusion for part in parts if part.conclusion), "")
-    return NextStep(text, Tone.GOOD, LOAD) if text else None
+    return next((step for part in parts if (step := part.step(session)) is not None), None)
 
 
 def _unread(session: Session) -> NextStep | None:

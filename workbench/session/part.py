@@ -21,8 +21,6 @@ class AbstractPart:
 
     goes_with: ClassVar[GoesWith] = GoesWith.PLATE
     """That of the measurements stays on another plate, that of the page with another arm, too."""
-    conclusion: ClassVar[str] = ""
-    """What the session has come to by it, though nothing of the arm is identified; empty for nothing."""
     is_mode: ClassVar[bool] = False
     """Whether the page is its own until it ends: panels without a tab stand in place of the tabs."""
 

@@ -39,7 +39,7 @@ def test_the_commands_of_the_page_on_cameras(run, here):
         line.replace("\\\n", " ").replace("PICTURES", ".").replace("--robot R ", "--robot aria ")
         for line in shown
     ]
-    assert len(lines) == 7
+    assert len(lines) == 6
     photographed = (here / "target.toml").read_bytes()
     (here / "target.toml").unlink()  # that of another target is not written over
     run_lines(run, (line for line in lines if "board" in line))

@@ -196,6 +196,16 @@ def test_pairs_that_do_not_belong_together_are_named():
     assert few <= 3
 
 
+@pytest.mark.parametrize("count", [2, 7])
+def test_chessboards_counted_from_the_other_end_are_named(count):
+    hands, seen = pairs(16)
+    seen[:count] @= matrix([0.18, 0.12, 0.0], Rotation.from_rotvec([0.0, 0.0, np.pi]))
+    found = handeye((hands, seen))
+    assert (sorted(found.fit.apart), found.doubt) == ([*range(count)], "")
+    assert "counted from its other end" in repr(found)
+    assert off(found)[0] < 0.6
+
+
 @pytest.mark.parametrize("mounted", ["tool", "world"])
 @pytest.mark.parametrize("scale", [1.05, 0.95, 10.0, 1.005])
 def test_a_target_of_another_size_is_told_and_spoils_nothing(mounted, scale):

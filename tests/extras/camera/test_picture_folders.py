@@ -37,8 +37,8 @@ def folder(shots, tmp_path):
     files = {
         "corners.csv": shots.table(),
         "where.csv": shots.joints(),
-        "cell.toml": virtual.camera_toml(),
-        "solid.toml": virtual.target_toml("tool"),
+        "camera.toml": virtual.camera_toml(),
+        "target.toml": virtual.target_toml("tool"),
     }
     for name, text in files.items():
         (place / name).write_text(text)
@@ -88,7 +88,7 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda f: (f / "solid.toml").unlink(), "has no target.toml"),
+        (lambda f: (f / "target.toml").unlink(), "has no target.toml"),
         (lambda f: (f / "where.csv").unlink(), "has no joints"),
         (lambda f: (f / "corners.csv").unlink(), "has no pictures"),
         (lambda f: shutil.copy(f / "where.csv", f / "more.csv"), "several files of the same kind"),

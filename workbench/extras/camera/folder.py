@@ -1,7 +1,6 @@
 """Reading a folder with pictures or a table of their corners, joints, cameras and target.
 
-The kind of a file is determined by its content, not its name: `[[camera]]` tables, a target, corners (a
-column `u[px]`), joints or tool poses.
+The kind of a table is determined by its content, not its name: corners (a column `u[px]`), joints or poses.
 """
 
 import io
@@ -14,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from workbench.base.errors import FileError
-from workbench.base.toml import AbstractTableReader
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_fields
@@ -26,9 +24,7 @@ TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
 LARGEST, MAX_FILES = 1 << 30, 20_000
 """Bytes and files of an archive that are unpacked."""
 MAX_TABLES = 100
-"""Tables and TOML files of a folder that are looked into."""
-CAMERA, TARGET = {"camera"}, {"charuco", "point", "board"}
-"""Tables of a TOML file by which its kind is known."""
+"""Tables of a folder that are looked into."""
 
 
 def read_folder(
@@ -38,7 +34,7 @@ def read_folder(
 
     Args:
         place: The folder.
-        rig: Cameras and target; None: those of its TOML files.
+        rig: Cameras and target; None: those of its camera.toml and target.toml.
         joints: Table of the joints; None: the one beside the pictures, or joints stand with the corners.
         dof: Number of joints of the robot; None: as many as the file names.
     """
@@ -50,21 +46,16 @@ def read_folder(
         text = f"has more than {MAX_TABLES} tables; keep only those of the pictures"
         raise FileError(text, path=str(place))
     if rig is None:
-        if (target := _only(place, _tomls(place, TARGET))) is None:
+        camera, target = place / "camera.toml", place / "target.toml"
+        if not target.exists():
             text = "has no target.toml: add one, with [charuco], [[point]] or [[board]], beside the pictures"
             raise FileError(text, path=str(place))
-        rig = read_rig(_only(place, _tomls(place, CAMERA)), target)
+        rig = read_rig(camera if camera.exists() else None, target)
     columns = {p: set(read_fields(p, layout="plain").values) for p in tables}
     corners = _only(place, [p for p, keys in columns.items() if "u" in keys])
     beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
     data = read_pixels(corners or place, rig, joints=joints or _only(place, beside), dof=dof)
     return replace(data, source=place.name)
-
-
-def _tomls(place: Path, keys: set[str]) -> list[Path]:
-    """TOML files of a folder that have one of these tables."""
-    tomls = (p for p in sorted(place.iterdir()) if p.suffix.lower() == ".toml")
-    return [p for p in tomls if keys & set(_Toml(p).load())]
 
 
 def only_folder(place: Path) -> Path:
@@ -118,7 +109,3 @@ def _only(place: Path, found: list[Path]) -> Path | None:
         names = listed([p.name for p in found])
         raise FileError(f"has several files of the same kind: {names}; keep one of them", path=str(place))
     return found[0] if found else None
-
-
-class _Toml(AbstractTableReader):
-    wanted = otherwise = "a TOML file"

@@ -4,7 +4,6 @@ from dataclasses import field, replace
 from pathlib import Path
 
 from workbench.base.errors import DataError, WorkbenchError
-from workbench.base.progress import part_of
 from workbench.base.wording import plural
 from workbench.extras.camera.camera import ON
 from workbench.extras.camera.folder import packed, read_folder, unpacked
@@ -17,8 +16,6 @@ from workbench.session.state import Session
 
 LARGEST_FOLDER = 256 * 1024 * 1024
 """Archives beyond this size are refused [bytes]."""
-SEARCH = 0.9
-"""Part of the work that is the search for corners."""
 
 
 class LoadPictures(AbstractLoad[Loaded]):
@@ -45,8 +42,7 @@ class LoadPictures(AbstractLoad[Loaded]):
         name = safe_name(self.name)
         with unpacked(name, self.content) as folder:
             try:
-                with part_of(0.0, SEARCH):
-                    data = read_folder(folder, dof=session.robot.dof)
+                data = read_folder(folder, dof=session.robot.dof)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "").replace(str(folder), name)) from error
         data, rig = replace(data, source=name.removesuffix(".zip")), rig_of(data)

@@ -105,13 +105,9 @@ class StartCard(AbstractPanel):
             return
         now, before = session.measurements, self._before.measurements
         is_read = now.loaded not in (None, before.loaded)
-        is_concluded = any(
-            part.conclusion and part is not self._before.parts.get(kind)
-            for kind, part in session.parts.items()
-        )
         file = None if now.unread is before.unread else now.unread
         rival = "" if file is None or file.match is None else file.match.rival  # the strip offers that arm
-        if is_read or is_concluded or rival or session.mode is not None:
+        if is_read or rival or session.mode is not None:
             self._leave(self._ends_at)
             if is_read and self._door is not None and self._door.begins is not None:
                 self._worker.submit(self._door.begins())
