@@ -29,13 +29,13 @@ def board(
 ) -> None:
     """A ChArUco board to print at true size, and its target.toml."""
     from workbench.extras.camera.camera import Mount
-    from workbench.extras.camera.printed import across_down, board_pdf, fitting_marker
+    from workbench.extras.camera.printed import across_down, board_pdf
     from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
     check_ending(out, "a board is", ".pdf")
     mount = opt.choice_of({str(m): m for m in Mount}, mounted, "--mounted")
     side = opt.length(square)
-    inner = fitting_marker(side) if marker is None else opt.length(marker)
+    inner = round(0.75 * side, 4) if marker is None else opt.length(marker)
     printed, beside = Charuco(across_down(squares), side, inner, dictionary), out.parent / "target.toml"
     opt.check_writable(out, beside)
     text, (pdf, title) = target_toml(charuco_target(printed, mount)), board_pdf(printed)

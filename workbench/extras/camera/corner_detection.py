@@ -207,7 +207,8 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
     folder = Path(folder)
     files = list(picture_files(folder, rig))
     sizes = {camera.name: camera.size for camera in rig.cameras}
-    finder = BoardFinder.of(rig.targets, list(readable(a_few(files), sizes)))
+    few = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]
+    finder = BoardFinder.of(rig.targets, list(readable(few, sizes)))
 
     def look(entry: tuple[str, Path]) -> Found:
         camera, path = entry
@@ -254,8 +255,3 @@ def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Fou
     for board in finder.targets:
         if not np.isin(board.ids, seen).any():
             yield f"no picture shows board '{board.name}'"
-
-
-def a_few(files: list) -> list:
-    """A few of the files, from all over."""
-    return [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]

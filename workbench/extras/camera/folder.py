@@ -38,9 +38,9 @@ def read_folder(
         joints: Table of the joints; None: the one beside the pictures, or joints stand with the corners.
         dof: Number of joints of the robot; None: as many as the file names.
     """
-    if not Path(place).is_dir():
-        raise FileError("is not a folder", path=str(place))
-    place = only_folder(Path(place))
+    place = Path(place)
+    while len(inside := [p for p in place.iterdir() if p.name[0] != "."]) == 1 and inside[0].is_dir():
+        place = inside[0]
     tables = sorted(p for p in place.iterdir() if p.is_file() and p.suffix.lower() in TABLES)
     if len(tables) > MAX_TABLES:
         text = f"has more than {MAX_TABLES} tables; keep only those of the pictures"
@@ -56,14 +56,6 @@ def read_folder(
     beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
     data = read_pixels(corners or place, rig, joints=joints or _only(place, beside), dof=dof)
     return replace(data, source=place.name)
-
-
-def only_folder(place: Path) -> Path:
-    while True:
-        inside = [p for p in place.iterdir() if not p.name.startswith(".")]
-        if len(inside) != 1 or not inside[0].is_dir():
-            return place
-        place = inside[0]
 
 
 def packed(place: Path | str) -> bytes:

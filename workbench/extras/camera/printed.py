@@ -17,11 +17,6 @@ DOT = 0.05
 """Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
 
 
-def fitting_marker(square: float) -> float:
-    """Side of the markers in squares of this side [m]."""
-    return round(0.75 * square, 4)
-
-
 def across_down(text: str) -> tuple[int, int]:
     """Squares across and down from 5x7."""
     try:

@@ -27,7 +27,7 @@ from workbench.base.hand_eye import base_and_tool, mean_base
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
-from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, off_text, owner_in
+from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget, is_plane
 
 FAR_OFF = 50.0
@@ -142,7 +142,7 @@ def _judged(
     useless = of_picture > USELESS
     if np.median(of_picture) > USELESS:
         raise DataError(
-            f"{data.source}: corners are {off_text(np.median(of_picture))} off what the target and the "
+            f"{data.source}: corners are {np.median(of_picture):.3g} px off what the target and the "
             f"intrinsics of camera '{camera.name}' predict; check squares, ids, a mirrored print, fx and fy"
         )
     points = np.isfinite(off[~useless]).sum(1)

@@ -16,9 +16,6 @@ from workbench.data.observation import AbstractReadings
 from workbench.extras.camera.camera import Camera, Mount, read_cameras
 from workbench.extras.camera.target import PictureTarget, read_targets
 
-MAX_OFF = 1000.0
-"""Corners farther off than this [px] are nowhere near."""
-
 
 def read_rig(camera: Path | str | None, target: Path | str) -> "Rig":
     """Cameras and target, or boards, of their files; without that of cameras the pictures tell of theirs."""
@@ -28,11 +25,6 @@ def read_rig(camera: Path | str | None, target: Path | str) -> "Rig":
 def owner_in(part: Camera | PictureTarget, session: str) -> str:
     """How the names of the unknowns of a camera's or board's pose in a session begin."""
     return f"{part.owner}[{session}]" if part.per_session and session else part.owner
-
-
-def off_text(off: float) -> str:
-    """A distance of corners [px]; behind a camera it has no meaning."""
-    return f"{off:.1f} px" if off < MAX_OFF else f"more than {MAX_OFF:g} px"
 
 
 @dataclass(frozen=True)
@@ -46,7 +38,7 @@ class RejectedCorner:
     off: float
 
     def __str__(self) -> str:
-        return f"image {self.image} id {self.id} corner {self.corner} ({off_text(self.off)})"
+        return f"image {self.image} id {self.id} corner {self.corner} ({self.off:.3g} px)"
 
 
 @dataclass(frozen=True, eq=False)
