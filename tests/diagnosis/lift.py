@@ -98,14 +98,14 @@ def stand(truth, q, down):
     bend, tip = np.zeros(7), np.zeros(2)
     for _ in range(12):
         after, before, carriage = frames(truth, q, bend, tip)
-        centres = [r @ c + p for (r, p), c in zip(after, COM, strict=True)]
-        lifts = [-m * down for m in MASS]
+        centres = np.array([r @ c + p for (r, p), c in zip(after, COM, strict=True)])
+        lifts = -np.outer(MASS, down)
         for k in range(1, 7):
             r, p = before[k]
-            moment = sum(np.cross(c - p, f) for c, f in list(zip(centres, lifts, strict=True))[k:])
+            moment = np.cross(centres[k:] - p, lifts[k:]).sum(0)
             bend[k] = -truth.soft[k] * (moment @ r[:, 2])
         r, p = carriage
-        moment = r.T @ sum(np.cross(c - p, f) for c, f in zip(centres, lifts, strict=True))
+        moment = r.T @ np.cross(centres - p, lifts).sum(0)
         soft = truth.tipping[0] + truth.tipping[1] * q[0]
         loose = truth.play[0] + truth.play[1] * q[0]
         tip = -soft * moment[:2] - loose * moment[:2] / np.linalg.norm(moment[:2])

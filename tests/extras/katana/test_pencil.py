@@ -129,7 +129,7 @@ def test_the_page_reads_what_a_tilting_arm_drew(tmp_path, monkeypatch, capsys):
     arm = load_robot("katana450-tilting").with_frames(base=Frame())
     drawn = draw(tool_poses(arm, Motion(path.q)), **names["frame"])
     clockwise = bool(np.median(path.poses[:, :3, 2] @ circle.normal) > 0)
-    picture = scan(drawn, circle.radius, clockwise=clockwise, rng=np.random.default_rng(0), dpi=200)
+    picture = scan(drawn, circle.radius, clockwise=clockwise, rng=np.random.default_rng(0), dpi=DOTS)
     Image.fromarray(picture).save("scan.png")
     np.savetxt("potentiometer.txt", drawn.extension)
     exec(read, names)

@@ -5,6 +5,8 @@ import sys
 from itertools import islice
 
 import numpy as np
+import pytest
+from slow import slow
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -18,21 +20,21 @@ from workbench.plate.plate_toml import load_plate
 ARM, PLATE = load_robot("aria"), load_plate("table2")
 
 
-def test_lines_of_a_virtual_source(tmp_path):
+@pytest.mark.parametrize("is_cut", [False, slow(True)])
+def test_lines_of_a_virtual_source(is_cut, tmp_path):
     """The arm stands at its targets whenever it asks; whoever reads no further ends it without a word."""
     program = [sys.executable, "-m", "workbench", "drive", "--robot", "aria", "--plate", "table2", "--to"]
     options = ["127.0.0.1:0", "--speed", "0", "--actual", str(tmp_path / "hidden.toml")]
-    for is_cut in (False, True):
-        with subprocess.Popen([*program, *options], stderr=subprocess.PIPE, text=True) as source:
-            port = source.stderr.readline().rpartition(" ")[2].strip()
-            with connect(f"127.0.0.1:{port}") as lines:
-                sent = [parse_sample(line, line=1) for line in islice(lines, 1 if is_cut else None)]
-            assert source.stderr.read() == ""
-        assert source.returncode == 0
-        if not is_cut:
-            whole = sent
-    assert np.all(np.diff([sample.time for sample in whole]) > 0.0)
-    kept = [sample for sample in whole if sample.capture]
+    with subprocess.Popen([*program, *options], stderr=subprocess.PIPE, text=True) as source:
+        port = source.stderr.readline().rpartition(" ")[2].strip()
+        with connect(f"127.0.0.1:{port}") as lines:
+            sent = [parse_sample(line, line=1) for line in islice(lines, 1 if is_cut else None)]
+        assert source.stderr.read() == ""
+    assert source.returncode == 0
+    if is_cut:
+        return
+    assert np.all(np.diff([sample.time for sample in sent]) > 0.0)
+    kept = [sample for sample in sent if sample.capture]
     predicted = tool_poses(load_robot(str(tmp_path / "hidden.toml")), Motion(np.stack([s.q for s in kept])))
     np.testing.assert_allclose([s.position for s in kept], predicted[:, :3, 3], atol=4e-4)
     assert np.abs(se3.pose_error(predicted, PLATE.poses)).max() < 3e-3
