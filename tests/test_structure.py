@@ -54,7 +54,7 @@ BUDGETS = {
     "extras/controllers": 709,
     "extras/hobby": 770,
     "extras/katana": 1_083,
-    "extras/live": 1_311,
+    "extras/live": 1_280,
     "extras/logs": 990,
     "extras/pendant": 2_005,
     "extras/poses": 1_094,

@@ -46,9 +46,6 @@ def drive(
     robot: opt.RobotOption,
     plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
     to: Annotated[str, option("HOST:PORT to listen at for workbench serve --source.")] = "localhost:5000",
-    instrument: Annotated[
-        str, option("Instrument: tracker-6d, laser-tracker …; plate: none, the seat fixes the tool.")
-    ] = "tracker-6d",
     speed: Annotated[float, option("Speed-up over real time; 0: without waiting.")] = 1.0,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,
@@ -65,7 +62,6 @@ def drive(
     hidden, samples = drive_plate(
         wb.load_robot(robot),
         wb.load_plate(plate),
-        instrument=instrument,
         actual=None if of is None else wb.load_robot(of),
         seed=seed,
     )

@@ -19,7 +19,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes, instrument_named
+from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.extras.live.sample import Sample
 from workbench.plate.plate import Plate
@@ -29,25 +29,20 @@ PEAK = 15.0 / 8.0
 """Peak speed of the minimum-jerk curve over its mean speed."""
 MIN_MOTION_TIME = 0.3
 """Minimum time of any motion [s]."""
-SEAT = "plate"
-"""No instrument: the seat constrains the tool where the plate says."""
 STEERING = (3e-4, float(np.deg2rad(0.03)))
 """How near an operator steers to a target's pose: standard deviations [m], [rad]."""
 TURNING, SLIDING = 1.0, 0.25
 """Peak speeds of revolute [rad/s] and prismatic joints [m/s]."""
 DWELL = 1.0
 """How long the arm stands at each target [s]; its last sample asks to be captured."""
+TRACKER = INSTRUMENTS["tracker-6d"]
+"""What sees the tool all the while; an operator steers until the target's pose shows, more or less."""
 JOINT_NOISE = 1e-5
 """Standard deviation of a joint reading [rad or m]."""
 
 
 def drive(
-    actual: Robot,
-    targets: Float[np.ndarray, "targets n"],
-    *,
-    rng: np.random.Generator,
-    instrument: Instrument | None = None,
-    rate: float = 50.0,
+    actual: Robot, targets: Float[np.ndarray, "targets n"], *, rng: np.random.Generator, rate: float = 50.0
 ) -> Iterator[Sample]:
     """Samples of an arm that visits joint positions one after the other, the last at each with `capture`.
 
@@ -57,30 +52,18 @@ def drive(
         actual: The arm that moves.
         targets: Joint positions at the targets [rad or m].
         rng: Source of the noise.
-        instrument: What sees the tool all the while; None: nothing does, and samples have no pose.
         rate: Samples a second.
     """
-    if instrument is not None and instrument.observes not in (Observes.POSE, Observes.POINT):
-        raise OptionError(
-            f"instrument '{instrument.name}' measures neither pose nor position of the tool; "
-            "choose one that does, such as tracker-6d or laser-tracker"
-        )
-    return _samples(actual, targets, rng, instrument, rate)
-
-
-def _samples(actual, targets, rng, instrument, rate) -> Iterator[Sample]:
     count, dwell, here = 0, max(int(np.ceil(DWELL * rate)), 1), np.clip(0.0, *actual.search_limits.T)
     for target in targets:
         path = np.concatenate([_approach(actual, here, target, rate), np.tile(target, (dwell, 1))])
-        exact = INSTRUMENTS["ideal"] if instrument is None else instrument
-        rows = simulate(actual, Motion(path), instrument=exact, rng=rng, joint_noise=JOINT_NOISE)
-        position, rotation = (None, None) if instrument is None else (rows.position, rows.rotation)
+        rows = simulate(actual, Motion(path), instrument=TRACKER, rng=rng, joint_noise=JOINT_NOISE)
         for k, q in enumerate(rows.q):
             yield Sample(
                 time=count / rate,
                 q=q,
-                position=None if position is None else position[k],
-                rotation=None if rotation is None else rotation[k],
+                position=None if rows.position is None else rows.position[k],
+                rotation=None if rows.rotation is None else rows.rotation[k],
                 capture=k == len(path) - 1,
             )
             count += 1
@@ -96,20 +79,13 @@ def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, rate: float) ->
 
 
 def drive_plate(
-    robot: Robot,
-    plate: Plate,
-    *,
-    instrument: str | Instrument = "tracker-6d",
-    actual: Robot | None = None,
-    seed: int = 0,
+    robot: Robot, plate: Plate, *, actual: Robot | None = None, seed: int = 0
 ) -> tuple[Robot, Iterator[Sample]]:
     """A virtual arm with hidden errors, steered to every target of a plate (ARIA 5.1).
 
     Args:
         robot: Nominal arm.
         plate: The fixture, in the robot's base.
-        instrument: What sees the tool: an operator then steers until the target's pose shows, more or less.
-            `plate`: nothing does, and the seat constrains the tool.
         actual: The arm that moves; one with hidden manufacturing errors if None.
         seed: Of the hidden errors, the steering and the noise.
 
@@ -118,15 +94,12 @@ def drive_plate(
     """
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets to drive to; add [[target]] tables")
-    instrument = instrument_named(instrument) if isinstance(instrument, str) else instrument
     rng = np.random.default_rng(seed)
     actual = virtual_arm(robot, rng=rng) if actual is None else actual
-    seated = instrument.name == SEAT
-    spread = (instrument.sigma_position, instrument.sigma_rotation or 0.0) if seated else STEERING
     exact = INSTRUMENTS["ideal"]
     _, rows = measure_plate(robot, plate, instrument=exact, actual=actual, seed=seed)
-    turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(plate), 3)))
-    places = plate.poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(plate), 3))
+    turn = se3.rotvec_to_matrix(rng.normal(0.0, STEERING[1], (len(plate), 3)))
+    places = plate.poses[:, :3, 3] + rng.normal(0.0, STEERING[0], (len(plate), 3))
     steered = se3.pose(turn @ plate.poses[:, :3, :3], places)
     q = simulate_targets(actual, steered, instrument=exact, rng=rng, near=rows.q).q
-    return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument)
+    return actual, drive(actual, q, rng=rng)
