@@ -99,7 +99,6 @@ class CubeView:
         cut: Axis that is cut across: 0, 1, 2, or None for all layers.
         layer: Which layer across that axis is kept, counted from 0.
         picked: Number of the cube whose values are shown; None: none.
-        corners: Whether the corners of the region carry handles.
         is_chosen: Whether a user chose this; else it gives way to measured rows.
     """
 
@@ -107,7 +106,6 @@ class CubeView:
     cut: int | None = None
     layer: int = 0
     picked: int | None = None
-    corners: bool = False
     is_chosen: bool = True
 
 

@@ -72,10 +72,6 @@ class StartedSession:
         drag = self.session.drag
         return () if drag is None or self.confirmed else (DropTarget(drag.client),)
 
-    @property
-    def name(self) -> str:
-        return "" if self.folder is None else self.folder.resolve().name
-
 
 def unrecorded_session(robot: Robot, plate: Plate, *, is_given: bool = False) -> StartedSession:
     """A new session without a recording."""

@@ -1,6 +1,6 @@
 """Drawables: plain data in the frame of the robot's base, lengths in metres, colours 0 to 255."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -94,18 +94,6 @@ class Cubes:
     known: Bool[np.ndarray, " cubes"]
     colours: UInt8[np.ndarray, "cubes 3"]
     picked: int | None
-
-
-AXIS_LENGTH = 0.035
-"""Length of the axes of a frame [m]."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Axes:
-    """Frames, each as three short axes."""
-
-    places: Float[np.ndarray, "frames 3"]
-    rotations: Float[np.ndarray, "frames 3 3"] = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

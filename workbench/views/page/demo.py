@@ -22,7 +22,6 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
-from workbench.session.joint_errors import NO_LAW
 from workbench.session.page_state import Tab
 from workbench.session.stages import expected_elsewhere, stage_words
 from workbench.session.state import Session
@@ -32,8 +31,8 @@ CLIENT = 1_000_000
 """Who drags in the demo: no browser has this number."""
 ROBOT, ROWS = "ur10", "ur10.csv"
 """A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
-BARE: dict[str, Any] = {"points": False, "arrows": False, "law": NO_LAW}
-FULL: dict[str, Any] = {"points": True, "arrows": True, "law": ""}
+BARE: dict[str, Any] = {"points": False, "arrows": False}
+FULL: dict[str, Any] = {"points": True, "arrows": True}
 """What is laid over the arm in the last picture, and afterwards."""
 DRAG_PLACES = 45
 """Places of one drag."""

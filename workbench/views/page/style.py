@@ -34,7 +34,7 @@ PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 PHONE_SCENE = 41
 """The scene's share of a phone's height above it [%]."""
-DRAWINGS = "suspects, index, losses, history, changes, verdict, row-chart, joints, result, curves"
+DRAWINGS = "suspects, index, losses, changes, verdict, row-chart, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'

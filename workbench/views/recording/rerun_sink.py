@@ -11,25 +11,11 @@ import rerun as rr
 
 from workbench.base import se3
 from workbench.views.appearance.shapes import Solid, cuboid_edges
-from workbench.views.drawables.drawable import (
-    AXIS_LENGTH,
-    FILL,
-    Arm,
-    Arrows,
-    Axes,
-    Cubes,
-    Cuboid,
-    Label,
-    Line,
-    Mesh,
-    Points,
-)
+from workbench.views.drawables.drawable import FILL, Arm, Arrows, Cubes, Cuboid, Label, Line, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.recording.canvas import Canvas
 
 LABEL = (241, 245, 249)
-AXIS_COLOURS = ((230, 57, 70), (42, 157, 83), (69, 123, 230))
-"""Of x, y and z."""
 THIN = 0.0015
 """Radius of lines and arrows [m]."""
 
@@ -169,12 +155,6 @@ def _arrows(arrows: Arrows) -> rr.Arrows3D:
     return rr.Arrows3D(origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=radius)
 
 
-def _axes(axes: Axes) -> rr.Arrows3D:
-    vectors = AXIS_LENGTH * np.swapaxes(axes.rotations, 1, 2).reshape(-1, 3)
-    colours = np.tile(AXIS_COLOURS, (len(axes.places), 1))
-    return rr.Arrows3D(origins=np.repeat(axes.places, 3, axis=0), vectors=vectors, colors=colours, radii=THIN)
-
-
 def line(line: Line) -> rr.LineStrips3D:
     """A line of its first colour."""
     return rr.LineStrips3D([line.places], colors=line.colours[:1], radii=THIN)
@@ -199,7 +179,6 @@ LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
 WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {
     Points: _points,
     Arrows: _arrows,
-    Axes: _axes,
     Line: line,
     Cuboid: _cuboid,
 }

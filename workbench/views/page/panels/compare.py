@@ -22,11 +22,8 @@ SWITCHES = {
         "Measured points",
         "Show the measured tool positions, coloured by their error once there is a fit.",
     ),
-    "frames": ("Frames", "Show the measured tool orientations."),
     "arrows": ("Error arrows", "From predicted to measured positions: grey nominal, orange the model now."),
 }
-OF_ROWS = ("points", "frames")
-"""Switches for what rows show before anything is identified."""
 
 
 class ComparePanel(AbstractPanel):
@@ -63,7 +60,7 @@ class ComparePanel(AbstractPanel):
     def _switch(self, name: str, label: str, hint: str) -> Control:
         def visible(session: Session) -> bool:
             is_fitted = session.results.identification is not None
-            return name == "ghosts" or is_fitted or (name in OF_ROWS and _has_rows(session))
+            return name == "ghosts" or is_fitted or (name == "points" and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 

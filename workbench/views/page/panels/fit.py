@@ -1,13 +1,11 @@
 """Calibration: identify, diagnose, add what was found; the result, and what stands behind it."""
 
-import re
 from collections.abc import Callable
 from functools import lru_cache
 
 import viser
 
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
@@ -19,7 +17,7 @@ from workbench.report.blocks import ResultTable, lines
 from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
-from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut, SetLevelled
+from workbench.session.commands.identify import HoldParameter, Identify, SetLevelled
 from workbench.session.judgement import arm_judgement
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
@@ -56,7 +54,6 @@ class FitPanel(AbstractPanel):
         "measurements.loaded",
         "choices.wanted",
         "measurements.levelled",
-        "measurements.left_out",
         "choices.fixed",
         "robot",
         "is_idle",
@@ -82,13 +79,6 @@ class FitPanel(AbstractPanel):
         hint = "Share of the rows held out for checking."
         self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
         self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
-        rows = self.line(
-            "Excluded rows",
-            "Data rows that are not fitted, from 0, such as 3, 17, 20-24.",
-            lambda s: ", ".join(map(str, sorted(s.measurements.left_out))),
-            disabled=lambda s: not _has_rows(s),
-        )
-        self.sends(rows, lambda: LeaveRowsOut(read_rows(rows.typed)))
         self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
         self._chosen = dict[str, Control]()
         self._free = gui.add_folder("Free parameters", expand_by_default=False)
@@ -160,27 +150,6 @@ def _fits(session: Session) -> dict[str, str]:
     found = session.results.identification
     names = ALGORITHMS if found is None else found.runs
     return {ALGORITHMS[name].title: name for name in names}
-
-
-def read_rows(typed: str) -> tuple[int, ...]:
-    """Row numbers from `3, 17, 20-24`.
-
-    Raises:
-        OptionError: something else than numbers and ranges.
-    """
-    rows: set[int] = set()
-    try:
-        for part in filter(None, re.split(r"[,;\s]+", typed.strip())):
-            first, _, last = part.partition("-")
-            begin, end = int(first), int(last or first)
-            if end - begin > 100_000:
-                raise ValueError(part)
-            rows |= set(range(begin, end + 1))
-    except ValueError:
-        raise OptionError(
-            f"'{typed[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24", option="rows", found=typed
-        ) from None
-    return tuple(sorted(rows))
 
 
 @lru_cache(maxsize=1)

@@ -18,7 +18,7 @@ from workbench.session.cube_fields import (
 from workbench.session.page_state import Tab
 from workbench.session.state import NO_FIELD, Session
 from workbench.views.page.html import block, note, number, pairs
-from workbench.views.page.panels.form import LENGTH, Control
+from workbench.views.page.panels.form import LENGTH
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
 
@@ -65,11 +65,11 @@ class RegionPanel(AbstractPanel):
             "Move the selected target to the centre of the clicked cube.",
             visible=lambda s: s.region.view.picked is not None and s.region.view.field != NO_FIELD,
         )
-        corners = self._build_cuboid()
-        self.form(self._view, field, cut, layer, corners)
+        self.form(self._view, field, cut, layer)
+        self._build_cuboid()
 
-    def _build_cuboid(self) -> Control:
-        """The cuboid's own form; returns the switch of the handles."""
+    def _build_cuboid(self) -> None:
+        """The cuboid's own form."""
         hint = "Corner of the region with the smallest coordinates."
         low = self.coordinates("From", LENGTH, hint, lambda s: s.plate.region.min)
         hint = "Corner of the region with the largest coordinates."
@@ -82,13 +82,11 @@ class RegionPanel(AbstractPanel):
             unit=1e-3,
         )
         self.form(SetRegion, low, high, cube)
-        hint = "Drag two corners of the region in the scene."
-        return self.checkbox("Corner handles", hint, lambda s: s.region.view.corners)
 
-    def _view(self, field: str, cut: int | None, layer: int, corners: bool) -> ShowCubes:
+    def _view(self, field: str, cut: int | None, layer: int) -> ShowCubes:
         now, shape = self._worker.session.region.view, self._worker.session.plate.region.shape
         layer = layer - 1 if cut in (None, now.cut) else shape[cut] // 2
-        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer, corners=corners))
+        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer))
 
     def _move_there(self) -> MoveTarget | None:
         session = self._worker.session

@@ -10,7 +10,7 @@ from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarget, LockTarget, free_place
-from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
+from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.session.target_postures import branches_to, clearance, from_limit
@@ -59,9 +59,8 @@ class TargetsPanel(AbstractPanel):
         )
         self.buttons(
             "Steps",
-            {"Undo": Undo, "Redo": Redo, "Best": RestoreBest, "Reset": ResetTargets},
-            "Undo or redo the last step, go back to the best plate so far (lowest predicted error), or to "
-            "the plate as loaded.",
+            {"Undo": Undo, "Redo": Redo, "Best": RestoreBest},
+            "Undo or redo the last step, or go back to the plate with the lowest predicted error so far.",
         )
 
 

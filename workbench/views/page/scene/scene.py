@@ -14,7 +14,7 @@ from workbench.session.worker import Worker
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.drawables.viewpoint import first_view
 from workbench.views.page.camera import aim_all
-from workbench.views.page.scene.gizmo import Corners, Gizmo
+from workbench.views.page.scene.gizmo import Gizmo, Slice
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import name_pages
 
@@ -61,13 +61,13 @@ class Scene:
             self._ground.show(session.page.is_dark)
             self._sink.is_behind = False
             self._sink.draw(on_page(session))
-            self._corners.show(session)
+            self._slice.show(session)
             self.gizmo.show(session)
 
     def _build(self, session: Session, drawn: FirstPicture) -> None:
         self._ground, self._sink = drawn.ground, drawn.sink
         name_pages(self._server, session.robot.name)
-        self._corners = Corners(self._server, self._worker, session)
+        self._slice = Slice(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
 
     def _look(self, session: Session) -> None:

@@ -17,18 +17,7 @@ from workbench.base.types import Matrix4
 from workbench.views.appearance.bodies import Body
 from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
-from workbench.views.drawables.drawable import (
-    AXIS_LENGTH,
-    Arm,
-    Arrows,
-    Axes,
-    Cubes,
-    Cuboid,
-    Label,
-    Line,
-    Mesh,
-    Points,
-)
+from workbench.views.drawables.drawable import Arm, Arrows, Cubes, Cuboid, Label, Line, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.page.scene.cube_mesh import add_cubes
 from workbench.views.page.scene.node import Node, Ray
@@ -212,12 +201,6 @@ def _segments(
     return Node(add(name, ends, colors=colours, thickness=pixels, thickness_units="screen"))
 
 
-def _add_axes(server: viser.ViserServer, name: str, axes: Axes) -> Node:
-    turns = se3.matrix_to_quaternion(axes.rotations)
-    add = server.scene.add_batched_axes
-    return Node(add(name, turns, axes.places, axes_length=AXIS_LENGTH, axes_radius=0.0016))
-
-
 def _add_label(server: viser.ViserServer, name: str, label: Label) -> Node:
     node = server.scene.add_label(
         name, label.text, position=label.place, anchor="bottom-center", font_screen_scale=0.85
@@ -237,7 +220,6 @@ ADD: dict[type, Callable[[viser.ViserServer, str, Any], Node]] = {
     Arrows: _add_arrows,
     Line: _add_line,
     Cuboid: _add_cuboid,
-    Axes: _add_axes,
     Label: _add_label,
     Cubes: add_cubes,
 }
