@@ -40,6 +40,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     """
 
     title = "Diagnose"
+    is_filed = True
 
     held_out: float = 0.2
     seed: int = 0
@@ -87,6 +88,7 @@ class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
     """Make the arm of the diagnosis, its geometry and effects fitted on all rows, the calibrated one."""
 
     title = "Add the effects to the model"
+    is_filed = True
 
     def check(self, session: Session) -> None:
         if not _found(session).effects:

@@ -41,6 +41,7 @@ class Identify(AbstractTask[IdentifiedRows]):
     """
 
     title = "Identify the parameters"
+    is_filed = True
 
     algorithms: tuple[str, ...] = DEFAULT_ALGORITHMS
     held_out: float = 0.2
