@@ -218,13 +218,11 @@ class Choices:
 
     Args:
         wanted: Errors that the calibrated arm has to keep; None: nothing is judged.
-        fixed: Free parameters of the robot that are not identified.
         captured: Joint positions that were kept [rad or m].
         overlay: What is laid over the scene.
     """
 
     wanted: Wanted | None = None
-    fixed: frozenset[str] = frozenset()
     captured: tuple[tuple[float, ...], ...] = ()
     overlay: Overlay = field(default_factory=Overlay)
 

@@ -8,8 +8,6 @@ from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.drawables.viewpoint import view_of_rows
-from workbench.views.page.camera import aim
 from workbench.views.page.html import block, number
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
@@ -54,8 +52,6 @@ class ComparePanel(AbstractPanel):
         with gui.add_folder("Shown in the scene"):
             switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
         self.form(lambda *typed: self.overlaid(**dict(zip(SWITCHES, typed, strict=True))), *switches)
-        hint = "Move the camera to show the robot and all measured positions."
-        self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint, visible=_has_rows)
 
     def _switch(self, name: str, label: str, hint: str) -> Control:
         def visible(session: Session) -> bool:
@@ -63,11 +59,6 @@ class ComparePanel(AbstractPanel):
             return name == "ghosts" or is_fitted or (name == "points" and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
-
-    def _look_at_all(self, event: viser.GuiEvent) -> None:
-        session = self._worker.session
-        if event.client is not None and session.results.comparison is not None:
-            aim(event.client, *view_of_rows(session.robot, session.results.comparison))
 
     def _leave_out(self, is_excluded: bool) -> LeaveRowsOut | None:
         session = self._worker.session

@@ -30,6 +30,8 @@ from workbench.views.appearance.colours import (
 )
 from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
+from workbench.views.drawables.viewpoint import first_view
+from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, block, number, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
@@ -54,9 +56,9 @@ class LegendPanel(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        window = gui.add_panel(visible=False)
+        window = gui.add_panel()
         with window.add_tab("Legend"):
-            key = self.html(self._key).control
+            self.html(self._key)
             self.html(lambda s: f"<div {ONLY_TRACK}></div>" if has_errors(s) else "")
             hint = "How many times larger than they are all errors are drawn: of arms, arrows and paths."
             slider = gui.add_slider("Errors ×", 0.0, float(DECADES), 0.01, 0.0, marks=MARKS, hint=hint)
@@ -67,13 +69,18 @@ class LegendPanel(AbstractPanel):
                 label=lambda s: f"Errors × {s.choices.overlay.exaggeration:g}",
                 value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
             )
+            hint = "Look at the whole arm again, with its plate or its rows."
+            self.press("Whole view", self._look, viser.Icon.HOME, hint)
         self.form(lambda times: self.overlaid(exaggeration=times), self.add(times))
         window.float(x=MARGIN, y=MARGIN, width=WIDTH)
-        self.add(Control(window, visible=lambda session: key.content))
         self._links = {
             stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self.overlaid, stage=stage)))
             for stage in ModelStage
         }
+
+    def _look(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            aim(event.client, *first_view(self.session))
 
     def _key(self, session: Session) -> str:
         rows, scales = session.results.comparison, cubes_scale(session)
