@@ -73,9 +73,12 @@ def pack(value: Any, shared: Mapping[str, Any]) -> bytes:
         return ["record", _name_of(kind), {name: plain(getattr(value, name)) for name in _fields(kind)}]
 
     plain([value])  # the last object is a list of it
+    arrays[OBJECTS] = np.frombuffer(json.dumps(objects).encode(), np.uint8)
     content = io.BytesIO()
-    text = np.frombuffer(json.dumps(objects).encode(), np.uint8)
-    np.savez_compressed(content, **{OBJECTS: text, **arrays})
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:  # the session waits
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
     return content.getvalue()
 
 
