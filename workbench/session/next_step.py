@@ -31,7 +31,7 @@ from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages
-from workbench.session.state import Focus, Session
+from workbench.session.state import Session
 from workbench.session.target_steps import is_better
 
 UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
