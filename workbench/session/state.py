@@ -98,14 +98,12 @@ class CubeView:
         field: Name of what colours them (`cube_fields.py`).
         cut: Axis that is cut across: 0, 1, 2, or None for all layers.
         layer: Which layer across that axis is kept, counted from 0.
-        picked: Number of the cube whose values are shown; None: none.
         is_chosen: Whether a user chose this; else it gives way to measured rows.
     """
 
     field: str = NO_FIELD
     cut: int | None = None
     layer: int = 0
-    picked: int | None = None
     is_chosen: bool = True
 
 

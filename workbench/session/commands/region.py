@@ -55,7 +55,7 @@ class SetRegion(AbstractChange):
     def apply(self, session: Session) -> Session:
         if self.step:
             session = begin_step(session)
-        view = replace(session.region.view, picked=None, layer=0)
+        view = replace(session.region.view, layer=0)
         plate = replace(session.plate, region=self.region())
         return replace(session, plate=plate).updated("region", view=view)
 

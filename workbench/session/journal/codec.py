@@ -43,7 +43,7 @@ CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
 FORMER = {"least": "low", "greatest": "high", "asked": "is_chosen"}
 """Fields that have another name in journals of earlier versions."""
 GONE = frozenset(("exaggeration_after", "bent", "bending", "is_deflected", "deflection", "low", "high"))
-GONE |= {"law", "frames", "corners"}
+GONE |= {"law", "frames", "corners", "picked"}
 """Fields that journals of earlier versions have besides."""
 
 

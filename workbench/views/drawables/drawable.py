@@ -87,13 +87,12 @@ FILL = 0.7
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Cubes:
-    """Cubes of a region: which are shown, which have a number (others are grey), which one was clicked."""
+    """Cubes of a region: which are shown, which have a number (others are grey)."""
 
     region: Region
     shown: Bool[np.ndarray, " cubes"]
     known: Bool[np.ndarray, " cubes"]
     colours: UInt8[np.ndarray, "cubes 3"]
-    picked: int | None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

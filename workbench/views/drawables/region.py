@@ -44,7 +44,6 @@ def _cubes(session: Session, *_: object) -> Cubes | None:
         shown=shown,
         known=~np.isnan(numbers.numbers),
         colours=_colours(field, numbers),
-        picked=view.picked,
     )
 
 

@@ -136,7 +136,7 @@ def _words(text: str, place: np.ndarray) -> rr.Points3D:
 
 def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None:
     """A box for every cube that is shown and has a number."""
-    if old is None or differences(old, new) - {"picked"}:
+    if old is None or differences(old, new):
         keep = np.flatnonzero(new.shown & new.known)
         half = np.tile(0.5 * FILL * new.region.size / new.region.shape, (len(keep), 1))
         solid = rr.components.FillMode.Solid

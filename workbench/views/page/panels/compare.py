@@ -1,14 +1,12 @@
 """Comparison: step through the measured poses, choose the overlays in the scene."""
 
-import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
-from workbench.session.comparison import Comparison
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import block, number
+from workbench.views.page.html import block
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -87,15 +85,6 @@ def _readout(session: Session) -> str:
     if comparison is None:
         return ""
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])} (from 0)"
-    kind = f" · {'held out' if comparison.held_out[row] else 'fitted'}"
-    below = _as_opened(comparison, row) if session.results.identification is None else kind
-    return block(f"{head}{below}", testid="row", style="margin:6px 0")
-
-
-def _as_opened(comparison: Comparison, row: int) -> str:
-    """Errors of the robot as opened: a few poses show whether an old calibration is still valid."""
-    errors = 1e3 * np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
-    if not np.isfinite(errors).any():
-        return "<br>No position was measured."
-    here, mean, most = (number(float(e)) for e in (errors[row], np.nanmean(errors), np.nanmax(errors)))
-    return f"<br>Error of the robot as opened: {here} mm here, {mean} mm on average, {most} mm at most."
+    kind = "" if session.results.identification is None else " · fitted"
+    kind = " · held out" if kind and comparison.held_out[row] else kind
+    return block(f"{head}{kind}", testid="row", style="margin:6px 0")

@@ -1,14 +1,12 @@
 """The whole scene of one arm on one plate, rebuilt for another arm or plate."""
 
 import threading
-from dataclasses import replace
 
 import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.drag import SelectTarget
-from workbench.session.commands.region import ShowCubes
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.scene_contents import on_page
@@ -75,7 +73,7 @@ class Scene:
         aim_all(self._server, *first_view(session))
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
-        """A click on a target, a measured point or a cube."""
+        """A click on a target or a measured point."""
         with self._lock:
             is_of_rows = (
                 self._session.playback.focus is Focus.ROW
@@ -85,9 +83,7 @@ class Scene:
         if found is None:
             return
         path, number = found
-        if path == "region/cubes":
-            self._worker.submit(ShowCubes(replace(self._worker.session.region.view, picked=number)))
-        elif path.startswith("plate/targets/"):
+        if path.startswith("plate/targets/"):
             self._worker.submit(SelectTarget(number))
         else:
             self._worker.submit(ShowRow(number))
