@@ -134,9 +134,15 @@ COARSE = 0.4
 """Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
 SLOW = "llvmpipe|swiftshader|softpipe|software"
 """In the names of renderers without a graphics card."""
+LABEL = "vec4(0.76, 0.79, 0.83, 0.8 * vAlpha)"
+"""Ground of the scene's labels, in place of viser's white: it suits light and dark pages."""
 LEAVE = ["Close", "Cancel", "Look around", "Back"]
 """Buttons that end a sheet without doing anything."""
 SCRIPT = f"""
+const compiled = WebGL2RenderingContext.prototype.shaderSource;  // labels would stand out white in the dark
+WebGL2RenderingContext.prototype.shaderSource = function (shader, text) {{
+  compiled.call(this, shader, text.replace("vec4(1.0, 1.0, 1.0, 0.85 * vAlpha)", "{LABEL}"));
+}};
 const measured = new ResizeObserver(([strip]) =>
   document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
 let strip = null, tab = "", list = null, scrolled = null;
