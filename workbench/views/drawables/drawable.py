@@ -62,15 +62,6 @@ class Arrows:
     thick: float = 1.0
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Line:
-    """A line through places, each of its own colour; on the page so many pixels wide."""
-
-    places: Float[np.ndarray, "places 3"]
-    colours: UInt8[np.ndarray, "places 3"]
-    pixels: float
-
-
 @dataclass(frozen=True, eq=False)
 class Cuboid:
     """The edges of a cuboid along the axes, and on its sides those of so many cubes along each."""

@@ -11,7 +11,7 @@ import rerun as rr
 
 from workbench.base import se3
 from workbench.views.appearance.shapes import Solid, cuboid_edges
-from workbench.views.drawables.drawable import FILL, Arm, Arrows, Cubes, Cuboid, Label, Line, Mesh, Points
+from workbench.views.drawables.drawable import FILL, Arm, Arrows, Cubes, Cuboid, Label, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.recording.canvas import Canvas
 
@@ -155,11 +155,6 @@ def _arrows(arrows: Arrows) -> rr.Arrows3D:
     return rr.Arrows3D(origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=radius)
 
 
-def line(line: Line) -> rr.LineStrips3D:
-    """A line of its first colour."""
-    return rr.LineStrips3D([line.places], colors=line.colours[:1], radii=THIN)
-
-
 def _cuboid(cuboid: Cuboid) -> rr.LineStrips3D:
     edges = cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes)
     return rr.LineStrips3D(edges, colors=cuboid.colour, radii=THIN)
@@ -176,10 +171,5 @@ LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
     Label: _log_label,
     Cubes: _log_cubes,
 }
-WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {
-    Points: _points,
-    Arrows: _arrows,
-    Line: line,
-    Cuboid: _cuboid,
-}
+WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {Points: _points, Arrows: _arrows, Cuboid: _cuboid}
 """Drawn anew where anything of them has changed."""

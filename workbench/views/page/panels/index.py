@@ -30,8 +30,6 @@ ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:elli
 """Style of a sentence that keeps the height."""
 FULL = 0.3
 """Rise of the error, as a share, of a bar of full height, at least."""
-WORST, UNDETERMINED = 3, 1e-6
-"""Parameters that are named as worst determined; share in what nothing shows above which one is open."""
 
 
 class IndexPanel(AbstractPanel):
