@@ -40,14 +40,14 @@ BUDGETS = {
     "root": 254,
     "base": 2_176,
     "report": 833,
-    "arm": 9_544,
+    "arm": 9_497,
     "data": 5_463,
     "plate": 5_706,
     "identification": 9_651,
     "diagnosis": 7_204,
     "exports": 330,
-    "session": 6_915,
-    "views": 8_349,
+    "session": 6_705,
+    "views": 7_581,
     "cli": 1_767,
     "extras": 1,
     "extras/camera": 3_793,
@@ -64,10 +64,10 @@ BUDGETS = {
     "extras/service": 1_227,
     "extras/trajectories": 1_339,
     "extras/workshop": 910,
-    "tests": 40_500,
+    "tests": 40_166,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 19_485
+READING_SET = 19_306
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

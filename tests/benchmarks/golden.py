@@ -37,7 +37,6 @@ from workbench.plate.observability import INDICES
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.drag import GrabTarget
-from workbench.views.page.panels.index import worst_determined
 
 DATA = TESTS.parents[1] / "shared" / "data"
 DIGITS = 12
@@ -150,8 +149,15 @@ def shown(session: Session) -> Numbers:
     """What the page shows of a plate: every index, the predicted error, the worst constants."""
     score = session.score
     keys = ("per_target", "rank", "condition", "position", "rotation", "rises")
-    indices, worst = {name: score.indices[name] for name in INDICES}, worst_determined(score.linearisation)
-    out = {"parameters": score.visible, "indices": indices, "worst": {name: s for name, s, _ in worst}}
+    indices, found = {name: score.indices[name] for name in INDICES}, score.linearisation
+    errors = np.sqrt(np.diag(found.covariance))
+    errors = np.where((found.unidentifiable**2).sum(1) > 1e-6, np.inf, errors)
+    worst = np.argsort(-errors / found.weights, kind="stable")[:3]
+    out = {
+        "parameters": score.visible,
+        "indices": indices,
+        "worst": {found.names[i]: errors[i] for i in worst},
+    }
     return {key: getattr(score, key) for key in keys} | out
 
 

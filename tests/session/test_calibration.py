@@ -10,8 +10,7 @@ from tests.session.direct_commands import done
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
-from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
-from workbench.data.readers.read import preview
+from workbench.data.readers.mapping import mapping_text, with_column
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
@@ -22,7 +21,7 @@ from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
-from workbench.session.export import calibrated_toml, columns_toml
+from workbench.session.export import calibrated_toml
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -44,7 +43,6 @@ def test_before_a_fit_rows_of_a_tracker_elsewhere_lie_where_the_arm_reached_them
     lines = [",".join([*(f"q{k}[rad]" for k in range(1, 7)), "x[m]", "y[m]", "z[m]"])]
     lines += [",".join(map(repr, row)) for row in np.hstack([q, places]).tolist()]
     rows = do(LoadData("far.csv", "\n".join(lines).encode())).results.comparison
-    assert rows.calibrated is None
     assert np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1).max() < 0.03
 
 
@@ -52,7 +50,6 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     session = do(MeasureVirtualArm(3))
     assert session.measurements.loaded.virtual
     assert len(session.results.comparison) == 10 + 40
-    assert session.results.comparison.calibrated is None
     assert set(do(Identify()).results.identification.runs) == {"ols"}
     session = do(Identify(("ols", "opt1", "opt2")))
     found = session.results.identification
@@ -128,13 +125,8 @@ def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
     assert np.array_equal(there.position, here.position[:, [1, 0, 2]])
 
 
-def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_path):
-    session = do(LoadData("a.csv", file))
-    name, content = columns_toml(session)
-    (tmp_path / name).write_bytes(content)
+def test_a_packed_table_is_read_as_it_is(file, tmp_path):
     (tmp_path / "a.csv").write_bytes(file)
-    again = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / name).columns)
-    assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
         archive.write(tmp_path / "a.csv", "a/a.csv")
     assert load_command("a.zip", (tmp_path / "a.zip").read_bytes()) == LoadData("a.csv", file)

@@ -13,7 +13,6 @@ from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarge
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.page_state import Severity
 from workbench.session.target_postures import branches_to
-from workbench.views.page.panels.index import worst_determined
 
 
 def places(session):
@@ -75,17 +74,6 @@ def test_the_contribution_of_a_target_is_what_is_lost_without_it(do, first):
     full = predicted_error(first.score.linearisation, first.robot, first.region.q).position_rms
     rest = predicted_error(session.score.linearisation, first.robot, first.region.q).position_rms
     assert rise == pytest.approx(rest / full - 1.0, rel=1e-6)
-
-
-def test_worst_determined_are_named_and_open_ones_come_first(do, first):
-    name, error, unit = worst_determined(first.score.linearisation)[0]
-    stds = np.sqrt(np.diag(first.score.linearisation.covariance))
-    assert error == pytest.approx(stds[first.score.linearisation.names.index(name)])
-    assert unit in ("m", "rad")
-    session = do(*(DeleteTarget(0) for _ in range(8)))
-    assert session.score.rank < session.score.visible
-    assert np.isinf(worst_determined(session.score.linearisation)[0][1])
-    assert np.isnan(session.score.rises).all()
 
 
 def test_the_best_so_far_comes_back(do, first, worker):

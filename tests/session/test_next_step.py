@@ -11,7 +11,7 @@ from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.report.numbers import compared
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
-from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
+from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import ImprovePlate
@@ -148,10 +148,6 @@ def without_request(session: Session) -> Session:
     return replace(session, choices=replace(session.choices, wanted=None))
 
 
-def with_next_poses(session: Session) -> Session:
-    return done(replace(session, plate=replace(session.plate, size=None)), TakeNextPoses())
-
-
 PLAIN, CAREFUL, GOOD, BAD, JOG = Tone.PLAIN, Tone.CAREFUL, Tone.GOOD, Tone.BAD, Focus.JOG
 NOTHING = {"effects": (), "causes": (), "residual_map": None}
 UNEXPLAINED = NOTHING | {"verdict": Verdict.UNEXPLAINED}
@@ -206,7 +202,6 @@ STATES = [
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED, measure_next=NO_POSES), "", CAREFUL, MORE, TAKE),
     ("diagnosed", lambda s: without_request(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),
     ("diagnosed", lambda s: as_diagnosed(s, **NOISE), "1 mm", BAD, TAKE, COMPARE),
-    ("diagnosed", with_next_poses, "suggested poses", PLAIN, LOAD, FIT),
     ("added", unchanged, "describes the arm as measured", GOOD, TAKE, COMPARE),
     ("added", lambda s: on_the_page(s, tab=Tab.EXPORT), "arm as measured", GOOD, None, COMPARE),
     ("first", lambda s: on_the_page(s, tab=Tab.MEASURE), "Nothing has been", PLAIN, None, PLATE),

@@ -8,7 +8,7 @@ from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
-from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
+from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.comparison import Overlay
@@ -37,7 +37,6 @@ NONSENSE = {
     "overlay": SetOverlay(Overlay(exaggeration=0.0)),
     "joint-far": Jog((99.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
     "joints-few": Jog((0.0, 0.0, 0.0)),
-    "parameter": HoldParameter("nothing", True),
     "arm": ChooseRobot("no-such-arm"),
     "errors-large": MeasureVirtualArm(1, errors=(1e-3, 1.0)),
     "instrument": MeasureVirtualArm(3, instrument="inclinometer"),

@@ -16,7 +16,6 @@ from workbench.plate.predicted_error import predicted_error
 from workbench.plate.target_readings import assumptions, usual_sigma
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
-from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
@@ -68,15 +67,6 @@ def test_fields_agree_with_computations_of_their_own(run):
         assert tool[:3, 3] == pytest.approx(cubes.region.centres[i], abs=1e-7)
         expected = predicted_error(score.linearisation, session.robot, cubes.q[i][None])
         assert field_of(session).values(session).numbers[i] == pytest.approx(expected.position_rms, rel=1e-9)
-
-
-def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
-    session = after(run, MeasureVirtualArm(2, more=30), ShowCubes(CubeView(field="measured")))
-    rows, region = session.results.comparison, session.plate.region
-    errors = np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1)
-    number = int(region.cells(rows.measured[:1])[0])
-    inside = np.abs(rows.measured - region.centres[number]) <= 0.5 * region.size / region.shape
-    assert field_of(session).values(session).numbers[number] == pytest.approx(errors[inside.all(1)].mean())
 
 
 class Stubborn(AbstractChore):

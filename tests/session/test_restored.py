@@ -1,20 +1,24 @@
 """A recording opened again where its numbers come out differently: told, and gone on with elsewhere."""
 
+import io
 import json
 import shutil
 
+import numpy as np
 import pytest
 from gear_sag import GearSag
 from refusals import mentions
 
 from recordings import Run, rewrite
 from workbench import Parts, load_robot, measure_poses, register, write_measurements
+from workbench.arm.robot_toml import robot_text
 from workbench.plate.plate_toml import load_plate
 from workbench.session.command import UnknownCommand
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
+from workbench.session.journal import records
 from workbench.session.journal.folder import begin, go_on
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
@@ -43,7 +47,7 @@ def killed(tmp_path_factory):
         run.worker.close()
         shown = []
         assert restore(read_recording(left), show=shown.append).differences == ()
-        assert [s.results.diagnosis is not None for s in shown] == [False, False, False, True, True]
+        assert [s.results.diagnosis is not None for s in shown] == [False, False, True, True]
     finally:
         forget()
     return left
@@ -135,3 +139,49 @@ def test_the_same_numbers_go_on_in_the_same_folder(plain):
     assert (begun.folder, begun.trouble) == (recording.folder, "")
     assert not [m for m in begun.session.page.messages if m.severity is Severity.WARNING]
     begun.keepers[0].close()
+
+
+def test_fits_are_read_where_they_were_recorded_and_computed_where_they_come_from_elsewhere(
+    tmp_path, monkeypatch
+):
+    begun = begin(load_robot("aria"), load_plate("table2"), folder=tmp_path / "own")
+    run = Run(begun)
+    run(
+        MeasureVirtualArm(3, more=60, effects=("joint-harmonic:2:2e-3",)),
+        Identify(),
+        Diagnose(),
+        AddEffects(),
+    )
+    run.worker.close()
+    then, computed = run.worker.session.results, []
+    for kind in (Identify, Diagnose, AddEffects):
+        compute = lambda self, session, own=kind.compute: computed.append(self) or own(self, session)  # noqa: E731
+        monkeypatch.setattr(kind, "compute", compute)
+    opened = restore(read_recording(run.folder))
+    now = opened.session.results
+    assert (opened.differences, computed) == ((), [])
+    assert now.accepted
+    assert now.identification.data.row.tolist() == then.identification.data.row.tolist()
+    assert robot_text(now.run.saved.robot) == robot_text(then.run.saved.robot)
+    assert list(map(str, now.diagnosis.blocks())) == list(map(str, then.diagnosis.blocks()))
+    again = AddEffects().compute(opened.session)[1][1].best
+    assert robot_text(again.calibrated) == robot_text(then.run.calibrated)
+    computed.clear()
+    monkeypatch.setattr("workbench.session.journal.codec._machine", lambda: b"another one")
+    assert restore(read_recording(run.folder, to=2)).differences == ()
+    assert [type(task) for task in computed] == [Identify]
+
+
+def test_a_file_of_a_result_makes_records_alone():
+    foreign = np.frombuffer(b'[["record", "os:system", {"command": "x"}]]', np.uint8)
+    for given in (foreign, np.array([object()], object)):
+        content = io.BytesIO()
+        np.savez(content, objects=given)
+        with pytest.raises((TypeError, ValueError)):
+            records.unpack(content.getvalue(), {})
+    with pytest.raises(TypeError):
+        records.pack((object(),), {})
+    robot = load_robot("aria")
+    again, same = records.unpack(records.pack((robot, robot), {}), {})
+    assert again is same
+    assert [vars(e) for e in again.elements] == [vars(e) for e in robot.elements]

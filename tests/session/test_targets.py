@@ -18,7 +18,7 @@ from workbench.session import start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import MovePlate
 from workbench.session.commands.plate import SetNoise
-from workbench.session.commands.undo import Redo, ResetTargets, Undo
+from workbench.session.commands.undo import Redo, Undo
 from workbench.session.live_score import score
 from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
@@ -133,14 +133,6 @@ def test_the_plate_is_put_elsewhere_with_all_its_targets(do, first):
     assert session.plate.heights == pytest.approx(first.plate.heights, abs=1e-12)
     assert_reached(session, 3)
     assert do(Undo()).plate is first.plate
-
-
-def test_reset_can_be_undone(do, first):
-    moved = do(MoveTarget(5, (0.1, 0.3, 0.25), RPY))
-    assert do(ResetTargets()).plate is first.plate
-    assert do(Undo()).plate is moved.plate
-    news = do(ResetTargets(), ResetTargets())
-    assert news.page.messages[-1].severity is Severity.INFO
 
 
 def test_other_targets_are_read_as_they_are_unless_an_instrument_was_chosen(first):

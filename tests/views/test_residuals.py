@@ -6,12 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from workbench import Motion, load_robot, tool_poses
+from workbench import load_robot
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
-from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
 from workbench.views.appearance.colours import EXCLUDED, ErrorScale
-from workbench.views.drawables.measured import error_scale, measured, selected_row_marks
+from workbench.views.drawables.measured import error_scale, measured, selected_row_mark
 from workbench.views.page.panels.legend import colour_bar
 from workbench.views.page.scene.picking import nearest_to_ray
 
@@ -25,16 +24,12 @@ def comparison(stages=3) -> Comparison:
     residuals[:, :stages] = ERRORS[:, :stages, None] * [0.0, 0.6, 0.8]
     poses = np.tile(np.eye(4), (4, 1, 1))
     poses[:, :3, 3] = places + np.nan_to_num(residuals[:, 0])
-    after = poses.copy()
-    after[:, :3, 3] = places + np.nan_to_num(residuals[:, 1])
     return Comparison(
         q=np.linspace(-1.0, 1.0, 24).reshape(4, 6),
         number=np.array([0, 1, 2, 7]),
         held_out=np.array([False, False, False, True]),
         measured=places,
-        rotation=np.tile(np.eye(3), (4, 1, 1)),
         nominal=poses,
-        calibrated=after if stages > 1 else None,
         residuals=residuals,
         models=dict.fromkeys(STAGES[:stages], load_robot("aria")),
     )
@@ -49,7 +44,7 @@ def drawn(rows, *, overlay=None, focus=Focus.ROW, left_out=frozenset(), row=0):
         measurements=SimpleNamespace(left_out=left_out),
         playback=SimpleNamespace(focus=focus),
     )
-    items = [*measured(session), *selected_row_marks(session)]
+    items = [*measured(session), *selected_row_mark(session)]
     return {item.path: item.make(*item.inputs) for item in items if item.shown}
 
 
@@ -80,7 +75,7 @@ def test_all_of_many_rows_are_drawn():
     many = replace(
         rows,
         **{name: np.resize(getattr(rows, name), (count, *getattr(rows, name).shape[1:])) for name in
-           ("q", "number", "held_out", "measured", "rotation", "nominal", "calibrated", "residuals")},
+           ("q", "number", "held_out", "measured", "nominal", "residuals")},
     )  # fmt: skip
     scene = drawn(many)
     assert len(scene["measured"].places) + len(scene["measured/held_out"].places) == count
@@ -116,15 +111,3 @@ def test_a_click_means_the_nearest_point_under_the_pointer():
     aside = places[2] / np.linalg.norm(places[2])
     assert nearest_to_ray(places, np.zeros(3), aside)[1] == 2
     assert nearest_to_ray(places, np.zeros(3), np.array([0.0, 0.0, 1.0])) is None
-
-
-def test_vectors_are_laid_along_what_a_joint_moves():
-    robot = load_robot("aria")
-    q = np.array([[0.3, 1.1, -0.8, 0.4, 0.9, 0.2]])
-    step = 1e-6
-    for joint in range(5):
-        moved = q + step * np.eye(6)[joint]
-        shift = (tool_poses(robot, Motion(moved)) - tool_poses(robot, Motion(q)))[0, :3, 3]
-        along = along_joints(robot, q, (robot.base.pose[:3, :3].T @ shift)[None, None])
-        assert along.shape == (1, 6, 1)
-        assert along[0, joint, 0] == pytest.approx(np.linalg.norm(shift), rel=1e-4)

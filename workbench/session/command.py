@@ -94,7 +94,9 @@ class AbstractTask(AbstractCommand, Generic[Result]):
     """
 
     stored: ClassVar[type | None] = None
-    """Type of the result, a frozen record, if the journal keeps it; None: it is computed again."""
+    """Type of the result, a frozen record, if the journal's line keeps it; None: it is computed again."""
+    is_filed: ClassVar[bool] = False
+    """Whether the recording keeps the result as a file (`journal/records.py`)."""
 
     @abstractmethod
     def compute(self, session: Session) -> Result:

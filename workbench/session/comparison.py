@@ -4,7 +4,7 @@ Every session of measurements may have its own base and tool. The base of the sh
 one, the nominal base) brings measured and predicted poses alike into the base's frame.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cached_property
@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.effects.events import AbstractEvent
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Poses, frozen
@@ -50,14 +48,10 @@ class Comparison:
         number: Data row of each, counted from 0.
         held_out: Rows that were not fitted.
         measured: Measured positions [m]; NaN where none was measured.
-        rotation: Measured orientations; None if none were measured.
         nominal: Poses that the nominal arm predicts, on the best base and with the best tool.
-        calibrated: Poses that the calibrated arm predicts; None before there is one.
         residuals: From measured to predicted position, for every stage [m]; NaN where there is no such model,
             or no position was measured.
         set_apart: Measured positions of rows that no arm explains [m]: set apart, or suspects held out.
-        over: Which events were over at each row, in the order in which they happened; None: nothing is known
-            to have happened.
         models: The arm at every stage that is known, placed as the rows were.
     """
 
@@ -65,12 +59,9 @@ class Comparison:
     number: np.ndarray
     held_out: Bool[np.ndarray, " rows"]
     measured: Float[np.ndarray, "rows 3"]
-    rotation: Float[np.ndarray, "rows 3 3"] | None
     nominal: Float[np.ndarray, "rows 4 4"]
-    calibrated: Float[np.ndarray, "rows 4 4"] | None
     residuals: Float[np.ndarray, "rows 3 3"]
     set_apart: Float[np.ndarray, "k 3"] = field(default_factory=lambda: np.zeros((0, 3)))
-    over: Bool[np.ndarray, "rows events"] | None = None
     models: Mapping[ModelStage, Robot] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -86,19 +77,9 @@ class Comparison:
         known = np.isfinite(self.stage_errors).any(0)
         return tuple(stage for stage, is_known in zip(STAGES, known, strict=True) if is_known)
 
-    @property
-    def is_earlier(self) -> Bool[np.ndarray, " rows"]:
-        """Rows before the last event."""
-        return np.zeros(len(self), bool) if self.over is None else ~np.asarray(self.over.all(1))
-
 
 def compare(
-    fitted: Dataset,
-    checks: Dataset | None,
-    nominal: Robot,
-    calibrated: Robot | None,
-    models: Mapping[ModelStage, Robot] | None = None,
-    events: Sequence[AbstractEvent] = (),
+    fitted: Dataset, checks: Dataset | None, nominal: Robot, models: Mapping[ModelStage, Robot]
 ) -> Comparison:
     """Measured and predicted poses of all rows.
 
@@ -106,48 +87,35 @@ def compare(
         fitted: Rows that are fitted, or will be.
         checks: Rows that are held out.
         nominal: The nominal arm, on its best base.
-        calibrated: The calibrated arm, if there is one.
         models: The arm of every stage that is known.
-        events: What happened while they were measured.
     """
-    parts = [_compared(fitted, nominal, calibrated, models or {}, events, held_out=False)]
+    parts = [_compared(fitted, nominal, models, held_out=False)]
     if checks is not None and len(checks):
-        parts.append(_compared(checks, nominal, calibrated, models or {}, events, held_out=True))
+        parts.append(_compared(checks, nominal, models, held_out=True))
     columns: dict[str, Any] = {}
     for f in (f for f in fields(Comparison) if f.name != "models"):
-        values = [getattr(part, f.name) for part in parts]
-        columns[f.name] = None if any(v is None for v in values) else frozen(np.concatenate(values))
-    return Comparison(**columns, models=models or {})
+        columns[f.name] = frozen(np.concatenate([getattr(part, f.name) for part in parts]))
+    return Comparison(**columns, models=models)
 
 
 def _compared(
-    data: Dataset,
-    nominal: Robot,
-    calibrated: Robot | None,
-    models: Mapping[ModelStage, Robot],
-    events: Sequence[AbstractEvent],
-    *,
-    held_out: bool,
+    data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot], *, held_out: bool
 ) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
     to_base = into_base(nominal, data)
     position = np.full((len(data), 3), np.nan) if data.position is None else data.position
-    predicted = {id(robot): predict(robot, data) for robot in (nominal, calibrated) if robot is not None}
+    expected = predict(nominal, data)
     residuals = np.full((len(data), len(STAGES), 3), np.nan)
     for stage, robot in models.items():
-        poses = predicted.get(id(robot))
-        off = (predict(robot, data) if poses is None else poses)[:, :3, 3] - position
+        off = (expected if robot is nominal else predict(robot, data))[:, :3, 3] - position
         residuals[:, STAGES.index(stage)] = np.einsum("rij,rj->ri", to_base[:, :3, :3], off)
     return Comparison(
         q=data.q,
         number=data.row,
         held_out=np.full(len(data), held_out),
         measured=se3.apply(to_base, position),
-        rotation=None if data.rotation is None else to_base[:, :3, :3] @ data.rotation,
-        nominal=to_base @ predicted[id(nominal)],
-        calibrated=None if calibrated is None else to_base @ predicted[id(calibrated)],
+        nominal=to_base @ expected,
         residuals=residuals,
-        over=np.stack([event.is_over(Motion.of(data)) for event in events], 1) if events else None,
     )
 
 
@@ -184,20 +152,15 @@ class Overlay:
         points: Where the tool was measured, coloured by its error once there is a fit.
         stage: The model whose errors are shown; of those not known, the last one before; None: the model as
             it is now (`stages.shown_stage`).
-        frames: Measured orientations.
         arrows: Errors from measured to predicted places.
         ghosts: The other branches that reach the selected target.
         exaggeration: How many times larger than they are all errors are drawn: of arms, arrows, paths.
-        law: Label of the effect whose law is laid over the errors along the joints, and whose joint glows;
-            the strongest cause if empty, `none` for none.
     """
 
     nominal: bool = True
     calibrated: bool = True
     points: bool = True
     stage: ModelStage | None = None
-    frames: bool = False
     arrows: bool = True
     ghosts: bool = False
     exaggeration: float = 50.0
-    law: str = ""

@@ -13,7 +13,6 @@ from workbench.arm.robot import Robot
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
-from workbench.session.comparison import Comparison
 from workbench.session.live_score import score
 from workbench.session.state import NO_FIELD, PREDICTED_ERROR, CubeView, Focus, Session
 from workbench.session.target_state import TargetState
@@ -67,13 +66,11 @@ class CubeField:
         choice: In the page's list; empty for one that nobody chooses.
         title: Heading of its colour scale.
         meaning: After its choice and a colon, for the list's hint.
-        of: The numbers, from the evaluation of the cubes, or from the compared rows if it is not mapped.
+        of: The numbers, from the evaluation of the cubes.
         inputs: Record of the session, beside region and cubes, that the numbers depend on.
         unit: In which its numbers are shown.
         factor: From SI to that unit.
         larger_is_better: Whether large numbers are good.
-        is_mapped: Whether its numbers come from the evaluation of the cubes (`session.region.cubes`).
-            Cubes without a number are hidden for other fields.
         is_signed: Whether its scale reaches equally far below and above zero.
     """
 
@@ -86,12 +83,11 @@ class CubeField:
     unit: str = "mm"
     factor: float = 1e3
     larger_is_better: bool = False
-    is_mapped: bool = True
     is_signed: bool = False
 
     def values(self, session: Session) -> CubeValues | None:
         """The numbers; None where there are none (yet)."""
-        known = cubes_of(session) if self.is_mapped else session.results.comparison
+        known = cubes_of(session)
         return None if known is None else self.of(session, known)
 
 
@@ -123,15 +119,6 @@ PREDICTED = CubeField(
     of=_predicted,
     inputs=lambda session: session.score,
 )
-MEASURED = CubeField(
-    name="measured",
-    choice="Measured error",
-    title="Measured error",
-    meaning="mean of the measured poses, of the calibrated arm if there is one",
-    of=lambda session, rows: CubeValues.scaled(measured_errors(session, rows)),
-    inputs=lambda session: session.results.comparison,
-    is_mapped=False,
-)
 REACHABILITY = CubeField(
     name="reach",
     choice="Reachability",
@@ -160,7 +147,7 @@ CHANGE = CubeField(
     factor=100.0,
     is_signed=True,
 )
-CUBE_FIELDS = {field.name: field for field in (REACHABILITY, BEST_INDEX, PREDICTED, MEASURED)}
+CUBE_FIELDS = {field.name: field for field in (REACHABILITY, BEST_INDEX, PREDICTED)}
 """What cubes can be coloured by."""
 
 
@@ -188,11 +175,8 @@ def are_shown(session: Session) -> bool:
 
 
 def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[np.ndarray, " cubes"]:
-    """Which cubes are shown: those of the kept layer; of measured errors, those that have one."""
-    field = CUBE_FIELDS.get(view.field)
+    """Which cubes are shown: those of the kept layer."""
     keep = np.ones(len(numbers.numbers), bool)
-    if field is not None and not field.is_mapped:
-        keep = ~np.isnan(numbers.numbers)
     if view.cut is not None:
         keep &= np.indices(session.plate.region.shape)[view.cut].ravel() == shown_layer(session)
     return keep
@@ -209,18 +193,6 @@ def cubes_of(session: Session) -> CubeMap | None:
     """The cubes' evaluation; None until that of the present region is there."""
     cubes = session.region.cubes
     return None if cubes is None or cubes.region is not session.plate.region else cubes
-
-
-def measured_errors(session: Session, comparison: Comparison) -> Float[np.ndarray, " cubes"]:
-    """Mean position error of the rows in each cube, of the calibrated arm once there is one [m]."""
-    region = session.plate.region
-    poses = comparison.nominal if comparison.calibrated is None else comparison.calibrated
-    errors = np.linalg.norm(comparison.measured - poses[:, :3, 3], axis=1)
-    cell = region.cells(np.nan_to_num(comparison.measured, nan=np.inf))
-    use = (cell >= 0) & np.isfinite(errors)
-    count = np.bincount(cell[use], minlength=region.cubes)
-    total = np.bincount(cell[use], weights=errors[use], minlength=region.cubes)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 @lru_cache(maxsize=1)

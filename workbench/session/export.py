@@ -23,7 +23,6 @@ from workbench.arm.robot_toml import robot_text
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data import writer
-from workbench.data.readers.mapping import mapping_text
 from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
@@ -49,15 +48,6 @@ def measurements_csv(session: Session) -> File:
         raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
     content = writer.measurements_csv(loaded.dataset, prismatic=sliding_numbers(session.robot))
     return f"{stem_of(Path(loaded.name).stem)}.csv", content.encode()
-
-
-def columns_toml(session: Session) -> File:
-    """What every column of the file is, for the next file of this kind."""
-    measured = session.measurements
-    file = measured.unread or (None if measured.loaded is None else measured.loaded.file)
-    if file is None:
-        raise DataError("no file was read; load measurements first")
-    return f"{stem_of(Path(file.name).stem)}-columns.toml", mapping_text(file.preview).encode()
 
 
 def next_poses_csv(session: Session) -> File:
@@ -116,6 +106,16 @@ def report_zip(session: Session) -> File:
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 
+README = """\
+plate.toml     the plate for workbench: targets, their branches, the region
+targets.csv    poses of the tool at the targets, robot's base; as made: 'workbench plate as-measured'
+poses.csv      joint positions to measure each target with, in this order
+*.pdf, *.dxf   drawings with tolerances, for the workshop
+*.step, *.stl  the plate and its blocks as solids
+"""
+"""What is in the archive."""
+
+
 def fixture_zip(session: Session) -> NotedFile:
     """Everything that a workshop needs to make the current plate, as a folder in a ZIP file.
 
@@ -132,6 +132,7 @@ def fixture_zip(session: Session) -> NotedFile:
     def write(folder: Path) -> ExportedPlate:
         made = export_plate(plate, folder)
         (folder / "poses.csv").write_bytes(_poses_csv(session).encode())
+        (folder / "README.txt").write_text(README, encoding="utf-8")
         return made
 
     content, made = _written("fixture", write)

@@ -19,20 +19,19 @@ from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData
-from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, TakeNextPoses
+from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
-from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.commands.undo import Undo
-from workbench.session.export import File, NotedFile, fixture_zip
+from workbench.session.export import File, NotedFile, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages
-from workbench.session.state import Focus, Session
+from workbench.session.state import Session
 from workbench.session.target_steps import is_better
 
 UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
@@ -74,7 +73,7 @@ COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm …", Tab.EXPORT)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
 OTHER_ARM = Action("Choose the robot", Tab.ROBOT)
-POSES = Action("Add the next poses as targets", Tab.PLATE, TakeNextPoses())
+POSES = Action("Save the next poses (CSV)", Tab.CALIBRATE, save=next_poses_csv)
 
 
 def next_step(session: Session) -> NextStep:
@@ -137,7 +136,7 @@ def _unread(session: Session) -> NextStep | None:
 
 def _design(session: Session) -> NextStep | None:
     """The plate, while it is designed; beside rows the step leads back to these."""
-    is_beside = session.measurements.loaded is not None and not _takes_next_poses(session)
+    is_beside = session.measurements.loaded is not None
     if is_beside and session.page.tab is not Tab.PLATE:
         return None
     if is_beside and not session.shows_plate:
@@ -184,10 +183,6 @@ def _diagnosed(session: Session) -> NextStep | None:
         return None
     left = (session.results.run or found.before).judged.text("mean")
     poses = POSES if len(found.measure_next) else MORE
-    if steps := splittable(session):
-        row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
-        text = f"{capital(mark)}: rows {row} and later need their own base or tool."
-        return NextStep(text, Tone.CAREFUL, Action(SPLIT, Tab.CALIBRATE, MakeSession(row)), ADD)
     if found.harm is not None:
         return NextStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
@@ -287,8 +282,6 @@ def _plate(session: Session) -> NextStep:
             show = Action("Choose its branch anew", Tab.PLATE, ChooseBranch(i, AUTO))
         text = f"{count - len(bad)} of {count} targets can be measured; {why}."
         return NextStep(text, Tone.BAD, show, improve)
-    if _takes_next_poses(session):
-        return NextStep("The suggested poses are now targets; measure them.", next=LOAD, other=FIT)
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
         return NextStep(UNMEASURED, next=LOAD, other=PLATE)
     judged, is_searched = plate_judgement(session), history.searched is session.plate
@@ -339,12 +332,3 @@ def _predicted(session: Session) -> str:
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
     return f"predicted error after calibration {compared(now)} mm rms"
-
-
-def _takes_next_poses(session: Session) -> bool:
-    """Whether poses of the diagnosis stand on the plate, and the plate is looked at."""
-    if session.results.diagnosis is None or session.playback.focus is not Focus.TARGET:
-        return False
-    wanted = [np.asarray(q) for q in session.results.diagnosis.measure_next]
-    taken = (target.q for target in session.plate.targets if target.q is not None)
-    return any(np.array_equal(q, other) for q in taken for other in wanted)

@@ -98,6 +98,7 @@ class PageState:
         question: What the user has to confirm before anything else is done; empty if nothing.
         caption: What the demo says at present; empty if none plays.
         is_paused: Whether the demo waits.
+        is_over: Whether it has said its last.
         chore: What is being worked out by the way; empty if nothing.
     """
 
@@ -108,6 +109,7 @@ class PageState:
     question: str = ""
     caption: str = ""
     is_paused: bool = False
+    is_over: bool = False
     job: RunningJob | None = None
     chore: str = ""
     messages: tuple[Message, ...] = ()

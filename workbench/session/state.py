@@ -98,16 +98,12 @@ class CubeView:
         field: Name of what colours them (`cube_fields.py`).
         cut: Axis that is cut across: 0, 1, 2, or None for all layers.
         layer: Which layer across that axis is kept, counted from 0.
-        picked: Number of the cube whose values are shown; None: none.
-        corners: Whether the corners of the region carry handles.
         is_chosen: Whether a user chose this; else it gives way to measured rows.
     """
 
     field: str = NO_FIELD
     cut: int | None = None
     layer: int = 0
-    picked: int | None = None
-    corners: bool = False
     is_chosen: bool = True
 
 
@@ -220,13 +216,11 @@ class Choices:
 
     Args:
         wanted: Errors that the calibrated arm has to keep; None: nothing is judged.
-        fixed: Free parameters of the robot that are not identified.
         captured: Joint positions that were kept [rad or m].
         overlay: What is laid over the scene.
     """
 
     wanted: Wanted | None = None
-    fixed: frozenset[str] = frozenset()
     captured: tuple[tuple[float, ...], ...] = ()
     overlay: Overlay = field(default_factory=Overlay)
 

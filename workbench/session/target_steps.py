@@ -9,7 +9,6 @@ from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
 from workbench.plate.plate_score import SetScore
 from workbench.plate.target_readings import usual_sigma
-from workbench.plate.tolerances import EXACT
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
 from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
@@ -98,14 +97,6 @@ def score_of(session: Session, plate: Plate, states: tuple[TargetState, ...]) ->
     """What such targets would tell about the session's robot."""
     noise = instrument_for(session, plate)
     return score(session.robot, plate, states, noise=noise, region_q=session.region.q)
-
-
-def score_as_drawn(session: Session) -> SetScore | None:
-    """What the targets would tell if they are made as drawn; None where the plate itself says how it is."""
-    plate = session.plate
-    if plate.production != EXACT or plate.anchors is not None or any(t.sigma for t in plate.targets):
-        return None
-    return score_of(session, plate.made_as_drawn, session.states)
 
 
 def rescore(session: Session) -> Session:

@@ -312,7 +312,9 @@ class Worker:
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after
-            self._note(task, Ending.DONE, basis, seconds, result=result if task.stored else None)
+            self._note(
+                task, Ending.DONE, basis, seconds, result=result if task.stored or task.is_filed else None
+            )
         except Exception as error:
             if is_chore and isinstance(error, Cancelled):
                 return
@@ -343,7 +345,7 @@ class Worker:
     ) -> None:
         at = time.monotonic() - self._origin
         entry = Entry(command, ending, basis, time.time(), seconds, text, at, result)
-        self._journal.append(entry)
+        self._journal.append(replace(entry, result=None))  # a recording keeps it, memory need not
         for keeper in self._keepers:
             try:
                 keeper.note(len(self._journal), entry, self._session)

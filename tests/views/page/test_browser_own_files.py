@@ -6,8 +6,6 @@ import pytest
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml, robot_to_table
 from workbench.base import se3
-from workbench.data.readers.mapping import read_mapping
-from workbench.data.readers.read import preview
 
 pytestmark = pytest.mark.browser
 
@@ -73,6 +71,3 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     session = screen.until(lambda session: session.measurements.loaded is not None)
     np.testing.assert_allclose(session.measurements.loaded.dataset.q, q, atol=1e-6)
     np.testing.assert_allclose(session.measurements.loaded.dataset.position, 1e-3 * place, atol=1e-7)
-    choice = read_mapping(saved(screen, "Save this choice (TOML)", tmp_path / "choice.toml"))
-    again = preview(tmp_path / "log.csv", columns=choice.columns)
-    assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)

@@ -1,12 +1,11 @@
-"""The region in a real Chromium: cubes with colours and numbers, a corner that is dragged."""
+"""The region in a real Chromium: cubes with colours, and a slice of them."""
 
-import numpy as np
 import pytest
 
 pytestmark = pytest.mark.browser
 
 
-def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(app, look):
+def test_cubes_are_coloured_and_cut_and_stand_before_no_handle(app, look):
     screen = look()
     screen.page.get_by_text("Region and requirement", exact=True).click()
     screen.choose("Cubes show", "Predicted error")
@@ -20,36 +19,4 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.until(lambda session: session.plate is first)
     screen.choose("Slice", "one layer of z")
     region = screen.until(lambda session: session.region.view.cut == 2).plate.region
-    wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, 0.325], axis=1)))
-    top = np.array([0.0, 0.0, 0.3 * region.cube])
-    for _ in range(20):  # the layer may not be drawn yet
-        screen.page.mouse.click(*screen.pixel(region.centres[wanted] + top))
-        screen.page.wait_for_timeout(500)
-        if app.worker.session.region.view.picked is not None:
-            break
-    screen.wait_text("cube", "Reached in")
-    app.worker.wait()
-    clicked = app.worker.session.region.view.picked
-    aimed, hit = screen.pixel(region.centres[wanted]), screen.pixel(region.centres[clicked])
-    edges = [screen.pixel(region.centres[clicked] + region.cube * axis) - hit for axis in np.eye(3)]
-    assert np.linalg.norm(hit - aimed) < np.sqrt(3.0) / 2.0 * max(np.linalg.norm(e) for e in edges)
-    screen.press("Move the selected target there")
-    screen.until(lambda session: np.allclose(session.plate.targets[0].xyz, region.centres[clicked]))
-
-    screen.page.get_by_label("Corner handles").check()
-    screen.until(lambda session: session.region.view.corners)
-    screen.page.wait_for_timeout(300)
-    place = np.array(region.min)
-    tip = place + 0.9 * 0.12 * app.worker.session.robot.reach * np.eye(3)[2]
-    at, end = screen.pixel(tip), screen.pixel(tip + 0.1 * np.eye(3)[2])
-    for _ in range(5):  # the handle may not be drawn yet
-        screen.page.mouse.move(*at)
-        screen.page.wait_for_timeout(500)
-        screen.page.mouse.down()
-        screen.page.mouse.move(*end, steps=5)
-        screen.page.mouse.up()
-        screen.page.wait_for_timeout(500)
-        if app.worker.session.plate.region.min[2] > region.min[2]:
-            break
-    session = screen.until(lambda session: abs(session.plate.region.min[2] - region.min[2] - 0.1) < 0.02)
-    assert session.region.sampled is session.plate.region
+    assert region.shape[2] > 1

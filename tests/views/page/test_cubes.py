@@ -5,8 +5,8 @@ import pytest
 
 from workbench.plate.region import Region
 from workbench.views.appearance.shapes import box
-from workbench.views.drawables.drawable import Cubes, Mesh, Points
-from workbench.views.page.scene.cube_mesh import FACE_ROTATIONS, NORMALS, cube_under, outer_faces
+from workbench.views.drawables.drawable import Mesh, Points
+from workbench.views.page.scene.cube_mesh import FACE_ROTATIONS, NORMALS, outer_faces
 from workbench.views.page.scene.picking import distance_to, picked
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
@@ -31,17 +31,6 @@ def test_a_hidden_cube_uncovers_one_face_of_each_neighbour():
     new = np.array(sorted(faces - whole))
     assert len(new) == 6
     assert REGION.centres[new[:, 0]] + 0.1 * NORMALS[new[:, 1]] == pytest.approx(np.tile(hole, (6, 1)))
-
-
-def test_a_ray_meets_the_nearest_drawn_face_and_passes_between_cubes():
-    every, colours = np.ones(REGION.cubes, bool), np.zeros((REGION.cubes, 3), np.uint8)
-    cubes = Cubes(region=REGION, shown=every, known=every, colours=colours, picked=None)
-    down, above = np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
-    top = int(np.argmin(np.linalg.norm(REGION.centres - [0.25, 0.15, 0.35], axis=1)))
-    assert cube_under(cubes, REGION.centres[top] + above, down) == (pytest.approx(0.965), top)
-    assert cube_under(cubes, REGION.centres[top] + above + [0.05, 0.0, 0.0], down) is None  # between two
-    assert cube_under(cubes, REGION.centres[top] + above, above) is None
-    assert cube_under(cubes, np.array([0.25, 0.15, 0.2]), down) is None  # from inside, faces look away
 
 
 def test_a_ray_meets_a_solid_where_it_is_nearest_even_through_an_edge_of_its_triangles():

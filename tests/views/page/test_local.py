@@ -145,22 +145,6 @@ def test_in_the_network_a_page_needs_the_link_and_no_foreign_origin():
         running.stop()
 
 
-def test_a_link_opens_its_own_session_and_no_other():
-    running = local_server(shown=lambda: "monday & co")
-    try:
-        link = page_address(running, session="monday & co")
-        assert urllib.request.urlopen(link, timeout=60).status == 200
-        assert urllib.request.urlopen(page_address(running), timeout=60).status == 200
-        with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(page_address(running, session="tuesday"), timeout=60)
-        assert refused.value.code == 404
-        text = refused.value.read().decode()
-        assert "shows 'monday & co'" in text
-        assert "serve --session recordings/tuesday" in text
-    finally:
-        running.stop()
-
-
 def test_serve_says_where_and_ends_when_interrupted():
     program = (
         "from workbench.views.page.serve import serve\n"

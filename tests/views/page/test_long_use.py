@@ -31,7 +31,7 @@ WORDS = (
     *(None, True, -1, 1e300, float("nan"), "x", "", b"\0" * 10, 2**62),
     *([], [1, 2], {}, {"a": 1}, [1e300] * 3, [float("nan")] * 4),
 )
-HANDLES = ("/handles/arrows", "/handles/rings", "/corners/minimum")
+HANDLES = ("/handles/arrows", "/handles/rings", "/handles/slice")
 
 
 @pytest.fixture

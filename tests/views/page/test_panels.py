@@ -7,13 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 from driven_effects import tracked_file
-from refusals import refuses
 from session_at_work import carry_out
 from viser import GuiHtmlHandle
 from viser._messages import GuiUpdateMessage
 
-from workbench import Motion, Region, load_robot, read_measurements, tool_poses
-from workbench.base.errors import OptionError
+from workbench import Motion, load_robot, read_measurements, tool_poses
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -28,10 +26,9 @@ from workbench.session.export import (
 )
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Focus
-from workbench.views.drawables.drawable import Cubes, Points
+from workbench.views.drawables.drawable import Points
 from workbench.views.drawables.sink import Item
 from workbench.views.page import html
-from workbench.views.page.panels.fit import read_rows
 from workbench.views.page.viser_internals import controls
 
 
@@ -111,25 +108,6 @@ def test_a_click_means_a_target_before_its_points_and_both_before_a_cube_in_fron
     app.worker.wait()
     assert app.worker.session.playback.focus is Focus.TARGET
     assert app.worker.session.selected == 3
-    region = Region(min=place - 0.2, max=place + 0.2, cube=0.4)
-    one = np.ones(1, bool)
-    cube = Cubes(region=region, shown=one, known=one, colours=np.zeros((1, 3), np.uint8), picked=None)
-    inward = np.mean([target.xyz for target in session.plate.targets], axis=0) - place
-    aside = ray.ray_origin + 0.1 * inward / np.linalg.norm(inward)
-    for origin, clicked in ((ray.ray_origin, None), (aside, 0)):
-        with scene._lock:
-            scene._sink.update([Item("region/cubes", lambda *given: cube, (object(),))])
-        scene._clicked(SimpleNamespace(ray_origin=origin, ray_direction=down))
-        app.worker.wait()
-        assert app.worker.session.selected == 3
-        assert app.worker.session.region.view.picked == clicked
-
-
-def test_row_numbers_are_read_as_people_write_them():
-    assert read_rows(" 3, 17;20-22 ") == (3, 17, 20, 21, 22)
-    assert read_rows("") == ()
-    with refuses(OptionError, option="rows", found="seven"):
-        read_rows("seven")
 
 
 def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):

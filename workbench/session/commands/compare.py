@@ -64,8 +64,7 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
         checks = _directed(found.held_out_data, held_out)
     if found is None or not len(found.held_out_rows):
         checks = numbered_after(fitted, checks)
-    events = () if session.results.diagnosis is None else session.results.diagnosis.events
-    rows = compare(fitted, checks, nominal, shown, models, events)
+    rows = compare(fitted, checks, nominal, models)
     is_outlier = np.isin(loaded.dataset.row, list(_set_apart(session)))
     return replace(rows, set_apart=places_in_base(nominal, loaded.dataset.take(is_outlier)))
 

@@ -39,11 +39,10 @@ from workbench.session.command import (
 )
 from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
-from workbench.session.cube_fields import MEASURED
 from workbench.session.loaded_measurements import Loaded, MeasurementFile, facts_of
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
-from workbench.session.state import NO_FIELD, Focus, Measurements, Results, Session
+from workbench.session.state import Focus, Measurements, Results, Session
 from workbench.session.target_postures import follow_target
 from workbench.session.target_steps import begin_step
 
@@ -348,13 +347,10 @@ def with_other_data(session: Session, loaded: Loaded | None) -> Session:
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; results from the old ones are dropped."""
-    view = session.region.view
     kept = session.with_parts(GoesWith.PLATE, GoesWith.PAGE)
     session = replace(kept, measurements=Measurements(loaded=loaded), results=Results())
     focus = Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW
     session = session.updated("playback", focus=focus)
-    if view.field == MEASURED.name:
-        session = session.updated("region", view=replace(view, field=NO_FIELD))
     session = with_comparison(session)
     if session.results.comparison is None or loaded is None or loaded.virtual:
         return session

@@ -1,29 +1,22 @@
 """Commands that find missing effects, add them, and measure at the most informative poses."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
-from workbench.base.types import frozen
+from workbench.base.errors import DataError
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.meaning.as_read import ReadAs
 from workbench.plate.collision import allows_target
-from workbench.plate.patterns import MAX_TARGETS
-from workbench.plate.plate import Target
-from workbench.session.command import AbstractChange, AbstractTask
+from workbench.session.command import AbstractTask
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.commands.identify import IdentifiedRows, Identify
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
-from workbench.session.target_steps import begin_step, check_free, place_plate
+from workbench.session.target_steps import begin_step
 
 MIN_ROWS = 20
 """Fewer rows can't tell one effect from another."""
@@ -40,6 +33,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     """
 
     title = "Diagnose"
+    is_filed = True
 
     held_out: float = 0.2
     seed: int = 0
@@ -65,7 +59,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             session.robot,
             loaded.dataset,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
-            free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
+            free=session.robot.default_free,
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             levelled=self.levelled or session.measurements.levelled,
             reading=ReadAs.GIVEN,
@@ -87,6 +81,7 @@ class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
     """Make the arm of the diagnosis, its geometry and effects fitted on all rows, the calibrated one."""
 
     title = "Add the effects to the model"
+    is_filed = True
 
     def check(self, session: Session) -> None:
         if not _found(session).effects:
@@ -102,41 +97,6 @@ class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
         before = session.results
         geometry = before.geometry if before.accepted else before.run
         return Identify().finish(session, fits, accepted=accepted, geometry=geometry)
-
-
-class TakeNextPoses(AbstractChange):
-    """Add the poses that the diagnosis suggests as new targets of the plate."""
-
-    title = "Add the suggested poses as targets"
-
-    def check(self, session: Session) -> None:
-        check_free(session)
-        wanted = len(_found(session).measure_next)
-        if not wanted:
-            raise DataError("the diagnosis suggests no further poses")
-        if wanted + len(session.plate) > MAX_TARGETS:
-            raise OptionError(f"a plate can have at most {MAX_TARGETS} targets; delete some first")
-
-    def apply(self, session: Session) -> Session:
-        q = np.asarray(_found(session).measure_next)
-        poses = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(q))
-        new = tuple(Target.at(pose, q=frozen(row.copy())) for pose, row in zip(poses, q, strict=True))
-        plate, standing = session.plate, [state.q for state in session.states if state.measurable]
-        for target, row in zip(new, q, strict=True):
-            if allows_target(session.robot, plate, np.array(standing), row[None])[0]:
-                plate = replace(plate, targets=(*plate.targets, target))
-                standing.append(row)
-        added, count = len(plate) - len(session.plate), len(new)
-        if not added:
-            raise DataError(
-                f"at all {count} suggested poses a block would not fit this plate or would block the arm; "
-                "measure them with an instrument"
-            )
-        session = place_plate(session, plate)
-        text = f"{added} of {count} suggested poses are now targets"
-        if added < count:
-            text += "; at the rest, a block would not fit the plate or would block the arm"
-        return session.with_message(Severity.INFO, text)
 
 
 def _found(session: Session) -> "Diagnosis":

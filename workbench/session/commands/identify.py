@@ -41,6 +41,7 @@ class Identify(AbstractTask[IdentifiedRows]):
     """
 
     title = "Identify the parameters"
+    is_filed = True
 
     algorithms: tuple[str, ...] = DEFAULT_ALGORITHMS
     held_out: float = 0.2
@@ -54,8 +55,8 @@ class Identify(AbstractTask[IdentifiedRows]):
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
             titles = ", ".join(algorithm.title for algorithm in ALGORITHMS.values())
             raise OptionError(f"choose at least one algorithm of {titles}")
-        if not set(session.robot.default_free) - session.choices.fixed:
-            raise OptionError("no parameter is free; tick at least one under Free parameters")
+        if not session.robot.default_free:
+            raise OptionError("no parameter of this robot is free; name some in its file")
         if not 0.0 <= self.held_out < 1.0:
             raise OptionError(f"the held-out share must be 0 to 99 %, got {self.held_out:.0%}")
 
@@ -69,7 +70,7 @@ class Identify(AbstractTask[IdentifiedRows]):
             algorithms=self.algorithms,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
-            free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
+            free=session.robot.default_free,
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             prior=_known(run.fit, names) if added and run is not None else None,
             effects=names,
@@ -179,28 +180,3 @@ class LeaveRowsOut(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return session.updated("measurements", left_out=frozenset(self.rows))
-
-
-class HoldParameter(AbstractChange):
-    """Hold a parameter at its nominal value, or let it be identified.
-
-    Args:
-        name: Such as `joint2.alpha`.
-        held: Whether to hold it.
-    """
-
-    name: str
-    held: bool
-
-    title = computed(lambda self: f"{'Fix' if self.held else 'Free'} {self.name}")
-
-    key = computed(lambda self: ("hold", self.name))
-
-    def check(self, session: Session) -> None:
-        if self.name not in session.robot.default_free:
-            raise OptionError(f"{session.robot.name} has no free parameter '{self.name}'")
-
-    def apply(self, session: Session) -> Session:
-        fixed = session.choices.fixed - {self.name}
-        fixed = fixed | {self.name} if self.held else fixed
-        return session.updated("choices", fixed=fixed)

@@ -42,14 +42,15 @@ class ConfirmRecording(AbstractChange):
 
 
 class SetCaption(AbstractChange):
-    """What the demo says; an empty text takes it away."""
+    """What the demo says, at last too; an empty text takes it away."""
 
     title = "Caption"
 
     text: str
+    is_last: bool = False
 
     def apply(self, session: Session) -> Session:
-        return session.updated("page", caption=self.text, is_paused=False)
+        return session.updated("page", caption=self.text, is_paused=False, is_over=self.is_last)
 
 
 class Steer(StrEnum):

@@ -10,9 +10,8 @@ from workbench.plate.cube_map import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
-from workbench.session.commands.data import measurements
 from workbench.session.commands.drag import Place, plain
-from workbench.session.cube_fields import CUBE_FIELDS, MEASURED, are_shown, cubes_of, field_of
+from workbench.session.cube_fields import CUBE_FIELDS, are_shown, cubes_of, field_of
 from workbench.session.live_score import draw_region
 from workbench.session.state import NO_FIELD, CubeView, Session
 from workbench.session.target_steps import begin_step, rescore
@@ -56,7 +55,7 @@ class SetRegion(AbstractChange):
     def apply(self, session: Session) -> Session:
         if self.step:
             session = begin_step(session)
-        view = replace(session.region.view, picked=None, layer=0)
+        view = replace(session.region.view, layer=0)
         plate = replace(session.plate, region=self.region())
         return replace(session, plate=plate).updated("region", view=view)
 
@@ -80,8 +79,6 @@ class ShowCubes(AbstractChange):
             known = f"{NO_FIELD}, {', '.join(CUBE_FIELDS)}"
             text = f"unknown field of cubes '{self.view.field}'; choose {known}"
             raise OptionError(text, option="field", found=self.view.field)
-        if self.view.field == MEASURED.name:
-            measurements(session)
 
     def apply(self, session: Session) -> Session:
         return session.updated("region", view=self.view)
@@ -130,7 +127,7 @@ class MapCubes(AbstractChore[CubeMap]):
     def needed(cls, session: Session) -> "MapCubes | None":
         region = session.plate.region
         field = field_of(session)
-        if field is None or not field.is_mapped or cubes_of(session) is not None or not are_shown(session):
+        if field is None or cubes_of(session) is not None or not are_shown(session):
             return None
         return cls(plain(region.min), plain(region.max), region.cube, session.robot.name)
 

@@ -2,18 +2,10 @@
 
 from dataclasses import replace
 
-from workbench.base.errors import OptionError
-from workbench.session.command import AbstractChange, computed
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
 from workbench.session.state import Session, UndoStep
-from workbench.session.target_steps import (
-    AbstractTargetStep,
-    begin_step,
-    check_free,
-    commit_step,
-    with_targets,
-)
+from workbench.session.target_steps import AbstractTargetStep, begin_step, commit_step, with_targets
 
 
 class Undo(AbstractTargetStep):
@@ -49,16 +41,6 @@ class Redo(AbstractTargetStep):
         return go_to_step(replace(session, history=history), step)
 
 
-class ResetTargets(AbstractTargetStep):
-    """Restore the plate as loaded; can be undone."""
-
-    title = "Reset the targets"
-
-    def apply(self, session: Session) -> Session:
-        first = session.history.first
-        return _back_to(session, first, f"the targets are already as in '{first.plate.name}'")
-
-
 class RestoreBest(AbstractTargetStep):
     """Restore the best plate so far; can be undone."""
 
@@ -66,27 +48,6 @@ class RestoreBest(AbstractTargetStep):
 
     def apply(self, session: Session) -> Session:
         return _back_to(session, session.history.best, "this is the best plate so far")
-
-
-class GoBackTo(AbstractChange):
-    """Restore the plate as it was after a step of the history; can be undone.
-
-    Args:
-        step: Which, counted from 0.
-    """
-
-    step: int
-
-    title = computed(lambda self: f"Back to the plate after step {self.step + 1}")
-
-    def check(self, session: Session) -> None:
-        check_free(session)
-        if not 0 <= self.step < len(session.history.past):
-            text = f"step must be 1 to {len(session.history.past)}, got {self.step + 1}"
-            raise OptionError(text, option="step", found=self.step)
-
-    def apply(self, session: Session) -> Session:
-        return _back_to(session, session.history.past[self.step], "the plate has not changed since then")
 
 
 def _back_to(session: Session, step: UndoStep | None, already: str) -> Session:

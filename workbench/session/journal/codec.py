@@ -6,6 +6,7 @@ renamed its value. A command that this version doesn't know, or whose fields it 
 `UnknownCommand`. A line ends with a checksum of what comes before it.
 """
 
+import contextlib
 import dataclasses
 import functools
 import hashlib
@@ -27,6 +28,8 @@ import numpy as np
 from workbench.base.errors import WorkbenchError
 from workbench.base.types import frozen
 from workbench.session.command import AbstractCommand, AbstractTask, UnknownCommand, kinds
+from workbench.session.journal import records
+from workbench.session.state import Session
 
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
@@ -40,6 +43,7 @@ CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
 FORMER = {"least": "low", "greatest": "high", "asked": "is_chosen"}
 """Fields that have another name in journals of earlier versions."""
 GONE = frozenset(("exaggeration_after", "bent", "bending", "is_deflected", "deflection", "low", "high"))
+GONE |= {"law", "frames", "corners", "picked"}
 """Fields that journals of earlier versions have besides."""
 
 
@@ -81,15 +85,26 @@ def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "")
         return UnknownCommand(name, title)
 
 
-def encode_result(result: Any) -> Any:
-    """What a task computed as plain data; None where reopening computes it again."""
-    return None if result is None else _record(result, {}, "")
+def encode_result(command: AbstractCommand, result: Any, before: Session) -> tuple[Any, dict[str, bytes]]:
+    """What a task computed as plain data, and its file; None where reopening computes it again."""
+    if result is None or not isinstance(command, AbstractTask) or not command.is_filed:
+        return None if result is None else _record(result, {}, ""), {}
+    try:
+        content = records.pack(result, records.known(before))
+    except TypeError:  # a record of somebody else's package
+        return None, {}
+    return {"file": (name := file_name(content, ".npz"))}, {name: content}
 
 
-def decode_result(command: AbstractCommand, stored: Any) -> Any:
-    """What a task computed by what was stored of it; None if it is to be computed again."""
-    kind = command.stored if isinstance(command, AbstractTask) else None
-    return None if kind is None or stored is None else _build(kind, stored, _no_file)
+def decode_result(command: AbstractCommand, stored: Any, load: Load) -> Any:
+    """What a task computed, or the file of it; None if it is to be computed again."""
+    if stored is None or not isinstance(command, AbstractTask):
+        return None
+    if command.is_filed:
+        with contextlib.suppress(LostFile):
+            return load(stored["file"])
+        return None
+    return None if command.stored is None else _build(command.stored, stored, _no_file)
 
 
 def record(kind: Any, values: Mapping[str, Any]) -> Any:

@@ -3,7 +3,7 @@
     recordings/2026-11-21-133000/
         journal.jsonl     a header, then one line a command
         drag-1.jsonl      during a drag, its newest place or the one before; likewise drag-2.jsonl
-        inputs/           robot, plate and measurement files, as they were
+        inputs/           robot, plate and measurement files, as they were, and results of fits
         session.rrd       pictures for the rerun viewer
 
 A session begins from the recording's own copies of robot and plate, so that a replay has the same beginning
@@ -71,10 +71,6 @@ class StartedSession:
         """What comes first: the end of a drag in which the program was stopped."""
         drag = self.session.drag
         return () if drag is None or self.confirmed else (DropTarget(drag.client),)
-
-    @property
-    def name(self) -> str:
-        return "" if self.folder is None else self.folder.resolve().name
 
 
 def unrecorded_session(robot: Robot, plate: Plate, *, is_given: bool = False) -> StartedSession:

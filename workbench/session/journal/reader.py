@@ -272,7 +272,7 @@ def _line(text: bytes, step: int, path: Path) -> JournalLine:
             seconds=float(found["seconds"]),
             text=found["text"],
             at=float(found["at"]),
-            result=codec.decode_result(command, found.get("result")),
+            result=codec.decode_result(command, found.get("result"), load),
         )
         return JournalLine(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
     except (*MALFORMED, WorkbenchError, codec.LostFile) as error:

@@ -6,6 +6,7 @@ in between. Its entry says how many entries there were at its start, so that a r
 Once a command is unknown here, what it did is missing: later commands that can't go without are left out.
 """
 
+import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -18,8 +19,11 @@ from workbench.session.command import (
     AbstractTask,
     UnknownCommand,
 )
+from workbench.session.journal import records
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
+
+log = logging.getLogger(__name__)
 
 
 def replay(session: Session, entries: Iterable[Entry]) -> Session:
@@ -35,7 +39,7 @@ def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
 
 
 def stored_steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
-    """Likewise, by the results that the journal keeps; what the session asks for by itself is left to it."""
+    """Likewise, by the results that are kept; what the session asks for by itself is left to it."""
 
     entries = [replace(e, ending=Ending.CANCELLED) if _is_left(e.command) else e for e in entries]
     return _steps(session, entries)
@@ -78,7 +82,12 @@ def _do_again(session: Session, entry: Entry, basis: Session | None) -> Session:
     if isinstance(command, AbstractChange):
         return command.apply(session)
     assert isinstance(command, AbstractTask)
-    if entry.result is not None:
+    if entry.result is not None and not command.is_filed:
         return command.finish(session, entry.result)
     assert basis is not None, "it starts from a step that is missing"
+    if entry.result is not None:
+        try:
+            return command.finish(session, records.unpack(entry.result, records.known(basis)))
+        except Exception:  # of another version, or changed: it is computed as by that one
+            log.info("the result of '%s' is computed again", command.title)
     return command.finish(session, command.compute(basis))

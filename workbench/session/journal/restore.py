@@ -1,9 +1,10 @@
 """Reopening a recording: the session after its last command, compared with what was recorded.
 
 What changes a session at once is done again; plates that were searched for are taken from the journal, files
-from the recording's folder; fits are computed again, and their numbers compared. Another version, or an
-installation without a plug-in, may compute another session from the same commands. It is not the one that was
-recorded: its user is told, and it goes on in a recording of its own.
+from the recording's folder. Fits are read where this version recorded them on this machine, else computed
+again, and their numbers compared. Another version, or an installation without a plug-in, may compute another
+session from the same commands. It is not the one that was recorded: its user is told, and it goes on in a
+recording of its own.
 """
 
 import json
@@ -89,7 +90,9 @@ def restore(
         is_computed: Whether searches and chores are computed again, too.
         show: Told of the session before everything that takes long.
     """
-    entries = recording.entries
+    is_ours = recording.is_own and recording.header.get("workbench") == package_version()
+    is_read = lambda entry: is_ours or not getattr(entry.command, "is_filed", False)  # noqa: E731
+    entries = tuple(e if is_read(e) else replace(e, result=None) for e in recording.entries)
     written = [recording.header["numbers"], *(line.numbers for line in recording.lines)]
     after = (steps if is_computed else stored_steps)(recording.first, entries)
     compared, found, now = 0, list[Difference](), dict[int, dict[str, Any]]()

@@ -201,9 +201,10 @@ class Logbook(AbstractKeeper):
             if not is_instead:
                 self._before = self._last
             self._step, self._last = step, session
-            content = _line(step, entry, fields, session, self._before)
+            result, more = codec.encode_result(entry.command, entry.result, self._before or session)
+            content = _line(step, entry, fields, result, session, self._before)
             line = json.dumps(content, ensure_ascii=False, allow_nan=False)
-            self._file.add(codec.sealed(line), files, instead=is_instead)
+            self._file.add(codec.sealed(line), files | more, instead=is_instead)
         except (OSError, WorkbenchError) as error:
             self._fail(error)
         except Exception as error:
@@ -235,7 +236,7 @@ class Logbook(AbstractKeeper):
 
 
 def _line(
-    step: int, entry: Entry, fields: dict[str, Any], session: Session, before: Session | None
+    step: int, entry: Entry, fields: dict[str, Any], result: Any, session: Session, before: Session | None
 ) -> dict[str, Any]:
     earlier = 0 if before is None else before.page.message_count
     return {
@@ -249,7 +250,7 @@ def _line(
         "basis": entry.basis,
         "seconds": round(entry.seconds, 6),
         "text": entry.text,
-        **({} if entry.result is None else {"result": codec.encode_result(entry.result)}),
+        **({} if result is None else {"result": result}),
         "says": [message.text for message in session.page.messages if message.number > earlier],
         "numbers": changed_numbers(session, before),
     }

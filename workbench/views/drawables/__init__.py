@@ -4,15 +4,13 @@
 |---|---|
 | `arm/nominal`, `arm/calibrated` | the model, and the real arm bent away from it by its exaggerated error |
 | `arm/branch/N` | other branches that reach the target |
-| `arm/blame/N` | a glow about the joint of the effect whose law is shown |
+| `arm/blame/N` | a glow about the joints of the strongest cause |
 | `plate/solid`, `plate/targets/N`, `…/number` | the fixture and its targets |
-| `plate/before/N`, `reach/envelope` | targets before the last step; the arm's reach during a drag |
+| `plate/before/N` | targets before the last step |
 | `region/outline`, `region/cubes` | the region of interest and its cube field |
 | `measured`, `measured/held_out` | measured positions, coloured by their error |
-| `measured/before`, `measured/held_out/before` | likewise those before an event, smaller |
-| `event/arrow/N`, `event/words/N` | what happened: how base or tool stepped, exaggerated, and its row |
 | `measured/set_apart` | rows that no arm explains |
 | `errors/nominal`, `errors/calibrated` | errors of the nominal and the shown model as arrows, exaggerated |
 | `errors/sample` | an arrow that shows how long an error is drawn |
-| `row/frames`, `row/mark` | measured orientations, the selected measured position |
+| `row/mark` | the selected measured position |
 """

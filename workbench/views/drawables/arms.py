@@ -8,7 +8,6 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Matrix4, Poses
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.comparison import STAGES, ModelStage
-from workbench.session.joint_errors import shown_effect
 from workbench.session.real_arm import bending_robot, bent_frames
 from workbench.session.stages import shown_stage
 from workbench.session.state import NO_FIELD, Focus, Session
@@ -57,15 +56,14 @@ def model_and_real(session: Session) -> tuple[Robot, Robot, Matrix4 | None] | No
 
 
 def blame(session: Session) -> Iterator[Item]:
-    """A glow around every joint of the effect whose law is shown, with its name."""
-    found, effect = session.results.diagnosis, shown_effect(session)
-    if found is None or effect is None:
-        return
-    blamed = next((c for c in found.causes if any(e is effect for e in c.effects)), effect)
-    for k, joint in enumerate(blamed.joints):  # a cause names those joints alone that it is sure of
-        inputs = session.robot, drawn_joints(session), joint
-        yield Item(f"arm/blame/{joint + 1}", _glow, inputs)
-        yield Item(f"arm/blame_words/{joint + 1}", _glow_label, (*inputs, "" if k else blamed.plain))
+    """A glow around every joint of the strongest cause, with its name."""
+    found, is_shown = session.results.diagnosis, session.choices.overlay.points
+    for blamed in () if found is None else found.causes[:1]:
+        for k, joint in enumerate(blamed.joints):
+            inputs = session.robot, drawn_joints(session), joint
+            words = *inputs, "" if k else blamed.plain
+            yield Item(f"arm/blame/{joint + 1}", _glow, inputs, shown=is_shown)
+            yield Item(f"arm/blame_words/{joint + 1}", _glow_label, words, shown=is_shown)
 
 
 def branches(session: Session) -> Iterator[Item]:

@@ -1,6 +1,6 @@
 """Drawables: plain data in the frame of the robot's base, lengths in metres, colours 0 to 255."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -62,15 +62,6 @@ class Arrows:
     thick: float = 1.0
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Line:
-    """A line through places, each of its own colour; on the page so many pixels wide."""
-
-    places: Float[np.ndarray, "places 3"]
-    colours: UInt8[np.ndarray, "places 3"]
-    pixels: float
-
-
 @dataclass(frozen=True, eq=False)
 class Cuboid:
     """The edges of a cuboid along the axes, and on its sides those of so many cubes along each."""
@@ -87,25 +78,12 @@ FILL = 0.7
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Cubes:
-    """Cubes of a region: which are shown, which have a number (others are grey), which one was clicked."""
+    """Cubes of a region: which are shown, which have a number (others are grey)."""
 
     region: Region
     shown: Bool[np.ndarray, " cubes"]
     known: Bool[np.ndarray, " cubes"]
     colours: UInt8[np.ndarray, "cubes 3"]
-    picked: int | None
-
-
-AXIS_LENGTH = 0.035
-"""Length of the axes of a frame [m]."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Axes:
-    """Frames, each as three short axes."""
-
-    places: Float[np.ndarray, "frames 3"]
-    rotations: Float[np.ndarray, "frames 3 3"] = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -6,7 +6,6 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.types import Poses
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.real_arm import sample_error
 from workbench.session.stages import shown_stage
@@ -21,19 +20,17 @@ from workbench.views.appearance.colours import (
     ErrorScale,
 )
 from workbench.views.appearance.shapes import Solid, ball
-from workbench.views.drawables.drawable import Arrows, Axes, Colour, Label, Mesh, Points
+from workbench.views.drawables.drawable import Arrows, Colour, Label, Mesh, Points
 from workbench.views.drawables.sink import Item
 
 MAX_ARROW_ROWS = 120
-"""Rows with arrows or frames at most; of more, evenly chosen ones."""
+"""Rows with arrows at most; of more, evenly chosen ones."""
 RADIUS, SMALLEST, FEW = 0.005, 0.0018, 300
 """Radius of each of few measured points, and of each of very many [m]: together they cover the same area."""
 FEW_ARROWS = 30
 """Arrows of full thickness; more are thinner, so that together they cover the same area."""
 SAMPLE_ASIDE = 0.22
 """How far beside the base's axis the arrow stands that shows how long an error is drawn, in reaches."""
-EARLIER = 0.5
-"""Radius of points before the last event, as a part of the others'."""
 
 
 def measured(session: Session) -> Iterator[Item]:
@@ -43,14 +40,8 @@ def measured(session: Session) -> Iterator[Item]:
         return
     is_shown, stage = overlay.points, shown_stage(session, rows)
     inputs = rows, stage, session.measurements.left_out
-    for path, *which in (
-        ("measured", False, False),
-        ("measured/before", False, True),
-        ("measured/held_out", True, False),
-        ("measured/held_out/before", True, True),
-    ):
-        if not which[1] or rows.over is not None:
-            yield Item(path, _points, (*inputs, *which), shown=is_shown)
+    for path, is_held_out in (("measured", False), ("measured/held_out", True)):
+        yield Item(path, _points, (*inputs, is_held_out), shown=is_shown)
     yield Item("measured/set_apart", _set_apart, (rows,), shown=is_shown)
     is_compared = bool(rows.stages) and overlay.arrows and session.playback.focus in (Focus.ROW, Focus.JOG)
     times = overlay.exaggeration
@@ -63,15 +54,11 @@ def measured(session: Session) -> Iterator[Item]:
     yield Item("errors/sample_words", lambda *of: _sample(*of)[1], scale, shown=is_compared)
 
 
-def selected_row_marks(session: Session) -> Iterator[Item]:
-    """Measured orientations, and the position of the selected row."""
+def selected_row_mark(session: Session) -> Iterator[Item]:
+    """The position of the selected row."""
     rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
-    is_shown = overlay.frames
-    is_nominal = rows.calibrated is None or shown_stage(session, rows) is ModelStage.NOMINAL
-    inputs = rows, rows.nominal if is_nominal else rows.calibrated, overlay.exaggeration
-    yield Item("row/frames", _axes, inputs, shown=is_shown)
     is_marked = session.playback.focus is Focus.ROW and overlay.points
     place = rows.measured[session.results.row] if is_marked else None
     if place is not None and np.isfinite(place).all():
@@ -88,15 +75,10 @@ def mark(radius: float, place: np.ndarray, opacity: float = 1.0) -> Mesh:
     return Mesh(solid=_ball(radius), colour=MARK, opacity=opacity, pose=se3.pose(np.eye(3), place))
 
 
-def _points(
-    rows: Comparison, stage: ModelStage, left_out: frozenset[int], held_out: bool, before: bool
-) -> Points | None:
-    """Coloured by the error at a stage; of one colour before there is any, grey where left out by hand.
-
-    Those before the last event are small.
-    """
+def _points(rows: Comparison, stage: ModelStage, left_out: frozenset[int], held_out: bool) -> Points | None:
+    """Coloured by the error at a stage; of one colour before there is any, grey where left out by hand."""
     known = np.isfinite(rows.measured).all(1)
-    chosen = np.flatnonzero(known & (rows.held_out == held_out) & (rows.is_earlier == before))
+    chosen = np.flatnonzero(known & (rows.held_out == held_out))
     if not len(chosen):
         return None
     radius = max(SMALLEST, RADIUS * min(1.0, (FEW / max(int(known.sum()), 1)) ** 0.5))
@@ -105,13 +87,8 @@ def _points(
         colours = error_scale(rows).colours(rows.stage_errors[chosen, STAGES.index(stage)])
     if not held_out:
         colours[np.isin(rows.number[chosen], list(left_out))] = EXCLUDED
-    return Points(
-        places=rows.measured[chosen],
-        colours=colours,
-        radius=radius * (EARLIER if before else 1.0),
-        numbers=chosen,
-        are_squares=held_out,
-    )
+    places = rows.measured[chosen]
+    return Points(places=places, colours=colours, radius=radius, numbers=chosen, are_squares=held_out)
 
 
 def _set_apart(rows: Comparison) -> Points | None:
@@ -149,18 +126,8 @@ def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label
     return Arrows(starts=start[None], ends=end[None], colour=MARK, thick=2.0), words
 
 
-def _axes(rows: Comparison, poses: Poses, times: float) -> Axes | None:
-    """Measured orientations, turned away from predicted ones by the factor."""
-    chosen = _chosen(rows)
-    if rows.rotation is None or not len(chosen) or not np.isfinite(rows.rotation[chosen]).all():
-        return None
-    expected = poses[chosen, :3, :3]
-    off = se3.matrix_to_rotvec(np.swapaxes(expected, 1, 2) @ rows.rotation[chosen])
-    return Axes(places=rows.measured[chosen], rotations=expected @ se3.rotvec_to_matrix(times * off))
-
-
 def _chosen(rows: Comparison) -> np.ndarray:
-    """Numbers of the rows with arrows and frames."""
+    """Numbers of the rows with arrows."""
     known = np.flatnonzero(np.isfinite(rows.measured).all(1))
     return known[:: max(1, -(-len(known) // MAX_ARROW_ROWS))]
 

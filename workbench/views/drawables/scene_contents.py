@@ -5,15 +5,14 @@ from collections.abc import Callable, Iterable, Iterator
 from workbench.parts import parts, warn_of_broken
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, blame, branches
-from workbench.views.drawables.events import happened
-from workbench.views.drawables.measured import measured, selected_row_marks
+from workbench.views.drawables.measured import measured, selected_row_mark
 from workbench.views.drawables.plate import plate, plate_before
-from workbench.views.drawables.region import envelope, grid, region
+from workbench.views.drawables.region import grid, region
 from workbench.views.drawables.sink import Item
 
-SUBJECTS = (arms, plate, region, measured, happened)
+SUBJECTS = (arms, plate, region, measured)
 """What page and recordings show; each yields its items for a session."""
-ON_PAGE = (plate_before, grid, envelope, branches, selected_row_marks, blame)
+ON_PAGE = (plate_before, grid, branches, blame, selected_row_mark)
 """What the page alone shows besides."""
 
 

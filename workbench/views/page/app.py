@@ -54,14 +54,9 @@ class App:
         self.worker = Worker(
             begun.session, keepers=begun.keepers, journal=begun.entries, opening=begun.opening
         )
-        link, asks = (
-            page_address(self.server, session=begun.name) if begun.name else "",
-            asks and not begun.entries,
-        )
+        asks = asks and not begun.entries
         self.demo: Demo | None = None
-        self.view = BrowserView(
-            self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks, drawn=drawn
-        )
+        self.view = BrowserView(self.server, self.worker, show_demo=self.play_demo, asks=asks, drawn=drawn)
         self.worker.add_view(self.view)
         self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
         for watcher in parts("watchers", AbstractView, classes=True):

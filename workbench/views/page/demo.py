@@ -22,7 +22,6 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
-from workbench.session.joint_errors import NO_LAW
 from workbench.session.page_state import Tab
 from workbench.session.stages import expected_elsewhere, stage_words
 from workbench.session.state import Session
@@ -32,8 +31,8 @@ CLIENT = 1_000_000
 """Who drags in the demo: no browser has this number."""
 ROBOT, ROWS = "ur10", "ur10.csv"
 """A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
-BARE: dict[str, Any] = {"points": False, "arrows": False, "law": NO_LAW}
-FULL: dict[str, Any] = {"points": True, "arrows": True, "law": ""}
+BARE: dict[str, Any] = {"points": False, "arrows": False}
+FULL: dict[str, Any] = {"points": True, "arrows": True}
 """What is laid over the arm in the last picture, and afterwards."""
 DRAG_PLACES = 45
 """Places of one drag."""
@@ -54,12 +53,14 @@ class DemoScene:
         commands: What is done, one after the other.
         seconds: How long it stands afterwards, or in all for many commands.
         tab: Where its outcome is seen; None: where that of the scene before was.
+        is_last: Whether nothing follows.
     """
 
     caption: str
     commands: tuple[AbstractCommand, ...] = ()
     seconds: float = 6.0
     tab: Tab | None = None
+    is_last: bool = False
 
 
 class Demo:
@@ -107,7 +108,7 @@ class Demo:
     def _play(self, scene: DemoScene) -> None:
         """Play one scene to its end, or until the user stops."""
         if scene.caption:
-            self._submit(SetCaption(scene.caption))
+            self._submit(SetCaption(scene.caption, scene.is_last))
         if scene.tab is not None:
             self._submit(OpenTab(scene.tab))
         for command in scene.commands or (None,):
@@ -201,7 +202,9 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     unnamed = " The rest has no name." if found is not None and found.residual_map is not None else ""
     why = f"The geometry was off{f', and {causes}' if causes else ''}.{unnamed} "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
-    yield DemoScene(f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0)
+    yield DemoScene(
+        f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, is_last=True
+    )
 
 
 def _found(found: Diagnosis, causes: str) -> str:

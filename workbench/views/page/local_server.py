@@ -33,8 +33,6 @@ LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
 TITLE = "workbench"
 """Of the browser's tab until there is a robot."""
-SESSION = "session"
-"""What names the session in a link."""
 KEY = "key"
 """What names the secret in a link."""
 HEADERS = {
@@ -62,17 +60,13 @@ class LocalServer(viser.ViserServer):
     heard: Callable[[str], None] = staticmethod(lambda text: None)
 
 
-def local_server(
-    *, host: str = "127.0.0.1", port: int = 0, label: str = LABEL, shown: Callable[[], str] = str
-) -> LocalServer:
+def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) -> LocalServer:
     """A server that accepts requests from its own pages only.
 
     Args:
         host: Address to listen at; the loopback address unless the user asks for another one.
         port: Port, or 0 for any free one.
         label: Name shown in the browser.
-        shown: Tells the name of the session on the page, empty if it has none: a link to another one
-            is answered with a sentence instead of the wrong page.
     """
     if not 0 <= port < 65536:
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
@@ -93,12 +87,6 @@ def local_server(
                 return connection.respond(403, "this page is not allowed to access the workbench\n")
             if key and not _knows(request, key):
                 return connection.respond(403, "open the link that the workbench printed at start-up\n")
-            wanted, here = parse_qs(urlsplit(request.path).query).get(SESSION, [""])[0], shown()
-            if wanted and here and wanted != here:
-                name = wanted[:200]
-                text = f"This link is for the session '{name}'; the workbench at this address shows '{here}'."
-                way = f"Open the other one with: workbench serve --session recordings/{name}"
-                return connection.respond(404, f"{text}\n{way}\n")
             if request.path.startswith(message_path):
                 server.heard(request.path.removeprefix(message_path))
                 response = connection.respond(204, "")
@@ -178,18 +166,14 @@ def _connection_log() -> logging.Logger:
     return log
 
 
-def page_address(server: viser.ViserServer, **query: str) -> str:
-    """Where its page is opened, by other machines too if they can reach it; with the secret if it has one.
-
-    With a `session` it is opened with that one, and with no other.
-    """
+def page_address(server: viser.ViserServer) -> str:
+    """Where its page is opened, by other machines too if they can reach it; with the secret if it has one."""
     host = server.get_host()
     if host in EVERYWHERE:
         host = _own_address()
-    if isinstance(server, LocalServer) and server.key:
-        query[KEY] = server.key
     address = f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}"
-    return f"{address}/?{urlencode(query)}" if query else address
+    is_open = isinstance(server, LocalServer) and server.key
+    return f"{address}/?{urlencode({KEY: server.key})}" if is_open else address
 
 
 def _own_address() -> str:

@@ -12,7 +12,6 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.camera import aim
-from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels import panels as all_panels
 from workbench.views.page.panels.header import CaptionPanel, Messages, Strip
 from workbench.views.page.panels.legend import LegendPanel
@@ -36,7 +35,7 @@ class BrowserView(AbstractView):
 
     In a drag the numbers that count go first, alone: a page shows them without waiting for its next frame,
     which takes long where the scene is drawn without a graphics card. Nothing waits for viser's own window.
-    `link`: the page's address with this session, empty if it is not recorded; the others are those of `App`.
+    The arguments are those of `App`.
     """
 
     def __init__(
@@ -44,7 +43,6 @@ class BrowserView(AbstractView):
         server: viser.ViserServer,
         worker: Worker,
         *,
-        link: str = "",
         show_demo: Callable[[], None] = lambda: None,
         asks: bool = False,
         drawn: FirstPicture | None = None,
@@ -60,7 +58,7 @@ class BrowserView(AbstractView):
             self._opened = session.page.opened
             self._card = StartCard(worker, show_demo, is_open=asks)
             signals = PageSignals(server)
-            self._panels, self._tabs = _build_panels(server, worker, link, self._card, signals)
+            self._panels, self._tabs = _build_panels(server, worker, self._card, signals)
             server.gui.add_html(signals.dark(self._follow))
             signals.turned(lambda tab: worker.submit(NoteTab(tab)))
             for panel in self._panels:
@@ -119,7 +117,7 @@ class BrowserView(AbstractView):
 
 
 def _build_panels(
-    server: viser.ViserServer, worker: Worker, link: str, card: StartCard, signals: PageSignals
+    server: viser.ViserServer, worker: Worker, card: StartCard, signals: PageSignals
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
     server.on_client_connect(lambda client: signals.sized(client, _panel_fitter(server, client)))
@@ -147,8 +145,6 @@ def _build_panels(
             if tab is Tab.ROBOT:
                 card.build_reopen_button(gui)
             make_all(tab)
-            if link and tab is Tab.EXPORT:
-                gui.add_html(_link(link))
     tabs.ready()
     make(Messages(worker))
     make(LegendPanel(worker))
@@ -173,8 +169,3 @@ def _panel_fitter(server: viser.ViserServer, client: viser.ClientHandle) -> Call
         was_wide = is_wide
 
     return fit
-
-
-def _link(address: str) -> str:
-    link = f'Link to this session: <a href="{text(address)}">{text(address)}</a>'
-    return block(link, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere")

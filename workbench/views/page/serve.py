@@ -70,8 +70,7 @@ def serve(
     is_announced = False
     handle = _stopped_by_interrupt(stop)
     before = signal.signal(signal.SIGINT, handle)
-    names: list[str] = []  # of the session on the page, once there is one
-    server = bound(host, port, lambda: names[0] if names else "")
+    server = bound(host, port)
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block(f"{text(sentence)} …"))
@@ -113,7 +112,6 @@ def serve(
                 plate = default_circle(robot) if plate is None else plate
                 begun = begin(robot, plate, tell, show) if begin else unrecorded_session(robot, plate)
             waiting.remove()
-            names.append(begun.name)
             app = App(
                 robot,
                 plate,
@@ -165,9 +163,9 @@ def _without_collection() -> Iterator[None]:
         gc.enable()
 
 
-def bound(host: str, port: int | None, shown: Callable[[], str] = str) -> viser.ViserServer:
+def bound(host: str, port: int | None) -> viser.ViserServer:
     """A server at a port; at the usual one, or any free one where that is taken, if None."""
-    bind = partial(local_server, host=host, shown=shown)
+    bind = partial(local_server, host=host)
     if port is not None:
         return bind(port=port)
     try:

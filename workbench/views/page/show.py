@@ -1,7 +1,6 @@
 """The page from Python: one robot, its measurements and a plate, alongside a notebook or script."""
 
 import webbrowser
-from html import escape
 from typing import final
 
 from workbench.arm.robot import Robot
@@ -56,13 +55,6 @@ class Page:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
-
-    def __repr__(self) -> str:
-        return f"<Page {self.url}>" if self._app is not None else "<Page, stopped>"
-
-    def _repr_html_(self) -> str:
-        url = escape(self.url)
-        return f'<a href="{url}" target="_blank">{url}</a>' if self._app is not None else escape(repr(self))
 
 
 @checked_arguments()

@@ -34,7 +34,7 @@ PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 PHONE_SCENE = 41
 """The scene's share of a phone's height above it [%]."""
-DRAWINGS = "suspects, index, losses, history, changes, verdict, row-chart, joints, result, curves"
+DRAWINGS = "suspects, index, losses, changes, verdict, row-chart, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
@@ -83,7 +83,7 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
 {INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 9px !important }}
 {INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
-{STRIP} [data-testid="hint"] {{ min-height: calc(2.9em + 2px); box-sizing: border-box }}
+{STRIP} [data-testid="hint"] {{ height: calc(4.35em + 2px); overflow-y: auto; box-sizing: border-box }}
 {INSIDE} > [style*="contain: layout"] {{ position: absolute; inset: auto 0 0; padding: 0 !important }}
 div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px 0 6px;
   background: var(--mantine-color-body) }}
@@ -91,9 +91,10 @@ div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px
 {PANEL} div[style*="min-height: 2.4em"] {{ overflow: clip !important }}
 {TABS} {{ position: sticky; top: var(--strip, 0px); z-index: 19;
   background-color: var(--mantine-color-body) }}
+.typing .mantine-Tooltip-tooltip {{ display: none !important }}
 .mantine-ScrollArea-scrollbar[data-orientation="vertical"] {{
   width: 8px !important; padding: 0 1px !important }}
-.gone {{ display: none }}
+.gone, .phone {{ display: none }}
 .mantine-Modal-body div:has(> [accept]) {{ position: relative }}
 .mantine-Modal-body input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
@@ -110,7 +111,13 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}
 @media (max-width: {PHONE}px) {{
-  [{CAPTION}] {{ width: 100vw; top: 8px; font-size: 14px }}
+  [{CAPTION}] {{ width: 100vw; font-size: 14px }}
+  body:has({SHEET}) [{CAPTION}] {{ bottom: {100 - PHONE_SCENE}vh; padding: 0 }}
+  body:has({SHEET}) [{CAPTION}] > [data-testid="caption"], .wide {{ display: none }}
+  [{CAPTION}] > .figure, [{CAPTION}] > a {{ display: inline-block;
+    margin: 0; padding: 3px 8px; font-size: 14px }}
+  .phone {{ display: inline-block !important }}
+  {STRIP} [data-testid="hint"] {{ height: auto; min-height: calc(4.35em + 2px) }}
   body:has({SHEET}) div:has(> div > canvas) {{ height: {PHONE_SCENE}vh !important }}
   .mantine-Paper-root[style*="position: fixed"]:has({SHEET_OPEN}) {{
     min-height: {100 - PHONE_SCENE}vh !important }}
@@ -127,9 +134,15 @@ COARSE = 0.4
 """Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
 SLOW = "llvmpipe|swiftshader|softpipe|software"
 """In the names of renderers without a graphics card."""
+LABEL = "vec4(0.76, 0.79, 0.83, 0.8 * vAlpha)"
+"""Ground of the scene's labels, in place of viser's white: it suits light and dark pages."""
 LEAVE = ["Close", "Cancel", "Look around", "Back"]
 """Buttons that end a sheet without doing anything."""
 SCRIPT = f"""
+const compiled = WebGL2RenderingContext.prototype.shaderSource;  // labels would stand out white in the dark
+WebGL2RenderingContext.prototype.shaderSource = function (shader, text) {{
+  compiled.call(this, shader, text.replace("vec4(1.0, 1.0, 1.0, 0.85 * vAlpha)", "{LABEL}"));
+}};
 const measured = new ResizeObserver(([strip]) =>
   document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
 let strip = null, tab = "", list = null, scrolled = null;
@@ -210,7 +223,9 @@ setInterval(() => {{
     if (!chart.contains(document.activeElement)) link.tabIndex = link === chart.querySelector("a") ? 0 : -1;
   }}
 }}, 1000);
+addEventListener("pointermove", () => document.body.classList.remove("typing"));
 addEventListener("keydown", e => {{
+  document.body.classList.add("typing");  // hints of what is under a pointer at rest would cover the tabs
   const link = /^Arrow(Left|Right)$/.test(e.key) && e.target.closest?.("svg a");
   if (link) {{
     const all = [...link.closest("svg").querySelectorAll("a")];

@@ -63,7 +63,7 @@ class AbstractOutlet(ABC):
         """Lay out the viewer; every layout has the same parts."""
         _name_parts(layout.root_container)
         layout._log_to_stream(self._layouts)
-        bindings.send_blueprint(self._waiting.storage, recording=self.stream.to_native())
+        bindings.send_blueprint(self._waiting.storage, True, True, self.stream.to_native())
 
     @abstractmethod
     def close(self) -> None:

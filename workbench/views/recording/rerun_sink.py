@@ -11,25 +11,11 @@ import rerun as rr
 
 from workbench.base import se3
 from workbench.views.appearance.shapes import Solid, cuboid_edges
-from workbench.views.drawables.drawable import (
-    AXIS_LENGTH,
-    FILL,
-    Arm,
-    Arrows,
-    Axes,
-    Cubes,
-    Cuboid,
-    Label,
-    Line,
-    Mesh,
-    Points,
-)
+from workbench.views.drawables.drawable import FILL, Arm, Arrows, Cubes, Cuboid, Label, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.recording.canvas import Canvas
 
 LABEL = (241, 245, 249)
-AXIS_COLOURS = ((230, 57, 70), (42, 157, 83), (69, 123, 230))
-"""Of x, y and z."""
 THIN = 0.0015
 """Radius of lines and arrows [m]."""
 
@@ -150,7 +136,7 @@ def _words(text: str, place: np.ndarray) -> rr.Points3D:
 
 def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None:
     """A box for every cube that is shown and has a number."""
-    if old is None or differences(old, new) - {"picked"}:
+    if old is None or differences(old, new):
         keep = np.flatnonzero(new.shown & new.known)
         half = np.tile(0.5 * FILL * new.region.size / new.region.shape, (len(keep), 1))
         solid = rr.components.FillMode.Solid
@@ -169,17 +155,6 @@ def _arrows(arrows: Arrows) -> rr.Arrows3D:
     return rr.Arrows3D(origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=radius)
 
 
-def _axes(axes: Axes) -> rr.Arrows3D:
-    vectors = AXIS_LENGTH * np.swapaxes(axes.rotations, 1, 2).reshape(-1, 3)
-    colours = np.tile(AXIS_COLOURS, (len(axes.places), 1))
-    return rr.Arrows3D(origins=np.repeat(axes.places, 3, axis=0), vectors=vectors, colors=colours, radii=THIN)
-
-
-def line(line: Line) -> rr.LineStrips3D:
-    """A line of its first colour."""
-    return rr.LineStrips3D([line.places], colors=line.colours[:1], radii=THIN)
-
-
 def _cuboid(cuboid: Cuboid) -> rr.LineStrips3D:
     edges = cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes)
     return rr.LineStrips3D(edges, colors=cuboid.colour, radii=THIN)
@@ -196,11 +171,5 @@ LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
     Label: _log_label,
     Cubes: _log_cubes,
 }
-WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {
-    Points: _points,
-    Arrows: _arrows,
-    Axes: _axes,
-    Line: line,
-    Cuboid: _cuboid,
-}
+WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {Points: _points, Arrows: _arrows, Cuboid: _cuboid}
 """Drawn anew where anything of them has changed."""

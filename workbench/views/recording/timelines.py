@@ -124,7 +124,7 @@ class RowErrorTimeline(AbstractTimeline):
             self._count += 1
         rows = results.comparison
         group = f"{self._count}_{results.fit}"
-        if rows is None or rows.calibrated is None or group in self._drawn:
+        if rows is None or results.identification is None or group in self._drawn:
             return
         self._drawn.add(group)
         words = stage_words(moment.session)

@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 
-import numpy as np
 import viser
 
 from workbench.arm.built_in_arms import load_robot
@@ -16,7 +15,7 @@ from workbench.session.commands.arm import LARGEST_ARCHIVE, ChooseRobot, LoadMod
 from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import block, bullets, folded, heading, pairs, text
+from workbench.views.page.html import block, bullets, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, Question, ask, set_value
 
 MODELS = ".toml,.urdf,.xml,.zip"
@@ -87,21 +86,12 @@ def facts(robot: Robot) -> str:
     """What is known of an arm, in HTML."""
     slides = int(sliding(robot).sum())
     masses = "known" if robot.has_masses else "unknown: effects that depend on loads can't be found"
-    limited = int(np.isfinite(robot.limits).all(1).sum())
     items = [
         ("Name", robot.name),
         ("Joints", f"{robot.dof}" + (f", {slides} of them sliding" if slides else "")),
         ("Reach", f"about {1e3 * maximum_reach(robot):.0f} mm"),
         ("Masses", masses),
-    ]
-    details = [
-        ("Limits", f"of {limited} joints"),
-        ("Convention", robot.convention),
         ("Free parameters", f"{len(robot.default_free)}"),
     ]
     notes = bullets(map(text, robot.notes))
-    return (
-        pairs(items)
-        + (heading("Notes") + notes if notes else "")
-        + folded("Details of the arm", pairs(details))
-    )
+    return pairs(items) + (heading("Notes") + notes if notes else "")

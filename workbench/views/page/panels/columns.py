@@ -8,8 +8,6 @@ from workbench.data.readers.mapping import lacks_unit, mapping_text, meanings, o
 from workbench.report.blocks import ResultTable
 from workbench.report.result_display import as_html
 from workbench.session.commands.data import LoadData
-from workbench.session.commands.messages import Tell
-from workbench.session.export import columns_toml
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
@@ -19,8 +17,6 @@ from workbench.views.page.panels.panel import AbstractPanel
 
 MAX_LISTED_COLUMNS = 80
 """Columns that are listed."""
-MAX_MAPPING_BYTES = 2**16
-"""Mappings beyond this size are refused [bytes]."""
 
 
 class ColumnsPanel(AbstractPanel):
@@ -38,18 +34,6 @@ class ColumnsPanel(AbstractPanel):
             meaning = self.dropdown("is", self._meanings, hint, self._understood, visible=_headings)
             on_change(self._column, lambda: meaning.show(self._worker.session))
             self.form(self._choose, meaning)
-            self.download(
-                "Save this choice (TOML)",
-                columns_toml,
-                "The meaning of every column, for other files of this kind.",
-            )
-            self.upload(
-                "Use a saved choice",
-                self._with_mapping,
-                "Reads the file again with the saved meaning of its columns.",
-                endings=".toml",
-                maximum=MAX_MAPPING_BYTES,
-            )
             self.html(lambda s: "" if (file := file_of(s)) is None else listing(file))
 
     def _heading(self, session: Session) -> str:
@@ -77,10 +61,6 @@ class ColumnsPanel(AbstractPanel):
             return None
         mapping = with_column(mapping_text(file.preview), self._column.typed, meaning)
         return LoadData(file.name, file.content, mapping.encode())
-
-    def _with_mapping(self, name: str, content: bytes) -> LoadData | Tell:
-        file = file_of(self._worker.session)
-        return Tell("load measurements first") if file is None else LoadData(file.name, file.content, content)
 
 
 def file_of(session: Session) -> MeasurementFile | None:

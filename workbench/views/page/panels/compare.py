@@ -1,16 +1,12 @@
 """Comparison: step through the measured poses, choose the overlays in the scene."""
 
-import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
-from workbench.session.comparison import Comparison
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.drawables.viewpoint import view_of_rows
-from workbench.views.page.camera import aim
-from workbench.views.page.html import block, number
+from workbench.views.page.html import block
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -22,11 +18,8 @@ SWITCHES = {
         "Measured points",
         "Show the measured tool positions, coloured by their error once there is a fit.",
     ),
-    "frames": ("Frames", "Show the measured tool orientations."),
     "arrows": ("Error arrows", "From predicted to measured positions: grey nominal, orange the model now."),
 }
-OF_ROWS = ("points", "frames")
-"""Switches for what rows show before anything is identified."""
 
 
 class ComparePanel(AbstractPanel):
@@ -57,20 +50,13 @@ class ComparePanel(AbstractPanel):
         with gui.add_folder("Shown in the scene"):
             switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
         self.form(lambda *typed: self.overlaid(**dict(zip(SWITCHES, typed, strict=True))), *switches)
-        hint = "Move the camera to show the robot and all measured positions."
-        self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint, visible=_has_rows)
 
     def _switch(self, name: str, label: str, hint: str) -> Control:
         def visible(session: Session) -> bool:
             is_fitted = session.results.identification is not None
-            return name == "ghosts" or is_fitted or (name in OF_ROWS and _has_rows(session))
+            return name == "ghosts" or is_fitted or (name == "points" and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
-
-    def _look_at_all(self, event: viser.GuiEvent) -> None:
-        session = self._worker.session
-        if event.client is not None and session.results.comparison is not None:
-            aim(event.client, *view_of_rows(session.robot, session.results.comparison))
 
     def _leave_out(self, is_excluded: bool) -> LeaveRowsOut | None:
         session = self._worker.session
@@ -99,15 +85,6 @@ def _readout(session: Session) -> str:
     if comparison is None:
         return ""
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])} (from 0)"
-    kind = f" · {'held out' if comparison.held_out[row] else 'fitted'}"
-    below = _as_opened(comparison, row) if session.results.identification is None else kind
-    return block(f"{head}{below}", testid="row", style="margin:6px 0")
-
-
-def _as_opened(comparison: Comparison, row: int) -> str:
-    """Errors of the robot as opened: a few poses show whether an old calibration is still valid."""
-    errors = 1e3 * np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
-    if not np.isfinite(errors).any():
-        return "<br>No position was measured."
-    here, mean, most = (number(float(e)) for e in (errors[row], np.nanmean(errors), np.nanmax(errors)))
-    return f"<br>Error of the robot as opened: {here} mm here, {mean} mm on average, {most} mm at most."
+    kind = "" if session.results.identification is None else " · fitted"
+    kind = " · held out" if kind and comparison.held_out[row] else kind
+    return block(f"{head}{kind}", testid="row", style="margin:6px 0")

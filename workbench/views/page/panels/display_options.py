@@ -20,7 +20,6 @@ BRAND = (37, 99, 235)
 MOUSE = (
     ("Drag an arrow or a ring", "moves or turns the selected target"),
     ("Click a block", "selects its target"),
-    ("Click a cube", "shows its numbers (Plate)"),
     ("Click a measured point", "moves the arm there (Compare)"),
     ("Drag elsewhere", "rotates the view; the right button pans, the wheel zooms"),
 )

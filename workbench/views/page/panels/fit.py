@@ -1,13 +1,10 @@
 """Calibration: identify, diagnose, add what was found; the result, and what stands behind it."""
 
-import re
 from collections.abc import Callable
 from functools import lru_cache
 
 import viser
 
-from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
@@ -19,20 +16,20 @@ from workbench.report.blocks import ResultTable, lines
 from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
-from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut, SetLevelled
+from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.judgement import arm_judgement
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
 from workbench.views.page.panels.form import Control, Make, Shown
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
 from workbench.views.page.panels.result_card import result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-WHY = "Why? Each change, in mm at the tool"
+WHY = "Change of each constant: mm at the tool, ± its standard deviation"
 HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
-HELD, CONFOUNDED = "fixed under Options", "not distinguishable from the pose of camera or board"
+CONFOUNDED = "not distinguishable from the pose of camera or board"
 """Why a joint's zero was not identified from pictures."""
 FRAMES = {
     "Decide from the data": "auto",
@@ -56,23 +53,17 @@ class FitPanel(AbstractPanel):
         "measurements.loaded",
         "choices.wanted",
         "measurements.levelled",
-        "measurements.left_out",
-        "choices.fixed",
-        "robot",
         "is_idle",
     )
 
-    _robot: Robot | None = None
-
     def build(self, gui: viser.GuiApi) -> None:
-        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
         steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add effects": AddEffects}
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=_has_rows)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)
         self.html(_card)
         self.html(_requirement)
-        self.html(_of_fit(lambda found, s: joint_zeros(found, s.results.fit, s.choices.fixed)))
+        self.html(_of_fit(lambda found, s: joint_zeros(found, s.results.fit)))
         self.html(_of_fit(lambda found, s: _changes(found.runs[s.results.fit].fit)))
         self.html(_of_fit(lambda found, s: _warnings(found)))
 
@@ -82,37 +73,14 @@ class FitPanel(AbstractPanel):
         hint = "Share of the rows held out for checking."
         self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
         self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
-        rows = self.line(
-            "Excluded rows",
-            "Data rows that are not fitted, from 0, such as 3, 17, 20-24.",
-            lambda s: ", ".join(map(str, sorted(s.measurements.left_out))),
-            disabled=lambda s: not _has_rows(s),
-        )
-        self.sends(rows, lambda: LeaveRowsOut(read_rows(rows.typed)))
         self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
         self._chosen = dict[str, Control]()
-        self._free = gui.add_folder("Free parameters", expand_by_default=False)
 
     def show(self, session: Session) -> None:
         with self._algorithms:  # one may have been registered since
             for name in filter(lambda name: name not in self._chosen, ALGORITHMS):
                 title, hint = ALGORITHMS[name].title, ALGORITHMS[name].summary
                 self._chosen[name] = self.checkbox(title, hint, value=name in DEFAULT_ALGORITHMS)
-        if session.robot is not self._robot:
-            self._robot = session.robot
-            self._rebuild(session.robot)
-        for name, box in self._boxes.items():
-            set_value(box, name not in session.choices.fixed)
-
-    def _rebuild(self, robot: Robot) -> None:
-        """A box for each parameter; another arm has others."""
-        for box in self._boxes.values():
-            box.remove()
-        hint = "Ticked: identified. Not ticked: fixed at its nominal value."
-        with self._free:
-            self._boxes = {name: self._gui.add_checkbox(name, True, hint=hint) for name in robot.default_free}
-        for name, box in self._boxes.items():
-            self.form(lambda is_free, name=name: HoldParameter(name, not is_free), Control(box))
 
     def _identify(self) -> Identify:
         algorithms = tuple(name for name in ALGORITHMS if name in self._chosen and self._chosen[name].typed)
@@ -162,27 +130,6 @@ def _fits(session: Session) -> dict[str, str]:
     return {ALGORITHMS[name].title: name for name in names}
 
 
-def read_rows(typed: str) -> tuple[int, ...]:
-    """Row numbers from `3, 17, 20-24`.
-
-    Raises:
-        OptionError: something else than numbers and ranges.
-    """
-    rows: set[int] = set()
-    try:
-        for part in filter(None, re.split(r"[,;\s]+", typed.strip())):
-            first, _, last = part.partition("-")
-            begin, end = int(first), int(last or first)
-            if end - begin > 100_000:
-                raise ValueError(part)
-            rows |= set(range(begin, end + 1))
-    except ValueError:
-        raise OptionError(
-            f"'{typed[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24", option="rows", found=typed
-        ) from None
-    return tuple(sorted(rows))
-
-
 @lru_cache(maxsize=1)
 def _changes(fit: Fit) -> str:
     """Each constant that changed, in mm at the tool."""
@@ -201,25 +148,22 @@ def _requirement(session: Session) -> str:
     )
 
 
-def joint_zeros(found: Identification, shown: str, fixed: frozenset[str]) -> str:
+def joint_zeros(found: Identification, shown: str) -> str:
     """What pictures tell of every joint's zero, and why they tell nothing of some."""
     if found.identifiability is None or found.identifiability.refused:
         return ""
     fit = found.runs[shown].fit
     free = {one.name: one for one in identified(fit)}
-    rows, nominal = [], dict[str, list[str]]()
+    rows, nominal = [], list[str]()
     for name in fit.problem.robot.joint_offsets:
         joint = name.split(".")[0]
         if (one := free.get(name)) is None:
-            nominal.setdefault(HELD if name in fixed else CONFOUNDED, []).append(joint)
+            nominal.append(joint)
         else:
             rows.append((joint, *one.shown[1:]))
-    reasons = "".join(
-        f'<div style="color:{MUTED}">{text(", ".join(joints))} at nominal: {reason}</div>'
-        for reason, joints in nominal.items()
-    )
+    reason = f'<div style="color:{MUTED}">{text(", ".join(nominal))} at nominal: {CONFOUNDED}</div>'
     listed = as_html([ResultTable("", ("joint zero", "from nominal", "±", ""), rows)]) if rows else ""
-    return block(listed + reasons, testid="joint-zeros", style="margin:4px 0 8px")
+    return block(listed + (reason if nominal else ""), testid="joint-zeros", style="margin:4px 0 8px")
 
 
 def _warnings(found: Identification) -> str:

@@ -16,6 +16,7 @@ from workbench.session.worker import Worker
 from workbench.views.drawables.viewpoint import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
+from workbench.views.page.panels.legend import things
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import try_plate
 from workbench.views.page.style import CAPTION, MESSAGE
@@ -29,7 +30,8 @@ TINTS = {
 AWAY = 'style="float:right;margin-left:8px;color:inherit;text-decoration:none"'
 CREEP = 0.08
 """How far a bar goes beyond what was reported, at most: a round of a search reports a tenth at once."""
-PLAYING = "This is the demo; any input ends it."
+PLAYING = "This is the demo; the first thing that you change ends it."
+OVER = "The demo is over. Go on from here, or begin with your own robot."
 
 
 class Strip(AbstractPanel):
@@ -50,11 +52,13 @@ class Strip(AbstractPanel):
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
             viser.Icon.PLAYER_PAUSE,
             "Pause the demo here, or continue.",
-            visible=lambda s: s.page.caption,
+            visible=lambda s: s.page.caption and not s.page.is_over,
             label=lambda s: Steer.ON if s.page.is_paused else Steer.PAUSE,
         )
-        end, hint = lambda: SetCaption(""), "End the demo here; any other input ends it too."
-        self.button("Stop the demo", end, viser.Icon.PLAYER_STOP, hint, visible=lambda s: s.page.caption)
+        end, hint = lambda: SetCaption(""), "End the demo here; so does the first thing that you change."
+        label = lambda s: "Done" if s.page.is_over else "Stop the demo"  # noqa: E731
+        is_there = lambda s: s.page.caption  # noqa: E731
+        self.button("Stop the demo", end, viser.Icon.PLAYER_STOP, hint, visible=is_there, label=label)
         cancel, hint = self._worker.cancel, "Stop the computation; nothing changes."
         works = lambda s: s.page.job is not None and not s.page.caption  # noqa: E731
         self.button("Cancel", cancel, viser.Icon.PLAYER_STOP, hint, visible=works)
@@ -124,7 +128,10 @@ def _progress(session: Session) -> float:
 def _verdict(session: Session) -> str:
     """The sentence of the next step, or of the work under way with its time left."""
     step = next_step(session)
-    sentence = text(PLAYING if session.page.caption else step.sentence)
+    sentence = text(step.sentence)
+    if session.page.caption:  # which a phone has no room for above the arm
+        sentence = f'<span class="wide">{OVER if session.page.is_over else PLAYING}</span>'
+        sentence += f'<span class="phone">{text(session.page.caption)}</span>'
     if (job := session.page.job) is not None:
         muted = " · ".join(filter(None, (job.text, _time(job))))
         sentence += f'<div data-testid="job" style="color:{MUTED}">{text(capital(muted))}</div>'
@@ -201,6 +208,7 @@ class CaptionPanel(AbstractPanel):
             figure = text(next_step(session).figure)
             number = figure and f'<div data-testid="figure-now" class="figure">{figure}</div>'
             content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
-            return f"<div {CAPTION}>{number}{content}{way_out}</div>" if session.page.caption else ""
+            key = f'<div class="phone">{things(session, is_alone=True)}</div>'  # it shows no legend
+            return f"<div {CAPTION}>{number}{content}{key}{way_out}</div>" if session.page.caption else ""
 
         self.html(caption)

@@ -5,18 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 import viser
 
-from workbench.arm.linearisation import Linearisation
 from workbench.base.wording import plural
 from workbench.plate.observability import INDICES
 from workbench.plate.plate import Plate
-from workbench.plate.plate_score import SetScore
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
 from workbench.report.chart import UprightBar, columns
 from workbench.session.page_state import Tab
 from workbench.session.state import Drag, Session
 from workbench.session.target_postures import from_limit
-from workbench.session.target_steps import score_as_drawn
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import BAD, MUTED, block, change, heading, number, text
@@ -33,8 +30,6 @@ ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:elli
 """Style of a sentence that keeps the height."""
 FULL = 0.3
 """Rise of the error, as a share, of a bar of full height, at least."""
-WORST, UNDETERMINED = 3, 1e-6
-"""Parameters that are named as worst determined; share in what nothing shows above which one is open."""
 
 
 class IndexPanel(AbstractPanel):
@@ -75,30 +70,6 @@ class LossPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         about = heading("Rise of the error without each target [% of it]")
         self.html(lambda s: block(about + loss_bars(s) + determined(s), testid="losses"))
-
-
-class DetailsPanel(AbstractPanel):
-    """What a calibration on these targets would determine, in a specialist's words; folded."""
-
-    tab, order = Tab.PLATE, 92
-    depends = ("score", "drag")
-
-    def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Details of the plate", expand_by_default=False):
-            self.html(_details)
-
-
-def _details(session: Session) -> str:
-    now = session.score
-    drawn = score_as_drawn(session) if session.drag is None else None
-    content = _worst(now) + f"<div>Rank {now.rank} of {now.visible} · condition {number(now.condition)}</div>"
-    if drawn is not None:
-        content += (
-            f'<div data-testid="as-drawn">{number(1e3 * drawn.position)} mm if it is only made to the '
-            f"tolerances of its drawing ({text(session.plate.made_as_drawn.assumptions)}), and not measured."
-            "</div>"
-        )
-    return block(content, testid="details")
 
 
 def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
@@ -193,36 +164,6 @@ def _without(rise: float) -> str:
         if np.isinf(rise)
         else f"without it the error rises by {100 * rise:.0f} %"
     )
-
-
-def _worst(now: SetScore) -> str:
-    """The parameters that are determined worst, by name."""
-    if now.linearisation is None:
-        return ""
-    worst = worst_determined(now.linearisation)
-    shown = ", ".join(f"{text(name)} {_spread(error, unit)}" for name, error, unit in worst)
-    return (
-        f'<div data-testid="worst" style="color:{MUTED}" title="Parameters with the largest standard error '
-        f'after a calibration here; angles count as arcs at the arm&#39;s reach.">'
-        f"Least certain: {shown}</div>"
-    )
-
-
-def worst_determined(found: Linearisation) -> list[tuple[str, float, str]]:
-    """Parameters with the largest standard error, angles as arcs at the arm's reach: name, error, unit.
-
-    Open ones come first, with an infinite error.
-    """
-    errors = np.sqrt(np.diag(found.covariance))
-    errors = np.where((found.unidentifiable**2).sum(1) > UNDETERMINED, np.inf, errors)
-    worst = np.argsort(-errors / found.weights, kind="stable")[:WORST]
-    return [(found.names[i], float(errors[i]), found.units[i]) for i in worst]
-
-
-def _spread(error: float, unit: str) -> str:
-    if np.isinf(error):
-        return "open"
-    return f"±{number(1e3 * error, 2)} mm" if unit == "m" else f"±{number(np.rad2deg(error), 2)}°"
 
 
 def determined(session: Session) -> str:

@@ -1,12 +1,11 @@
 """Window over the scene's empty corner: what its colours mean, and the errors of the selected row."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import partial
 
 import numpy as np
 import viser
 
-from workbench.arm.effects.events import AbstractEvent
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
 from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
 from workbench.session.real_arm import bending_robot
@@ -16,7 +15,6 @@ from workbench.views.appearance.colours import (
     BLOCKED,
     BRANCH,
     CALIBRATED,
-    EVENT,
     EXCLUDED,
     FITTED,
     JOINT,
@@ -32,7 +30,9 @@ from workbench.views.appearance.colours import (
 )
 from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
-from workbench.views.page.html import MUTED, badge, block, number, text
+from workbench.views.drawables.viewpoint import first_view
+from workbench.views.page.camera import aim
+from workbench.views.page.html import MUTED, block, number, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import MORE, ONLY_TRACK
@@ -56,9 +56,9 @@ class LegendPanel(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
-        window = gui.add_panel(visible=False)
+        window = gui.add_panel()
         with window.add_tab("Legend"):
-            key = self.html(self._key).control
+            self.html(self._key)
             self.html(lambda s: f"<div {ONLY_TRACK}></div>" if has_errors(s) else "")
             hint = "How many times larger than they are all errors are drawn: of arms, arrows and paths."
             slider = gui.add_slider("Errors ×", 0.0, float(DECADES), 0.01, 0.0, marks=MARKS, hint=hint)
@@ -69,13 +69,18 @@ class LegendPanel(AbstractPanel):
                 label=lambda s: f"Errors × {s.choices.overlay.exaggeration:g}",
                 value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
             )
+            hint = "Look at the whole arm again, with its plate or its rows."
+            self.press("Whole view", self._look, viser.Icon.HOME, hint)
         self.form(lambda times: self.overlaid(exaggeration=times), self.add(times))
         window.float(x=MARGIN, y=MARGIN, width=WIDTH)
-        self.add(Control(window, visible=lambda session: key.content))
         self._links = {
             stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self.overlaid, stage=stage)))
             for stage in ModelStage
         }
+
+    def _look(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            aim(event.client, *first_view(self.session))
 
     def _key(self, session: Session) -> str:
         rows, scales = session.results.comparison, cubes_scale(session)
@@ -160,7 +165,6 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
         stage_choice(rows, shown_stage(session, rows), links, words),
         colour_bar(error_scale(rows)),
         marks(rows, is_left_out=bool(session.measurements.left_out)),
-        "" if session.results.diagnosis is None else events(session.results.diagnosis.events, rows),
         row_errors(rows, session.results.row, words) if session.playback.focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
@@ -194,16 +198,6 @@ def marks(rows: Comparison, *, is_left_out: bool) -> str:
     if len(rows.set_apart):
         grey += f' <span style="color:{css(SET_APART)}">●</span> {len(rows.set_apart)} that no arm explains'
     return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
-
-
-def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
-    """What happened, in the colour of its arrow, and which points were measured before it."""
-    if not happened:
-        return ""
-    small = "Small points were measured before it and are compared with the arm as it was."
-    hint = small if rows.is_earlier.any() else ""
-    marked = " ".join(badge(event.mark, css(EVENT)) for event in happened)
-    return f'<div data-testid="events" title="{hint}">{marked}</div>'
 
 
 def row_errors(rows: Comparison, row: int, words: Mapping[ModelStage, str]) -> str:

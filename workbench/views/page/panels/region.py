@@ -1,24 +1,14 @@
-"""The region of interest: its size, its cubes, their colours, and the values of a clicked cube."""
+"""The region of interest: its size, its cubes, their colours."""
 
 from dataclasses import replace
 
 import viser
 
-from workbench.session.commands.drag import MoveTarget, plain
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cube_fields import (
-    BEST_INDEX,
-    CUBE_FIELDS,
-    REACHABILITY,
-    cubes_of,
-    field_of,
-    inputs,
-    shown_layer,
-)
+from workbench.session.cube_fields import CUBE_FIELDS, inputs, shown_layer
 from workbench.session.page_state import Tab
-from workbench.session.state import NO_FIELD, Session
-from workbench.views.page.html import block, note, number, pairs
-from workbench.views.page.panels.form import LENGTH, Control
+from workbench.session.state import NO_FIELD
+from workbench.views.page.panels.form import LENGTH
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
 
@@ -57,19 +47,11 @@ class RegionPanel(AbstractPanel):
             visible=lambda s: s.region.view.cut is not None,
             max=lambda s: max(s.plate.region.shape[s.region.view.cut], 2),
         )
-        self.html(picked)
-        self.button(
-            "Move the selected target there",
-            self._move_there,
-            viser.Icon.ARROW_MOVE_RIGHT,
-            "Move the selected target to the centre of the clicked cube.",
-            visible=lambda s: s.region.view.picked is not None and s.region.view.field != NO_FIELD,
-        )
-        corners = self._build_cuboid()
-        self.form(self._view, field, cut, layer, corners)
+        self.form(self._view, field, cut, layer)
+        self._build_cuboid()
 
-    def _build_cuboid(self) -> Control:
-        """The cuboid's own form; returns the switch of the handles."""
+    def _build_cuboid(self) -> None:
+        """The cuboid's own form."""
         hint = "Corner of the region with the smallest coordinates."
         low = self.coordinates("From", LENGTH, hint, lambda s: s.plate.region.min)
         hint = "Corner of the region with the largest coordinates."
@@ -82,36 +64,8 @@ class RegionPanel(AbstractPanel):
             unit=1e-3,
         )
         self.form(SetRegion, low, high, cube)
-        hint = "Drag two corners of the region in the scene."
-        return self.checkbox("Corner handles", hint, lambda s: s.region.view.corners)
 
-    def _view(self, field: str, cut: int | None, layer: int, corners: bool) -> ShowCubes:
+    def _view(self, field: str, cut: int | None, layer: int) -> ShowCubes:
         now, shape = self._worker.session.region.view, self._worker.session.plate.region.shape
         layer = layer - 1 if cut in (None, now.cut) else shape[cut] // 2
-        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer, corners=corners))
-
-    def _move_there(self) -> MoveTarget | None:
-        session = self._worker.session
-        picked = session.region.view.picked
-        if picked is None or picked >= session.plate.region.cubes:
-            return None
-        place, rpy = session.plate.region.centres[picked], session.plate.targets[session.selected].rpy
-        return MoveTarget(session.selected, plain(place), plain(rpy))
-
-
-def picked(session: Session) -> str:
-    """Numbers of the clicked cube."""
-    field, cubes = field_of(session), cubes_of(session)
-    view, region = session.region.view, session.plate.region
-    if field is None:
-        return ""
-    if view.picked is None or view.picked >= region.cubes:
-        return note("Click a cube to see its numbers.", "cube")
-    i = view.picked
-    items = [("Centre", ", ".join(f"{1e3 * v:.0f}" for v in region.centres[i]) + " mm")]
-    if cubes is not None:
-        items.append(("Reached in", f"{cubes.reached[i]} of {cubes.tried} orientations"))
-        items.append(("Best index O", number(cubes.index[i])))
-    if field not in (REACHABILITY, BEST_INDEX) and (numbers := field.values(session)) is not None:
-        items.append((field.title, f"{number(field.factor * numbers.numbers[i])} {field.unit}"))
-    return block(pairs(items), testid="cube", style="margin:4px 0")
+        return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer))

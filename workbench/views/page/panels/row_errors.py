@@ -60,8 +60,7 @@ def chart(
 ) -> str:
     """Errors of what was identified, stage by stage; without the nominal arm, which would dwarf them.
 
-    Excluded rows are grey. A line stands where something happened, if the rows were measured in the order
-    of their numbers.
+    Excluded rows are grey. A line stands before the first row after something happened.
     """
     stages = tuple(s for s in rows.stages if s is not ModelStage.NOMINAL)
     errors, order = 1e3 * rows.stage_errors, shown(rows)
@@ -77,11 +76,7 @@ def chart(
         marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
     ends = (f"row {int(x.min())}", str(int(x.max())))
     now = float(rows.number[row])
-    uprights = []
-    for event, over in zip(happened, () if rows.over is None else rows.over.T, strict=False):
-        before, after = rows.number[~over], rows.number[over]
-        if len(before) and len(after) and before.max() < after.min():
-            uprights.append(Upright(0.5 * float(before.max() + after.min()), event.mark, css(EVENT)))
+    uprights = [Upright(event.row - 0.5, event.mark, css(EVENT)) for event in happened]
     if is_out.any():
         marks[-1] = replace(marks[-1], name="Excluded")
     at = now if x.min() <= now <= x.max() else None

@@ -3,20 +3,18 @@
 import numpy as np
 import viser
 
-from workbench.arm.inverse.branch import LIMIT_MARGIN
-from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarget, LockTarget, free_place
-from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
+from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.session.target_postures import branches_to, clearance, from_limit
+from workbench.session.target_postures import branches_to, clearance
 from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
-from workbench.views.page.html import CAREFUL, MUTED, badge, block, text
+from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -59,9 +57,8 @@ class TargetsPanel(AbstractPanel):
         )
         self.buttons(
             "Steps",
-            {"Undo": Undo, "Redo": Redo, "Best": RestoreBest, "Reset": ResetTargets},
-            "Undo or redo the last step, go back to the best plate so far (lowest predicted error), or to "
-            "the plate as loaded.",
+            {"Undo": Undo, "Redo": Redo, "Best": RestoreBest},
+            "Undo or redo the last step, or go back to the plate with the lowest predicted error so far.",
         )
 
 
@@ -82,7 +79,7 @@ def _selected(session: Session) -> str:
     target, state = _target(session), session.states[session.selected]
     shown = "The scene shows measured rows; plate and targets are hidden: choose a target to show them."
     if session.shows_plate:
-        shown = _state(target, state) + near_limit(session.robot, state)
+        shown = _state(target, state)
         if state.measurable and (gap := clearance(session.robot, session.plate, state.q)):
             shown += f'<div data-testid="clearance" style="color:{MUTED}">{capital(gap)}.</div>'
     return block(shown, testid="state", style="margin:4px 0 6px")
@@ -115,15 +112,6 @@ def _branches(session: Session) -> dict[str, str]:
     mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
     names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
     return {shown: name for name, shown in names.items()}
-
-
-def near_limit(robot: Robot, state: TargetState) -> str:
-    """Which joint hardly has room: manufacturing errors may then put the target out of reach."""
-    near = from_limit(robot, state.q)
-    if not state.reached or near.distance >= LIMIT_MARGIN - ROUNDED:
-        return ""
-    sentence = f"Joint {near.joint + 1} is {near.text} from its limit; Improve keeps 10° on every joint."
-    return f'<div data-testid="near-limit" style="color:{CAREFUL}">{sentence}</div>'
 
 
 def _state(target: Target, state: TargetState) -> str:

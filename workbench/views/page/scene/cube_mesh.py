@@ -10,15 +10,12 @@ import viser
 from jaxtyping import Bool, Float, Int
 
 from workbench.base import se3
-from workbench.base.types import Vector3
 from workbench.plate.region import Region
 from workbench.views.appearance.colours import linear
 from workbench.views.drawables.drawable import FILL, Cubes
 from workbench.views.drawables.sink import differences
 from workbench.views.page.scene.node import Node
 
-PICKED = 0.95
-"""As `FILL`, for the faces of the cube that was clicked."""
 OPACITY = 0.7
 SQUARE = 0.5 * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -31,7 +28,7 @@ FACE_ROTATIONS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 
 
 def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
-    """The outer faces of cubes; `cube_under` finds what is clicked."""
+    """The outer faces of cubes."""
     numbers, side = outer_faces(cubes.region, cubes.shown).T
     mesh = server.scene.add_batched_meshes_simple(
         name,
@@ -39,7 +36,7 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
         HALVES,
         batched_wxyzs=se3.matrix_to_quaternion(FACE_ROTATIONS)[side],
         batched_positions=_places(cubes, numbers, side),
-        batched_scales=_edges(cubes, numbers, side),
+        batched_scales=_edges(cubes, side),
         batched_colors=linear(cubes.colours)[numbers],
         flat_shading=True,
         lod="off",
@@ -55,8 +52,6 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
             return False
         if "colours" in changed:
             mesh.batched_colors = linear(new.colours)[numbers]
-        if "picked" in changed:
-            mesh.batched_scales = _edges(new, numbers, side)
         return True
 
     return Node(mesh, change)
@@ -67,28 +62,11 @@ def _places(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.nda
     return region.centres[numbers] + 0.5 * FILL * (region.size / region.shape) * NORMALS[side]
 
 
-def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
+def _edges(cubes: Cubes, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
     """Lengths along the axes of every face's square, the last one zero."""
     room = cubes.region.size / cubes.region.shape
-    share = np.where(numbers == cubes.picked, PICKED, FILL)[:, None]
     along = np.abs(np.swapaxes(FACE_ROTATIONS, 1, 2) @ room)[side]
-    return share.astype(np.float32) * along.astype(np.float32)
-
-
-def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float, int] | None:
-    """Distance [m] and number of the first cube that a ray of unit length meets, a face of which is drawn."""
-    numbers, side = outer_faces(cubes.region, cubes.shown).T
-    off = _places(cubes, numbers, side) - origin
-    towards = NORMALS[side] @ direction
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = np.einsum("ij,ij->i", off, NORMALS[side]) / towards
-        met = np.einsum("ijk,ij->ik", FACE_ROTATIONS[side], along[:, None] * direction - off)
-    inside = (np.abs(met[:, :2]) <= 0.5 * _edges(cubes, numbers, side)[:, :2]).all(axis=1)
-    hit = np.flatnonzero(inside & (towards < 0.0) & (along > 0.0))
-    if not len(hit):
-        return None
-    first = hit[np.argmin(along[hit])]
-    return float(along[first]), int(numbers[first])
+    return (FILL * along).astype(np.float32)
 
 
 def outer_faces(region: Region, shown: Bool[np.ndarray, " cubes"]) -> Int[np.ndarray, "faces 2"]:

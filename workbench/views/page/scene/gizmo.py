@@ -12,9 +12,8 @@ import numpy as np
 import viser
 
 from workbench.base import se3
-from workbench.plate.region import Region
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, plain
-from workbench.session.commands.region import SetRegion, ShowCubes
+from workbench.session.commands.region import ShowCubes
 from workbench.session.cube_fields import are_shown, shown_layer
 from workbench.session.state import CubeView, Focus, Session
 from workbench.session.worker import Worker
@@ -99,65 +98,42 @@ class Gizmo:
             self._release(client.client_id)
 
 
-THINNEST = 0.02
-"""Corners keep this distance along every axis [m]."""
-CORNERS, FACE = ("minimum", "maximum"), "face"
-
-
-class Corners:
-    """Corners are dragged along the axes, the cuboid keeps its sense; the slice is dragged along any."""
+class Slice:
+    """The face of the cuboid that is cut is dragged along any axis."""
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
-        self._worker = worker
-        self._dragged: str | None = None
+        self._worker, self._is_dragged = worker, False
         self._begun, self._shown = np.zeros(3), tuple[Any, ...]()
-        self._handles = {
-            name: server.scene.add_transform_controls(
-                f"/corners/{name}",
-                scale=(0.12 if name in CORNERS else 0.07) * session.robot.reach,
-                disable_rotations=True,
-                disable_sliders=True,
-                line_width=3.0,
-                depth_test=False,
-                visible=False,
-            )
-            for name in (*CORNERS, FACE)
-        }
-        for name, handle in self._handles.items():
-            self._listen(name, handle)
+        self._handle = server.scene.add_transform_controls(
+            "/handles/slice",
+            scale=0.07 * session.robot.reach,
+            disable_rotations=True,
+            disable_sliders=True,
+            line_width=3.0,
+            depth_test=False,
+            visible=False,
+        )
+        self._handle.on_update(self._moved)
         self.show(session)
 
     def show(self, session: Session) -> None:
         """Follow the region."""
         now = session.plate.region, session.region.view, are_shown(session) and session.drag is None
-        if self._shown and self._dragged is None and all(map(is_same, now, self._shown)):
+        if self._is_dragged or (self._shown and all(map(is_same, now, self._shown))):
             return
-        (region, view, has_cubes), self._shown = now, now
-        for name, place in zip((*CORNERS, FACE), (region.min, region.max, _face(session)), strict=True):
-            handle = self._handles[name]
-            handle.visible = view.corners if name in CORNERS else has_cubes and view.cut is not None
-            if name != self._dragged:
-                set_pose(handle, place)
+        self._shown = now
+        self._handle.visible = now[2] and now[1].cut is not None
+        set_pose(self._handle, _face(session))
 
-    def _listen(self, name: str, handle: viser.TransformControlsHandle) -> None:
-        @handle.on_update
-        async def _(event: viser.TransformControlsEvent) -> None:
-            session, place = self._worker.session, np.array(event.target.position)
-            if event.phase == "end":
-                self._dragged, self._shown = None, ()
-                self.show(session)
-                return
-            if not np.isfinite(place).all():
-                return
-            if is_first := event.phase == "start":
-                self._dragged, self._begun = name, place
-            if name == FACE:
-                self._worker.submit(ShowCubes(_cut_at(session, place, place - self._begun)))
-                return
-            region = session.plate.region
-            region = region if is_first else dragged(region, CORNERS.index(name), place)
-            new = SetRegion(plain(region.min), plain(region.max), region.cube, step=is_first)
-            self._worker.submit(new)
+    async def _moved(self, event: viser.TransformControlsEvent) -> None:
+        session, place = self._worker.session, np.array(event.target.position)
+        if event.phase == "end":
+            self._is_dragged, self._shown = False, ()
+            self.show(session)
+        elif np.isfinite(place).all():
+            if event.phase == "start":
+                self._is_dragged, self._begun = True, place
+            self._worker.submit(ShowCubes(_cut_at(session, place, place - self._begun)))
 
 
 def _face(session: Session) -> np.ndarray:
@@ -175,10 +151,3 @@ def _cut_at(session: Session, place: np.ndarray, way: np.ndarray) -> CubeView:
     axis = int(np.argmax(np.abs(way))) if way.any() else view.cut or 0
     layer = int(np.clip((place - region.min)[axis] * region.shape[axis] // region.size[axis], 0, None))
     return replace(view, is_chosen=True, cut=axis, layer=min(layer, region.shape[axis] - 1))
-
-
-def dragged(region: Region, which: int, place: np.ndarray) -> Region:
-    """The region with one corner elsewhere, at least as thin as `THINNEST`."""
-    if which == 0:
-        return Region(min=np.minimum(place, region.max - THINNEST), max=region.max, cube=region.cube)
-    return Region(min=region.min, max=np.maximum(place, region.min + THINNEST), cube=region.cube)

@@ -13,8 +13,7 @@ from jaxtyping import Float
 
 from workbench.base.types import Vector3
 from workbench.views.appearance.shapes import Solid
-from workbench.views.drawables.drawable import Cubes, Mesh, Points
-from workbench.views.page.scene.cube_mesh import cube_under
+from workbench.views.drawables.drawable import Mesh, Points
 from workbench.views.page.scene.node import Ray
 
 POINTER = 0.008
@@ -30,22 +29,17 @@ Hit = tuple[float, int]
 def picked(
     drawn: Iterable[tuple[str, Any]], ray: Ray, *, points_first: bool = False
 ) -> tuple[str, int] | None:
-    """Path and number of what a click means: the nearest, a target rather than the points around it, and a
-    cube only where nothing is seen behind it.
+    """Path and number of what a click means: the nearest, a target rather than the points around it.
 
     `points_first`: the points at a target instead, as while rows are looked at.
     """
-    solid: list[tuple[float, int, str, type]] = []
-    points: list[tuple[float, int, str, type]] = []
+    solid: list[tuple[float, int, str]] = []
+    points: list[tuple[float, int, str]] = []
     for path, drawable in drawn:
         if (find := FINDERS.get(type(drawable))) and (hit := find(drawable, *ray)):
-            (points if isinstance(drawable, Points) else solid).append((*hit, path, type(drawable)))
-    cubes = [hit for hit in solid if hit[-1] is Cubes]
-    solid = [hit for hit in solid if hit[-1] is not Cubes]
-    nearest = min(solid, default=None, key=itemgetter(0))
-    if nearest is None or nearest[-1] is not Mesh:
-        nearest = min((*solid, *points) or cubes, default=None, key=itemgetter(0))
-    elif points_first:
+            (points if isinstance(drawable, Points) else solid).append((*hit, path))
+    nearest = min(solid or points, default=None, key=itemgetter(0))
+    if solid and nearest is not None and points_first:
         seen = [point for point in points if point[0] < nearest[0] + MAX_BEHIND]
         nearest = min(seen, default=nearest, key=itemgetter(0))
     return None if nearest is None else (nearest[2], nearest[1])
@@ -95,8 +89,4 @@ def _points(points: Points, origin: Vector3, direction: Vector3) -> Hit | None:
     return None if hit is None else (hit[0], int(points.numbers[hit[1]]))
 
 
-FINDERS: dict[type, Callable[[Any, Vector3, Vector3], Hit | None]] = {
-    Mesh: _mesh,
-    Points: _points,
-    Cubes: cube_under,
-}
+FINDERS: dict[type, Callable[[Any, Vector3, Vector3], Hit | None]] = {Mesh: _mesh, Points: _points}

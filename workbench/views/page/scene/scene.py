@@ -1,20 +1,18 @@
 """The whole scene of one arm on one plate, rebuilt for another arm or plate."""
 
 import threading
-from dataclasses import replace
 
 import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.drag import SelectTarget
-from workbench.session.commands.region import ShowCubes
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.drawables.viewpoint import first_view
 from workbench.views.page.camera import aim_all
-from workbench.views.page.scene.gizmo import Corners, Gizmo
+from workbench.views.page.scene.gizmo import Gizmo, Slice
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import name_pages
 
@@ -61,13 +59,13 @@ class Scene:
             self._ground.show(session.page.is_dark)
             self._sink.is_behind = False
             self._sink.draw(on_page(session))
-            self._corners.show(session)
+            self._slice.show(session)
             self.gizmo.show(session)
 
     def _build(self, session: Session, drawn: FirstPicture) -> None:
         self._ground, self._sink = drawn.ground, drawn.sink
         name_pages(self._server, session.robot.name)
-        self._corners = Corners(self._server, self._worker, session)
+        self._slice = Slice(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
 
     def _look(self, session: Session) -> None:
@@ -75,7 +73,7 @@ class Scene:
         aim_all(self._server, *first_view(session))
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
-        """A click on a target, a measured point or a cube."""
+        """A click on a target or a measured point."""
         with self._lock:
             is_of_rows = (
                 self._session.playback.focus is Focus.ROW
@@ -85,9 +83,7 @@ class Scene:
         if found is None:
             return
         path, number = found
-        if path == "region/cubes":
-            self._worker.submit(ShowCubes(replace(self._worker.session.region.view, picked=number)))
-        elif path.startswith("plate/targets/"):
+        if path.startswith("plate/targets/"):
             self._worker.submit(SelectTarget(number))
         else:
             self._worker.submit(ShowRow(number))

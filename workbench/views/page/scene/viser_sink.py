@@ -17,18 +17,7 @@ from workbench.base.types import Matrix4
 from workbench.views.appearance.bodies import Body
 from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
-from workbench.views.drawables.drawable import (
-    AXIS_LENGTH,
-    Arm,
-    Arrows,
-    Axes,
-    Cubes,
-    Cuboid,
-    Label,
-    Line,
-    Mesh,
-    Points,
-)
+from workbench.views.drawables.drawable import Arm, Arrows, Cubes, Cuboid, Label, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.page.scene.cube_mesh import add_cubes
 from workbench.views.page.scene.node import Node, Ray
@@ -191,31 +180,11 @@ def _add_arrows(server: viser.ViserServer, name: str, arrows: Arrows) -> Node:
     return Node(add(name, ends, colors=colour, shaft_radius=shaft, head_radius=head, head_length=length))
 
 
-def _add_line(server: viser.ViserServer, name: str, line: Line) -> Node:
-    one = line.colours[0]
-    each = linear(line.colours)
-    colours = one if len(line.colours) == 1 else np.stack([each[:-1], each[1:]], axis=1)
-    ends = np.stack([line.places[:-1], line.places[1:]], axis=1)
-    return _segments(server, name, ends, colours, line.pixels)
-
-
 def _add_cuboid(server: viser.ViserServer, name: str, cuboid: Cuboid) -> Node:
+    """Its edges, as wide from near and far."""
     edges, is_one = cuboid_edges(cuboid.low, cuboid.high, cuboid.cubes), max(cuboid.cubes) == 1
-    return _segments(server, name, edges, np.array(cuboid.colour), 1.6 if is_one else 0.5)
-
-
-def _segments(
-    server: viser.ViserServer, name: str, ends: np.ndarray, colours: np.ndarray, pixels: float
-) -> Node:
-    """Segments as wide as so many pixels, from near and far."""
-    add = server.scene.add_line_segments
-    return Node(add(name, ends, colors=colours, thickness=pixels, thickness_units="screen"))
-
-
-def _add_axes(server: viser.ViserServer, name: str, axes: Axes) -> Node:
-    turns = se3.matrix_to_quaternion(axes.rotations)
-    add = server.scene.add_batched_axes
-    return Node(add(name, turns, axes.places, axes_length=AXIS_LENGTH, axes_radius=0.0016))
+    add, pixels = server.scene.add_line_segments, 1.6 if is_one else 0.5
+    return Node(add(name, edges, colors=np.array(cuboid.colour), thickness=pixels, thickness_units="screen"))
 
 
 def _add_label(server: viser.ViserServer, name: str, label: Label) -> Node:
@@ -235,9 +204,7 @@ ADD: dict[type, Callable[[viser.ViserServer, str, Any], Node]] = {
     Arm: _add_arm,
     Points: _add_points,
     Arrows: _add_arrows,
-    Line: _add_line,
     Cuboid: _add_cuboid,
-    Axes: _add_axes,
     Label: _add_label,
     Cubes: add_cubes,
 }
