@@ -62,12 +62,6 @@ class AbstractTableReader(ABC):
             raise self.fail(f"{what} must be a list of {wanted}, not {value!r}")
         return frozen(np.array([self.number(v, what) for v in value]))
 
-    def flag(self, value: Any, what: str) -> bool:
-        """True or false."""
-        if not isinstance(value, bool):
-            raise self.fail(f"{what} must be true or false, not {value!r}")
-        return value
-
     def table(self, value: Any, what: str) -> dict[str, Any]:
         if not isinstance(value, dict):
             raise self.fail(f"{what} must be a table of keys and values, not {value!r}")
