@@ -7,7 +7,7 @@ from refusals import refuses
 import workbench as wb
 from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
-from workbench.base.errors import DataError, ShapeError
+from workbench.base.errors import DataError
 
 ONE = [0, 1, -1, 0, 1, 0]
 
@@ -25,19 +25,6 @@ def test_one_pose_gives_one_answer(aria, given):
     ((_, poses, twists),) = wb.identification_jacobian_blocks(aria, given, aria.default_free)
     assert np.array_equal(poses[0], wb.tool_poses(aria, given))
     assert twists.shape == (1, 6, len(aria.default_free))
-
-
-@pytest.mark.parametrize(
-    "given", [np.zeros(5), [0.0] * 5, np.zeros((3, 5)), np.zeros((2, 2, 5))], ids=np.shape
-)
-@pytest.mark.parametrize(
-    "function", [wb.tool_poses, wb.link_frames, wb.identification_jacobian, wb.Robot.predict]
-)
-def test_another_number_of_joints_is_refused_with_both_numbers(aria, function, given):
-    with pytest.raises(ShapeError) as caught:
-        function(aria, given)
-    assert (caught.value.expected, caught.value.found) == (6, 5)
-    assert "'ARIA' has 6 joints, got 5" in str(caught.value)
 
 
 def test_what_drives_an_effect_is_said_by_a_motion(aria):

@@ -30,13 +30,13 @@ class Mutation(NamedTuple):
 
 # fmt: off
 MUTATIONS = tuple(Mutation(*parts) for parts in (
-    ("base/se3.py", "np.eye(3) - 0.5 * cross", "np.eye(3) + 0.5 * cross", "base/se3 left_jacobian"),
+    ("base/se3.py", "v[b] + 0.5 * v[c], k", "v[b] - 0.5 * v[c], k", "base/se3 left_jacobian"),
     ("base/se3.py", "np.linalg.det(u) * np.linalg.det(vt)", "1.0", "base/se3 mirrored"),
     ("arm/chain.py", "= y * w - z * v, x", "= y * w + z * v, x", "arm/chain twists_are"),
     ("arm/conventions.py", '("alpha", "beta", "a", ', '("alpha", "a", "beta", ',
      "arm/conventions printed_equation"),
     ("arm/conventions.py", "entry.alpha)) < P", "entry.alpha)) > P", "arm/conventions four_constants"),
-    ("arm/statics/wrenches.py", "[3] += y * w - z * v", "[3] += y * w + z * v", "arm/statics built_in"),
+    ("arm/statics/wrenches.py", "(y * f[2] - z * f[1])", "(y * f[2] + z * f[1])", "arm/statics built_in"),
     ("arm/effects/joint_compliance.py", "diagonal(-own(", "diagonal(own(", "arm/effects load_effects"),
     ("arm/effects/backlash.py", "(-np.sign(motion", "(np.sign(motion", "diagnosis/arms laws_equal"),
     ("arm/effects/tilting.py", "return side, (np", "return -side, (np", "arm/effects clearance_tips"),

@@ -9,7 +9,6 @@ from checks import freed, robot_of
 from slow import slow
 
 from workbench import Dataset, Motion, Noise, Prior, load_robot, tool_poses
-from workbench.arm.frame import FRAME_PARTS
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome
 from workbench.data.simulation.instruments import instrument_named
@@ -17,9 +16,8 @@ from workbench.data.simulation.simulate import simulate_targets
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.alignment import align
 from workbench.identification.identify import identify
-from workbench.identification.problem import FrameFreedom, Problem
+from workbench.identification.problem import Problem
 from workbench.identification.rows.outlying_rows import Loss
 from workbench.identification.undetermined_combinations import factorise
 from workbench.plate.plate_toml import load_plate
@@ -151,23 +149,6 @@ def test_a_robust_loss_withstands_bad_rows_and_lists_them(loss):
     errors = [held_out_error(run.best.calibrated, arm, np.random.default_rng(1)) for run in runs]
     assert errors[1] < 0.2 * errors[0]
     assert set(runs[1].best.fit.suspicious.tolist()) == set(bad.tolist())
-
-
-def test_frames_change_nothing_that_is_held_out():
-    """Moving the measuring frame changes held-out predictions only by rounding."""
-    rng = np.random.default_rng(51)
-    arm = generator.aria().perturbed(rng)
-    q = arm.random(rng, 60)
-    data = rows_of(arm, q, rng, *PLATE_NOISE[:2])
-    moved = se3.pose(se3.rotvec_to_matrix(np.array([0.3, 1.1, -0.4])), np.array([2.0, 1.0, -0.5]))
-    other = replace(data, position=se3.apply(moved, data.position), rotation=moved[:3, :3] @ data.rotation)
-    freedom = FrameFreedom(FRAME_PARTS, ())
-    errors = []
-    for rows in (data, other):
-        aligned = align(load_robot("aria"), rows, freedom)
-        problem = Problem.build(aligned, rows, frames=freedom, noise=PLATE_NOISE)
-        errors.append(problem.residual(Opt2().search(problem).x))
-    assert np.linalg.norm(errors[0]) == pytest.approx(np.linalg.norm(errors[1]), rel=1e-6)
 
 
 def test_repeats_of_a_posture_weigh_as_one_pose_and_move_no_arm():

@@ -15,7 +15,7 @@ from workbench.plate.observability import INDICES
 from workbench.plate.plate import Kind
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.region_poses import _turns, nearby_poses, region_poses
+from workbench.plate.region_poses import nearby_poses, region_poses
 from workbench.plate.target_branches import choose_branches, plate_solutions, single_branches
 
 
@@ -83,12 +83,3 @@ def test_poses_that_matter_lie_in_region_and_cone(aria, plate, solutions, everyw
     tools = tool_poses(aria, Motion(near))
     gaps = se3.matrix_to_rotvec(tools[:, None, :3, :3] @ np.swapaxes(plate.poses[None, :, :3, :3], -1, -2))
     assert np.linalg.norm(gaps, axis=-1).min(1).max() <= np.deg2rad(20.0) + 1e-6
-
-
-def test_turns_are_spread_evenly():
-    turns = _turns(20000, rng(0), np.pi)
-    assert np.abs(turns.mean(0)).max() < 0.02
-    trace = np.trace(turns, axis1=1, axis2=2)
-    assert np.mean(trace**2) == pytest.approx(1.0, abs=0.05)  # Haar: E tr² = 1
-    small = se3.matrix_to_rotvec(_turns(1000, rng(0), 0.1))
-    assert np.linalg.norm(small, axis=1).max() <= 0.1 + 1e-9
