@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 9_497,
     "data": 5_463,
     "plate": 5_706,
-    "identification": 9_651,
+    "identification": 9_657,
     "diagnosis": 7_204,
     "exports": 330,
     "session": 6_705,
