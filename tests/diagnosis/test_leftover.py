@@ -52,6 +52,9 @@ def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
     trembled = trembling(case, READINGS, 1).data.q
     both = replace(case, data=replace(case.data, q=np.deg2rad(np.round(np.rad2deg(trembled), 2))))
     assert joint_noise(fitted(both)).digit == 0.0
+    shown = case.data.q.copy()
+    shown[:, 4] = np.deg2rad(0.2 * np.round(np.rad2deg(shown[:, 4]) / 0.2))
+    assert joint_noise(fitted(replace(case, data=replace(case.data, q=shown)))).digit == 0.2
 
 
 def test_every_joint_has_its_own_noise():

@@ -28,6 +28,7 @@ NO_PAYLOAD = (
     "no row has a payload: what gives way is sized as if the arm carried no more than its own links, and too "
     "large if there is a heavy tool; if so, add payload[kg]"
 )
+MASSES = "what gives way is sized by the masses in the file; its ± holds if these are right to about {:.0%}"
 
 MAX_MASS_DEVIATION = 3.0
 """Standard deviations above which a mass or its centre contradicts the file."""
@@ -68,8 +69,9 @@ def notes(
     motion = last.stage.motion
     caveats = (ask(f"the caveat of {e.name}", partial(e.caveat, motion), "") for e in effects)
     yield from filter(None, caveats)
-    if given.has_masses and motion.payload is None and any(e.loads for e in effects):
-        yield NO_PAYLOAD
+    if given.has_masses and any(e.loads for e in effects):
+        yield MASSES.format(max(j.mass_tolerance for j in given.joints))
+        yield from [NO_PAYLOAD] if motion.payload is None else []
     if motion.direction is None:
         yield NO_DIRECTION
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.base.advice import beside
+from workbench.base.wording import joint_list
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
@@ -67,7 +68,7 @@ class RemainingError:
         """Whether something is left to explain: noise of readings has one size for joints that turn, and one
         for those that slide; other scatter is a joint's own."""
         noise = self.scattering
-        if self.is_more_than_noise or noise is None or noise.digit:
+        if self.is_more_than_noise or noise is None:
             return self.is_more_than_noise
         return bool(noise.joints_that_scatter) or len({*noise.sigma} - {0.0}) > 2
 
@@ -79,7 +80,8 @@ class RemainingError:
             return ""
         advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
         if noise.digit:
-            advice = f"the file gives them to {noise.digit:g}° only, so record more digits"
+            worst = joint_list([int(np.argmax(noise.sigma))]) if noise.joints_that_scatter else "them"
+            advice = f"the file gives {worst} to {noise.digit:g}° only, so record more digits"
         size, part = noise.text(chain), f"{100 * noise.share:.0f} %"
         return f"The joint readings scatter by {size}, {part} of the remaining error: {advice}. "
 

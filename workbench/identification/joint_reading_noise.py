@@ -49,7 +49,7 @@ MAX_READING_ERROR = 0.01
 SMOOTH_DEVIATIONS = 3.0
 """Standard deviations by which errors at neighbouring joint angles must agree to count as an effect, not
 noise."""
-DIGITS = (1.0, 0.5, 0.1, 0.05, 0.02, 0.01)
+DIGITS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 """Last digits of joint angles that are looked for [deg] …"""
 DIGIT_TOLERANCE, ROUNDED_RATIO = 1e-4, 1.5
 """… the tolerance on multiples of one, as a share of it, and the factor within which the largest scatter is
@@ -64,7 +64,7 @@ class Readings(NamedTuple):
     Args:
         sigma: Standard deviation of every joint's reading [rad or m].
         share: Share of the position variance that it causes; of the rotation variance without positions.
-        digit: Last digit of the joint angles in the file, if rounding causes most of the noise [deg]; else 0.
+        digit: Last digit of the angles that scatter most in the file, if rounding is why [deg]; else 0.
     """
 
     sigma: tuple[float, ...]
@@ -127,11 +127,12 @@ def readings(problem: Problem) -> Readings | None:
 
 
 def _last_digit(problem: Problem) -> float:
-    """Last digit of all joint angles [deg], if rounding to it makes most of their noise; else 0."""
+    """Last digit of the angles that scatter most [deg], if rounding to it makes most of that; else 0."""
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(problem.data.joints)])
-    angles, scatter = np.rad2deg(problem.data.q[:, turning]), np.array(problem.noise.joints)[turning]
-    for digit in DIGITS:
-        if angles.size and np.abs(angles / digit - np.round(angles / digit)).max() < DIGIT_TOLERANCE:
+    scatter = np.where(turning, problem.noise.joints, 0.0)
+    angles = np.rad2deg(problem.data.q[:, np.argmax(scatter)])
+    for digit in DIGITS if scatter.any() else ():
+        if np.abs(angles / digit - np.round(angles / digit)).max() < DIGIT_TOLERANCE:
             rounding = np.deg2rad(digit) / np.sqrt(12.0)
             return digit if rounding < ROUNDED_RATIO * scatter.max() < ROUNDED_RATIO**2 * rounding else 0.0
     return 0.0

@@ -41,7 +41,7 @@ def clearness(effects: Sequence[AbstractEffect], std: Mapping[str, float]) -> di
 def sentence_of(
     effect: AbstractEffect, unsure: Sequence[int], std: StandardErrors, arm: Robot, motion: Motion
 ) -> str:
-    """Description of an effect in its significant joints, and which others may have it too.
+    """Description of an effect in its sure joints, and which others may have it too.
 
     Args:
         effect: With its identified coefficients.
@@ -49,8 +49,11 @@ def sentence_of(
         std: Of its coefficients; insignificant sizes are not stated.
     """
     sizes = clearness([effect], std)
-    faint = [j for j, z in sizes.items() if j is not None and (j in unsure or z < STATED)]
-    faint = faint if len(faint) < len(sizes) else list(unsure)
-    shown = without_joints(effect, faint)
-    text = shown.stated(arm.chain, motion, std.covariance(shown.names))
-    return f"{text}; not significant for {joint_list(faint)}" if faint else text
+    faint = [j for j, z in sizes.items() if j is not None and z < STATED]
+    if len({*faint, *unsure}) == len(sizes):
+        faint = [j for j in faint if j in unsure]
+    others = [j for j in unsure if j not in faint]
+    shown = without_joints(effect, [*faint, *others])
+    parts = [shown.stated(arm.chain, motion, std.covariance(shown.names))]
+    hidden = ("not significant for", faint), ("not certain for", others)
+    return "; ".join([*parts, *(f"{how} {joint_list(joints)}" for how, joints in hidden if joints)])

@@ -36,8 +36,9 @@ MAX_ROUNDS = 5
 """Maximum number of searches for effects …"""
 MAX_LARGE_ROUNDS = 2
 """… and for large problems."""
-MAX_OUTLIER_ROUNDS = 3
-"""Maximum number of outlier rounds after one fit."""
+MAX_OUTLIER_ROUNDS, MAX_WEIGHINGS = 3, 3
+"""Maximum number of outlier rounds after one fit, and of its weighings by what it leaves: rows weighed by the
+scatter of joints leave such scatter."""
 EVENT_WINDOW, MIN_WINDOW_OUTLIERS = 7, 3
 """Window of consecutive rows, and number of outliers within it that may indicate an event."""
 DIVERGED_RATIO = 1.5
@@ -311,13 +312,18 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model)
-    before = stage.geometric_problem.typical_noise
-    stage = replace(stage, geometric_problem=with_own_noise(stage.fitted, stage.geometric_problem))
-    if large(stage.problem):
-        return stage
-    ratio = (np.array(before[:2]) / np.array(stage.geometric_problem.typical_noise[:2])) ** 2
-    seen = float(ratio[np.isfinite(ratio)][0])  # of positions, or of orientations without these
-    return _fit(stage, grams, rescaled(stage.fitted.model, seen))
+    for _ in range(MAX_WEIGHINGS):
+        before = stage.geometric_problem
+        stage = replace(stage, geometric_problem=with_own_noise(stage.fitted, before))
+        if large(stage.problem):
+            return stage
+        after = stage.geometric_problem
+        ratio = (np.array(before.typical_noise[:2]) / np.array(after.typical_noise[:2])) ** 2
+        seen = float(ratio[np.isfinite(ratio)][0])  # of positions, or of orientations without these
+        stage = _fit(stage, grams, rescaled(stage.fitted.model, seen))
+        if not (stage.fitted.model and any(before.noise.joints)):
+            break  # else joints may have seemed to scatter by what the model lacked before
+    return stage
 
 
 def _key(candidate: Candidate) -> str:
