@@ -20,7 +20,6 @@ from workbench.diagnosis.search.evidence import (
     validated,
 )
 from workbench.diagnosis.search.reduced_models import left_of, left_without, own_offers, validated_without
-from workbench.diagnosis.search.stepwise_search import supported
 
 FREE = tuple(Candidate(e) for e in EFFECTS)
 SMOOTH = np.exp(-0.5 * (np.subtract.outer(np.arange(16), np.arange(16)) / 2.0) ** 2) + 1e-3 * np.eye(16)
@@ -169,15 +168,6 @@ def test_shrunk_coefficients_scatter_by_no_more_than_is_credible():
     widest = (table.scale[names] ** 2 * np.diag(SMOOTH)).max() / 0.5**2
     assert wide < 0.9 * widest
     assert narrow >= widest * (1.0 - 1e-9)
-
-
-def test_an_effect_that_other_folds_do_not_ask_for_is_dropped():
-    """A true effect beside one of pure chance; and one whose size is not credible at the fit."""
-    table = Table(4, joint1_cos2=40.0)
-    truth, chance = Term(FREE[1]), Term(FREE[5])
-    assert supported(table.grams, (truth, chance)) == (truth,)
-    grams = replace(table.grams, maximum=np.full(len(table.names), 20.0))
-    assert supported(grams, (truth,)) == ()
 
 
 def test_the_jackknife_of_a_mean_is_its_standard_error():

@@ -30,7 +30,7 @@ from workbench.diagnosis.next_poses import Measurable, NextPoses, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import AbstractClaims, Diagnosis, fields_of, harm_done
-from workbench.diagnosis.saved_model import ModelComparison, SavedModel, best_geometry, saved_model
+from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
@@ -250,7 +250,6 @@ def _diagnosis(
         before=search.before,
         after=search.after,
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
-        ranking=ask("the ranking", lambda: ModelComparison(ready, search.rounds[0]).ranking(), ()),
         now=saved.now,
         is_tried=search.too_few is None,
         undetectable=saved.undetectable,

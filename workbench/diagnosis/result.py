@@ -58,21 +58,13 @@ class Ranked:
         effect: With zero coefficients.
         gain: Log evidence that it adds [nat].
         p_value: Probability that chance would add as much, for one try.
-        errors: Held-out errors of the arm with it; of the fitted rows if none was held out; None if it was
-            not evaluated.
-        shrunk: Whether its coefficients share a variance estimated from the data.
+        errors: Held-out errors of the arm with it; of the fitted rows if none was held out.
     """
 
     effect: AbstractEffect
     gain: float
     p_value: float
-    errors: Errors | None = None
-    shrunk: bool = False
-
-    @property
-    def held_out_mm(self) -> float | None:
-        """Mean of them [mm]."""
-        return None if self.errors is None else self.errors.position_mm.mean
+    errors: Errors
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -175,7 +167,6 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
         before: Errors of `before_fit`.
         after: Errors of `after_fit`.
         effects: Accepted effects, the largest contribution first.
-        ranking: Contribution of each candidate to the geometry alone, best first.
         now: The saved arm, if there were events during the measurements.
         is_tried: Whether effects were tried: the rows were enough for that.
         undetectable: Effects of load that are undetectable in the rows.
@@ -199,7 +190,6 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
     before: Validation
     after: Validation
     effects: tuple[Accepted, ...]
-    ranking: tuple[Ranked, ...]
     now: Now | None
     is_tried: bool
     undetectable: tuple[Undetectable, ...]

@@ -17,7 +17,7 @@ from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.final_fit import fitted_on_all, identified
 from workbench.diagnosis.result import Accepted, Ranked
-from workbench.diagnosis.search.evidence import Model, Offer, Term, drop, left_by, offers
+from workbench.diagnosis.search.evidence import Model, Offer, Term, drop
 from workbench.diagnosis.search.reduced_models import own_offers
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import Searched
@@ -28,16 +28,12 @@ from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.rows.excluded_outliers import suspects
 
-MAX_EVALUATED = 12
-"""Number of ranked candidates evaluated on the judging rows."""
 MAX_LISTED_RIVALS = 3
 """Maximum number of rivals listed for an effect."""
 MIN_RELATIVE_EVIDENCE = 0.5
 """Minimum evidence of a rival relative to the effect's to be listed …"""
 MAX_EVIDENCE_GAP = 100.0
 """… and maximum difference between the two."""
-MAX_RANKED = 40
-"""Maximum number of candidates in the ranking."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +55,8 @@ class ModelComparison:
         place = place_of(self.searched, (term,))
         minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
         near = distinct([o for o in place.offers if o.gain > minimum])[:MAX_LISTED_RIVALS]
-        return tuple(_ranked(o, self.errors((*place.left.model, o.term))) for o in near)
-
-    def ranking(self) -> tuple[Ranked, ...]:
-        """Candidates by their contribution to the geometry alone, one per label; the first few are
-        evaluated."""
-        found = offers(left_by(self.searched.grams, ()), self.searched.offered.candidates)
-        best = enumerate(distinct(sorted(found, key=lambda o: -o.gain))[:MAX_RANKED])
-        return tuple(_ranked(o, self.errors((o.term,)) if k < MAX_EVALUATED else None) for k, o in best)
+        whole = ((o, self.errors((*place.left.model, o.term))) for o in near)
+        return tuple(Ranked(o.term.candidate.effect, o.gain, float(np.exp(o.log_p)), e) for o, e in whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,8 +158,3 @@ def _accepted(
             )
         )
     return tuple(out)
-
-
-def _ranked(offer: Offer, errors: Errors | None) -> Ranked:
-    candidate = offer.term.candidate
-    return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), errors, candidate.shrunk)

@@ -43,4 +43,3 @@ def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
     (_, (text,)), *_ = pictures.values("/diagnosis/words", "TextDocument:text")
     assert diagnosed.message in text
     assert mentions(text, "joint-compliance, joint 2")
-    assert mentions(text, diagnosed.ranking[0].effect.label)

@@ -9,23 +9,21 @@ Effects of one kind in several joints are one cause. An accepted effect is a cau
 All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause and has more coefficients is no rival. One standard error of the log odds, from leaving out
-fold after fold, is subtracted; a cause preferred by every fold is at least probable, and a certain one
-survives more (`survival.py`). Of several joints one at least must survive this.
+fold after fold, is subtracted; a cause preferred by every fold is at least probable.
 
 A law must also win against smooth dependence without a law, on any driver and through any elements
-(`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is; nor where a joint
-scatters as much as its law moves it. A cause whose driver is confounded with other differences between rows
-(`AbstractEffect.doubt`) is at most probable; so is an event of the first or last joint, which is the same
-motion as one of the frame or of the tool.
+(`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is. A cause whose driver
+is confounded with other differences between rows (`AbstractEffect.doubt`) is at most probable; so is an event
+of the first or last joint, which is the same motion as one of the frame or of the tool.
 
 For prismatic joints of an arm without masses nothing is claimed, as tilting under load can't be tried; a
 coupling is only probable there, as bearing loads depend on other joints' positions too. A certain cause names
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -37,13 +35,11 @@ from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.tilting import AbstractTilting, BearingCompliance
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.deflection import law_sizes
 from workbench.base.advice import beside
 from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.standard_errors import StandardErrors
-from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
@@ -53,20 +49,15 @@ from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jac
 from workbench.diagnosis.search.reduced_models import validated_without
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
-from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
 
-MIN_SCATTER_RATIO = 2.0
-"""Minimum ratio of a cause's largest motion to its joint's scatter, if that joint alone scatters."""
 MIN_RESIDUAL_SHARE, MIN_NOISE_SHARE = 0.1, 1.0 / 3.0
 """Minimum shares of the residual and of the noise that a cause must explain."""
 MAX_CAUSES = 6
 """Maximum number of causes."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
-NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
-NO_JOINT = "without a tenth of the rows, or with wider noise, each of its joints is unclear or replaceable"
-SCATTERS = "its joint scatters as much as it moves by this law, so the law is not complete"
+UNCLEAR = "each of its sizes is less than four standard errors from zero"
 LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
@@ -150,21 +141,11 @@ class _Judge:
     std: StandardErrors
 
     @cached_property
-    def scatter(self) -> Readings | None:
-        """Of joint readings; None if they seem exact."""
-        return readings(self.searched.stage.geometric_problem)
-
-    @cached_property
     def minimum(self) -> float:
         """Size from which terms are a cause."""
         grams, weighing = self.searched.grams, self.searched.stage.geometric_problem.typical_noise
         left = float(np.sqrt(validated(grams, self.searched.model).sum() / grams.count))
         return max(MIN_NOISE_SHARE * _noise(left, weighing, self.known_noise), MIN_RESIDUAL_SHARE * left)
-
-    @cached_property
-    def maximum(self) -> dict[str, float]:
-        """Largest motion of an element per unit of every coefficient [rad or m]."""
-        return law_sizes(self.arm, self.motion, [*self.arm.coefficients])
 
     def is_named(self, terms: _Terms) -> bool:
         """Whether terms are a cause; events always are, as they determine which arm is saved."""
@@ -186,25 +167,18 @@ class _Judge:
             at_tool: What they explain at the tool [mm, deg].
             challenge: They against what has no law.
         """
-        odds, rivals, survive = _against_rivals(self.searched, terms.group)
+        odds, rivals = _against_rivals(self.searched, terms.group)
         odds = min(odds, challenge.cap)
         clear = clearness(terms.effects, self.std)
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
         untried = _untried(terms.whole, self.arm)
-        is_masked = self._is_masked(terms)
         doubt, twin = challenge.doubt, self._twin(terms.whole)
         doubt = twin or doubt if doubt and challenge.cap > 1.0 else doubt
-        reason = untried or doubt or (SCATTERS if is_masked else terms.whole.doubt(self.motion)) or twin
-        if untried == UNTRIED or is_masked:
+        reason = untried or doubt or terms.whole.doubt(self.motion) or twin
+        if untried == UNTRIED:
             odds = min(odds, 1.0)
-        is_sure = not reason and odds >= CERTAIN
-        if is_sure or (len(clear) > 1 and odds >= PROBABLE):
-            kept = survive()
-            if len(clear) > 1 and kept.lost.issuperset(clear):
-                odds, reason = 1.0, reason or NO_JOINT
-            elif is_sure:
-                unclear = [j for j in clear if j in {*unclear, *kept.lost}]
-                reason = "" if kept.holds and len(unclear) < len(clear) else NOT_ROBUST
+        if not reason and odds >= CERTAIN and len(unclear) == len(clear):
+            reason = UNCLEAR
         if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
@@ -226,20 +200,6 @@ class _Judge:
         if isinstance(whole, AbstractTilting):
             return LINK_TILTS
         return whole.twin(self.arm.dof) if isinstance(whole, AbstractEvent) else ""
-
-    def _is_masked(self, terms: _Terms) -> bool:
-        """Whether a joint that scatters alone does so as much as its terms move it."""
-        if self.scatter is None or terms.whole.is_event:
-            return False
-        for effect in terms.effects:
-            joints = effect.joints if effect.of_many_joints else effect.joints[:1]
-            each = [self.maximum[n] * abs(c) for n, c in zip(effect.names, effect.coefficients, strict=True)]
-            sizes = np.reshape(each, (len(joints), -1)).max(1) if joints else ()
-            limits = MIN_SCATTER_RATIO * np.array(self.scatter.sigma)
-            scattering = self.scatter.joints_that_scatter
-            if any(j in scattering and size < limits[j] for j, size in zip(joints, sizes, strict=True)):
-                return True
-        return False
 
 
 def _even_links(whole: AbstractEffect) -> Iterator[AbstractEffect]:
@@ -300,11 +260,8 @@ def _groups(model: Model) -> list[Model]:
     return list(out.values())
 
 
-def _against_rivals(
-    searched: Searched, group: Model
-) -> tuple[float, tuple[AbstractEffect, ...], Callable[[], Survival]]:
-    """Odds of some terms against the best other claim, the claims that are indistinguishable from them, and
-    how the odds change under varied assumptions."""
+def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
+    """Odds of some terms against the best other claim, and the claims that can't be told from them."""
     whole = place_of(searched, group)
     parts = [place_of(replace(searched, grams=g), group) for g in searched.grams.without_each]
     near = {
@@ -323,5 +280,4 @@ def _against_rivals(
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
-    survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
-    return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES]), survive
+    return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES])

@@ -1,4 +1,4 @@
-"""A diagnosis as blocks: verdict, errors, causes, effects, candidates, what to measure next, remarks."""
+"""A diagnosis as blocks: verdict, errors, causes, effects, what to measure next, remarks."""
 
 from collections.abc import Iterator
 
@@ -8,10 +8,8 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import capital, first_of, plural
-from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
-from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.charts import before_after
 from workbench.identification.report.document import errors_table
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
@@ -25,26 +23,16 @@ MAX_NAMED_OUTLIERS = 15
 """Maximum number of outliers named."""
 MAX_LISTED_COEFFICIENTS = 6
 """Maximum number of coefficients of one effect listed individually."""
-CANDIDATES, LARGE = 6, 300.0
-"""Candidates listed; difference of evidence that is large enough [nat]."""
-WORSE = {
-    Confidence.CERTAIN: "certainly less",
-    Confidence.PROBABLE: "probably less",
-    Confidence.OPEN: "as likely",
-}
-"""Of a candidate beside the best one, by the odds of the best against it."""
 EXPLAINS = (
     "explains: √(e₁² − e₂²), e₁ and e₂ the cross-validated rms errors without and with the cause. "
     "Odds are against the best alternative, at most 20 : 1 while a doubt remains."
 )
-UNLIKELY = float(np.log(1e6))
-"""Logarithm of the odds against an alternative beyond which it is none."""
 
 
 @blocks_of.register
 def diagnosis_blocks(result: Diagnosis) -> list[Block]:
-    """Everything that a diagnosis found, the verdict first, tables of constants and candidates last."""
-    parts = (verdict, models, causes, alternatives, next_poses, remarks, effects, candidates)
+    """Everything that a diagnosis found, the verdict first, tables of effects last."""
+    parts = (verdict, models, causes, next_poses, remarks, effects)
     return assembled(result, heading, *parts)
 
 
@@ -130,37 +118,6 @@ def error_units(result: Diagnosis) -> list[tuple[str, str]]:
     """Position error in mm, and orientation error in degrees if measured."""
     turned = result.after.judged.orientation_deg is not None
     return [("position_mm", "mm"), *([("orientation_deg", "°")] if turned else [])]
-
-
-def alternatives(result: Diagnosis) -> Iterator[Block]:
-    """Alternatives that fit nearly as well as each effect, one line each."""
-
-    def sized(label: str, errors: Errors | None) -> str:
-        size = "" if errors is None else errors.text("mean")
-        return f"{label} ({size})" if size else label
-
-    for found in result.effects:
-        without, likely = found.before.position_mm.mean, found.gain - UNLIKELY
-        near = (r for r in found.alternatives if r.gain >= likely and not (r.held_out_mm or 0.0) > without)
-        if rivals := "; ".join(sized(r.effect.label, r.errors) for r in near):
-            of = sized(found.effect.phrase, found.after)
-            yield Sentence(f"Alternatives to {of}: {rivals}", tone=Tone.QUIET)
-
-
-def candidates(result: Diagnosis) -> Iterator[Block]:
-    """The candidates that add most to the geometry alone: how likely they are, and the error with each."""
-    added = {(found.effect.name, found.effect.names) for found in result.effects}
-    rows = []
-    for ranked in result.ranking[:CANDIDATES]:
-        odds = float(np.exp(min(result.ranking[0].gain - ranked.gain, LARGE)))
-        is_added = (ranked.effect.name, ranked.effect.names) in added
-        likely = "the best" if ranked is result.ranking[0] else WORSE[Confidence.of(odds)] * (not is_added)
-        mean = "–" if ranked.held_out_mm is None else short(ranked.held_out_mm)
-        likely = ", ".join(filter(None, (likely, "added" * is_added)))
-        rows.append((ranked.effect.label, likely, signed(ranked.gain, 1), mean))
-    if rows:
-        headings = ("effect", "how likely", "gain\n[nat]", "mean\n[mm]")
-        yield ResultTable("What each candidate would add to the geometry alone", headings, rows, words=2)
 
 
 def next_poses(result: Diagnosis) -> Iterator[Block]:

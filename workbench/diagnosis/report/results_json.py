@@ -59,7 +59,6 @@ def diagnosis_json(result: Diagnosis) -> Json:
         message=result.message,
         measure_next=result.measure_next,
         next_reasons=[reason.sentence for reason in result.next_reasons],
-        ranking=lambda: [_ranked(r) for r in result.ranking],
         warnings=result.warnings,
         notes=result.notes,
         seconds=result.seconds,

@@ -377,20 +377,6 @@ def without_each_fold(
     return grams.validated[key]
 
 
-def differs(
-    grams: Grams, term: Term, whole: Float[np.ndarray, " gc"], parts: Float[np.ndarray, "folds gc"]
-) -> bool:
-    """Whether a term's scaled coefficients differ from zero, judged by their variation over folds.
-
-    Args:
-        whole: The solution of a model with the term.
-        parts: Solutions that leave out one fold each.
-    """
-    mine = grams.columns(term.candidate.names)
-    size = whole[mine]
-    return bool(size @ size > NONZERO_ERRORS * jackknifed(parts[:, mine] @ size))
-
-
 def jackknifed(values: Sequence[float] | Float[np.ndarray, " folds"]) -> float:
     """Jackknife standard error of a statistic computed without each fold in turn; 0 for a single fold."""
     return float(np.std(values) * np.sqrt(len(values) - 1.0))

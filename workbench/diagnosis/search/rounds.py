@@ -23,7 +23,7 @@ from workbench.diagnosis.search.event_search import Changeable, Timeline, change
 from workbench.diagnosis.search.evidence import Model, drop, rescaled, validated
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.search.stepwise_search import MAX_EARLY_EXCHANGE_EFFECTS, MIN_FALL, supported
+from workbench.diagnosis.search.stepwise_search import MAX_EARLY_EXCHANGE_EFFECTS, MIN_FALL
 from workbench.diagnosis.search.stepwise_search import search as search_effects
 from workbench.identification.checks.gravity_direction import WIDE_SIGMA, freed
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
@@ -185,17 +185,7 @@ def rounds(
                 is_last = True
     best = min(done, key=description_length) if again else last
     fitted = _among(best.stage.fitted.model, best.offered.candidates)
-    return (*done[:-1], _supported(replace(best, model=fitted)))
-
-
-def _supported(searched: Searched) -> Searched:
-    """The search without effects that its last fit doesn't support, refitted."""
-    for _ in range(MAX_ROUNDS):
-        kept = supported(searched.grams, searched.model)
-        if len(kept) == len(searched.model):
-            break
-        searched = reduced(searched, kept)
-    return searched
+    return (*done[:-1], replace(best, model=fitted))
 
 
 def reduced(searched: Searched, kept: Model) -> Searched:

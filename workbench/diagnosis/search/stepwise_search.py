@@ -18,24 +18,15 @@ from workbench.diagnosis.search.evidence import (
     Remainder,
     Term,
     compatible,
-    differs,
     drop,
     left_by,
     offer,
     offers,
-    solve,
     standard_error,
     validated,
-    without_each_fold,
 )
 from workbench.diagnosis.search.gram_matrices import Grams
-from workbench.diagnosis.search.reduced_models import (
-    left_of,
-    left_without,
-    own_offers,
-    validated_without,
-    with_one_more,
-)
+from workbench.diagnosis.search.reduced_models import left_of, left_without, own_offers, with_one_more
 
 ALPHA = 0.002
 """Share of arms without effects for which one may be claimed."""
@@ -228,25 +219,4 @@ def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
         if significant(own[weakest], len(candidates)):
             return model
         model = drop(model, [model[weakest]])
-    return model
-
-
-def supported(grams: Grams, model: Model) -> Model:
-    """The effects of a fitted model that are plausible, significant, and reduce the cross-validated error.
-
-    Others are dropped one at a time, least helpful first.
-    """
-    while model:
-        (parts, after), whole = without_each_fold(grams, model), solve(grams, model, grams.total)
-        falls = {}
-        for term, without in zip(model, validated_without(grams, model, [(t,) for t in model]), strict=True):
-            fall = 1.0 - after / without
-            mine = grams.columns(term.candidate.names)
-            is_credible = (np.abs(whole[mine]) <= grams.bounds(mine)).all()
-            lowers = float(np.median(fall)) > MIN_FALL  # a single fold outside the others' poses has no vote
-            if not (is_credible and lowers and differs(grams, term, whole, parts)):
-                falls[term] = float(fall.mean())
-        if not falls:
-            return model
-        model = drop(model, [min(falls, key=lambda t: falls[t])])
     return model

@@ -7,7 +7,7 @@ pictures can be drawn again. The layout of the viewer is in `blueprint.py`.
 |---|---|
 | `world/…` | the scene, as on the page: `views/drawables/` |
 | `about`, `parameters`, `figure/…`, `target/index_O` | words, tables, pictures, index O of each target |
-| `diagnosis/words`, `…/ranking` | the diagnosis: verdict, effects, candidates |
+| `diagnosis/words` | the diagnosis: verdict, effects |
 | `log` | the log of commands |
 | `index/…`, `predicted/…`, `error/…` | over the steps: indices, errors predicted, left and diagnosed |
 | `row_error/…` | errors over the measured rows, by identification and fit |

@@ -70,7 +70,6 @@ def _verdict(session: Session) -> str:
     bars = document.budget_bars(found)
     head = heading(f"{capital(found.verdict_text)}{added}. {bars.title}")
     why: list[Block] = [Sentence(found.message), Sentence(weighed(found), tone=Tone.QUIET)]
-    parts = document.causes, document.effects, document.alternatives, document.candidates, document.remarks
-    for part in parts:
+    for part in (document.causes, document.effects, document.remarks):
         why += part(found)
     return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")
