@@ -68,7 +68,7 @@ class RemainingError:
         """Whether something is left to explain: noise of readings has one size for joints that turn, and one
         for those that slide; other scatter is a joint's own."""
         noise = self.scattering
-        if self.is_more_than_noise or noise is None:
+        if self.is_more_than_noise or noise is None or noise.digit:
             return self.is_more_than_noise
         return bool(noise.joints_that_scatter) or len({*noise.sigma} - {0.0}) > 2
 
