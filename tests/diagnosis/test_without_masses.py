@@ -8,10 +8,8 @@ from arms import TUNING, make
 from laws import straight_moments
 from slow import slow
 
-from workbench.arm.motion import Motion
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.next_poses import expected_torques
 
 TORQUE_NOISE = 0.05
 """Of measured joint torques [N m]."""
@@ -38,7 +36,7 @@ def test_the_soft_joint_is_named(arm, seed, measured):
     assert [(e.effect.name, e.effect.joints) for e in found.effects] == [(name, case.truth[0].joints)]
     before, after = (v.held_out.position_mm.mean for v in (found.before, found.after))
     assert after < 0.5 * before
-    assert len(found.measure_next) == 5
+    assert len(found.measure_next) == (0 if measured else 5)  # torques of other poses are unknown
     if measured:
         (size,), (std,) = found.effects[0].effect.coefficients, found.effects[0].std
         assert abs(size - case.hidden[0].size[0]) < 5.0 * std + 0.02 * size
@@ -59,14 +57,3 @@ def test_a_varying_payload_weighs_the_compliance():
     assert (found.effect.name, found.effect.joints) == ("gravity-sag", case.truth[0].joints)
     last = found.effect.coefficients[-1] / 9.81
     assert abs(last - case.hidden[0].size[0]) < 5.0 * found.std[-1] / 9.81
-
-
-@pytest.mark.parametrize("arm", [arm for arm, _ in CASES])
-def test_torques_of_other_poses(arm):
-    case = make("payload", TUNING[1], arm)
-    half = len(case.data) // 2
-    motion = Motion.of(with_torques(case))
-    near, far = motion.take(slice(0, half)), motion.take(slice(half, None))
-    expected = expected_torques(massless(case.robot), near, replace(far, torque=None))
-    off = expected - straight_moments(case.actual, case.state)[half:, :, 2]
-    assert np.sqrt((off**2).mean()) < 2.0 * TORQUE_NOISE

@@ -15,8 +15,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import NO_WRENCHES
-from workbench.arm.effects.gravity_sag import sags
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -91,6 +89,8 @@ def next_poses(
         effects: Effects of interest; the geometry as a whole if empty.
         measurable: Whether postures can be measured; all reachable ones if None.
     """
+    if problem.data.torque is not None and not problem.robot.has_masses:
+        return problem.data.q[:0], ()  # the loads of other poses are unknown
     pool = _pool(problem, x, rng, max(min(CANDIDATE_POSES, MAX_CANDIDATE_UNKNOWNS // len(x)), 50), measurable)
     if not len(pool.q):
         return pool.q, ()
@@ -242,9 +242,7 @@ def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Datas
     """Rows as the most common instrument would observe them, with typical drivers."""
     maximum = max((rows for _, rows in observed_kinds(data)), key=len)
     like = data.take(np.resize(maximum, len(q)))
-    poses, torque = tool_poses(arm, Motion(q)), None
-    if not arm.has_masses and data.torque is not None and np.isfinite(data.torque).all():
-        torque = expected_torques(arm, Motion.of(data), Motion(q, payload=like.payload))
+    poses = tool_poses(arm, Motion(q))
     return replace(
         like,
         q=q,
@@ -253,27 +251,10 @@ def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Datas
         rotation=_where_measured(like.rotation, poses[:, :3, :3]),
         session=None if like.session is None else np.full(len(q), session),
         group=None,
-        torque=torque,
+        torque=None,
         sigma=None,
     )
 
 
 def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarray | None:
     return None if measured is None else np.where(np.isfinite(measured), values, np.nan)
-
-
-def expected_torques(robot: Robot, measured: Motion, other: Motion) -> JointRows:
-    """Expected joint torques [N m] in other rows, from the weights that explain the measured ones best.
-
-    Args:
-        robot: The arm; the torques of sliding joints are their mean.
-        measured: Rows with all torques.
-        other: Rows without.
-    """
-    assert measured.torque is not None, "measured torques are required"
-    out = np.tile(measured.torque.mean(0), (len(other), 1))
-    for sag in sags(robot, measured):
-        known, requested = (sag.law(robot.chain, m, NO_WRENCHES)[:, 0] for m in (measured, other))
-        joint = sag.joints[0]
-        out[:, joint] = requested @ np.linalg.lstsq(known, measured.torque[:, joint])[0]
-    return out
