@@ -9,7 +9,8 @@ Effects of one kind in several joints are one cause. An accepted effect is a cau
 All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause and has more coefficients is no rival. One standard error of the log odds, from leaving out
-fold after fold, is subtracted; a cause preferred by every fold is at least probable.
+fold after fold, is subtracted; a cause preferred by every fold is at least probable. Of several joints one
+at least must not be replaceable beside the others.
 
 A law must also win against smooth dependence without a law, on any driver and through any elements
 (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is. A cause whose driver
@@ -36,7 +37,7 @@ from workbench.arm.effects.tilting import AbstractTilting, BearingCompliance
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
-from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
+from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of, replaceable
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.standard_errors import StandardErrors
@@ -57,6 +58,7 @@ MAX_CAUSES = 6
 """Maximum number of causes."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
+NO_JOINT = "in the place of each of its joints another claim would do"
 UNCLEAR = "each of its sizes is less than four standard errors from zero"
 LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
 MAX_LOOK_ALIKES = 3
@@ -177,8 +179,13 @@ class _Judge:
         reason = untried or doubt or terms.whole.doubt(self.motion) or twin
         if untried == UNTRIED:
             odds = min(odds, 1.0)
-        if not reason and odds >= CERTAIN and len(unclear) == len(clear):
-            reason = UNCLEAR
+        is_open = len(clear) > 1 and odds >= PROBABLE
+        lost = replaceable(self.searched, terms.group, float(np.log(PROBABLE))) if is_open else set[int]()
+        if lost and lost.issuperset(clear):
+            odds, reason = 1.0, reason or NO_JOINT
+        elif not reason and odds >= CERTAIN:
+            unclear = [j for j in clear if j in {*unclear, *lost}]
+            reason = UNCLEAR if len(unclear) == len(clear) else ""
         if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
