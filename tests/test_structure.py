@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_463,
     "plate": 5_706,
     "identification": 9_657,
-    "diagnosis": 6_877,
+    "diagnosis": 7_044,
     "exports": 330,
     "session": 6_705,
     "views": 7_581,

@@ -54,35 +54,6 @@ def _same_claim(other: Candidate, group: Model) -> bool:
     return other.alike or len(group) > 1 or set(other.effect.joints) <= joints_of(group)
 
 
-def replaceable(searched: Searched, group: Model, minimum: float) -> set[int]:
-    """Joints of an effect of several in whose place another joint, another kind of effect, or none would do
-    beside its other joints.
-
-    Args:
-        searched: The search.
-        group: Its terms.
-        minimum: Log evidence by which a joint must be better than others.
-    """
-    left, mine, kind, out = place_of(searched, group).left, joints_of(group), kind_of(group[0]), set[int]()
-    alike = [c for c in searched.offered.candidates if c.alike and kind_of(Term(c)) == kind]
-    widest = max(alike, key=lambda c: len(c.names), default=None)
-    if widest is None or not mine <= {*widest.effect.joints}:
-        return out
-    for joint in mine:
-        rest = widest.only([k for k, j in enumerate(widest.effect.joints) if j in mine - {joint}])
-        for found in offers(left, [rest], group=group):
-            beside, own, best = left_by(left.grams, (*left.model, found.term)), 0.0, 0.0
-            for each in offers(beside, compatible(searched.offered.candidates, beside.model), group=group):
-                candidate = each.term.candidate
-                if kind_of(each.term) != kind or joint not in candidate.effect.joints:
-                    best = max(best, each.gain)
-                elif candidate.effect.joints == (joint,):
-                    own = max(own, each.gain)
-            if best > own - minimum:
-                out.add(joint)
-    return out
-
-
 def best_of(rivals: Sequence[Offer]) -> float:
     """Evidence of the best of some offers, or of none."""
     return max(rivals[0].gain if rivals else 0.0, 0.0)
