@@ -128,8 +128,7 @@ def readings(problem: Problem) -> Readings | None:
 
 def _last_digit(problem: Problem) -> float:
     """Last digit of the angles that scatter most [deg], if rounding to it makes most of that; else 0."""
-    turning = np.array([turns(problem.blocks[0].chain, j) for j in range(problem.data.joints)])
-    scatter = np.where(turning, problem.noise.joints, 0.0)
+    scatter = np.array([s * turns(problem.robot.chain, j) for j, s in enumerate(problem.noise.joints)])
     angles = np.rad2deg(problem.data.q[:, np.argmax(scatter)])
     for digit in DIGITS if scatter.any() else ():
         if np.abs(angles / digit - np.round(angles / digit)).max() < DIGIT_TOLERANCE:
