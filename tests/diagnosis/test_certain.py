@@ -21,6 +21,7 @@ from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.saved_model import saved_model
+from workbench.diagnosis.search import rounds
 from workbench.diagnosis.search.candidates import Catalogue
 from workbench.diagnosis.search.contributions import explained
 from workbench.diagnosis.search.evidence import Term, validated
@@ -124,6 +125,19 @@ def test_a_laws_size_is_estimated_without_the_prior_that_selected_it():
     mine = [known.names.index(n) for n in ECCENTRIC.names]
     sizes = [np.linalg.norm(p.prior[:, mine]) for p in (known, flat)]
     assert sizes[1] == pytest.approx(1e-2 * sizes[0])
+
+
+def test_rows_are_weighed_anew_as_long_as_other_joints_scatter(monkeypatch):
+    """Those that seemed to by what the model lacked did so for good: rows so weighed leave such scatter."""
+    problem = geometric(make("none", 3))
+    searched, left = searched_with(problem, ECCENTRIC), iter([(1e-4, 0.0, 1e-4, 0.0, 0.0, 0.0), (), ()])
+    fitted = refit(problem, searched.grams, searched.model)
+    before = problem.with_noise(problem.noise._replace(joints=(1e-3,) * 6))
+    stage = replace(searched.stage, geometric_problem=before, fitted=fitted)
+    monkeypatch.setattr(
+        rounds, "with_own_noise", lambda _, p: p.with_noise(p.noise._replace(joints=next(left)))
+    )
+    assert rounds._without_outliers(stage, searched.grams).geometric_problem.noise.joints == ()
 
 
 def test_a_claim_in_fewer_joints_is_the_same_claim():
