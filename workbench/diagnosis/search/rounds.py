@@ -311,8 +311,8 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
         ratio = (np.array(before.typical_noise[:2]) / np.array(after.typical_noise[:2])) ** 2
         seen = float(ratio[np.isfinite(ratio)][0])  # of positions, or of orientations without these
         stage = _fit(stage, grams, rescaled(stage.fitted.model, seen))
-        same = np.array_equal(*(np.sign(p.noise.joints) for p in (before, after)))
-        if same or not (stage.fitted.model and any(before.noise.joints)):
+        was, now = (np.sign(p.noise.joints) for p in (before, after))
+        if np.array_equal(was, now) or not (stage.fitted.model and any(before.noise.joints)):
             break  # else joints may have seemed to scatter by what the model lacked before
     return stage
 
