@@ -8,13 +8,12 @@ import pytest
 import workbench as wb
 from workbench.parts import offered
 
-WRITTEN = ("--out", "--save", "--json", "--report", "--actual", "--readings", "--save-mapping")
+WRITTEN = ("--out", "--save", "--json", "--report", "--actual", "--readings")
 WRITTEN += ("--urdf", "--toml", "--controller")
 """Options that name an output."""
 
 COMMANDS = (
     "simulate --robot aria --poses 5 --out out.csv --actual arm.toml",
-    "preview rows.csv --save-mapping map.toml",
     "identify rows.csv --robot aria --algorithm ols --save cal.toml --json r.json",
     "diagnose rows.csv --robot aria --save cal.toml --json r.json",
     "evaluate rows.csv --robot aria --json r.json",

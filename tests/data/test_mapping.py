@@ -1,49 +1,31 @@
-"""Column mappings: stored, used again, refused."""
+"""Meanings of columns by their headings, and by the names of joints."""
+
+import json
 
 import numpy as np
 import pytest
-from refusals import mentions
+from refusals import refuses
 
 import workbench as wb
-from workbench.base.errors import WorkbenchError
-from workbench.data.readers.mapping import read_mapping, write_mapping
+from workbench.base.errors import OptionError
+from workbench.data.readers.mapping import understood_as
 from workbench.data.readers.read import preview
 
 
-def test_a_mapping_is_stored_and_used_again(tmp_path, run):
+def test_columns_are_said_by_their_headings(tmp_path, run):
     text = "Achse 1 [deg],Unbekannt,y[mm],z[mm],Halle,temp[degC]\n90,1,2,3,4,20\n45,1,2,4,5,21\n"
     (tmp_path / "a.csv").write_text(text)
-    write_mapping(preview(tmp_path / "a.csv"), tmp_path / "m.toml")
-    text = (tmp_path / "m.toml").read_text()
-    assert '"Achse 1 [deg]" = "q1[deg]"' in text
-    assert 'Unbekannt = "-"' in text
-    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace('"temperature[degC]"', '"-"')
-    (tmp_path / "m.toml").write_text(text)
-    mapping = read_mapping(tmp_path / "m.toml")
-    data = wb.read_measurements(tmp_path / "a.csv", columns=mapping.columns)
+    columns = understood_as(preview(tmp_path / "a.csv"))
+    assert (columns["Achse 1 [deg]"], columns["Unbekannt"]) == ("q1[deg]", "-")
+    columns |= {"Unbekannt": "x[cm]", "temp[degC]": "-"}
+    data = wb.read_measurements(tmp_path / "a.csv", columns=columns)
     np.testing.assert_allclose(data.q[:, 0], np.deg2rad([90, 45]))
     np.testing.assert_allclose(data.position, [[1e-2, 2e-3, 3e-3], [1e-2, 2e-3, 4e-3]])
     assert data.temperature is None
-    status, out, _ = run("preview", "a.csv", "--save-mapping", "n.toml")
-    assert status == 1  # there is no x
-    assert mentions(out, "Achse 1")
-    assert 'Halle = "-"' in (tmp_path / "n.toml").read_text()
-    assert run("preview", "a.csv", "--mapping", "m.toml")[0] == 0
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('[columns]\na = "nothing[m]"\n', "there is no such column"),
-        ("[columns]\na = 3\n", "there is no such column"),
-        ("[other]\n", "unknown key 'other'"),
-        ("layout = 3\n", "layout must be a name"),
-    ],
-)
-def test_bad_mappings_are_refused(text, message, tmp_path):
-    (tmp_path / "m.toml").write_text(text)
-    with pytest.raises(WorkbenchError, match=message):
-        read_mapping(tmp_path / "m.toml")
+    assert run("preview", "a.csv")[0] == 1  # there is no x
+    assert run("preview", "a.csv", "--columns", json.dumps(columns))[0] == 0
+    with refuses(OptionError, "Unbekannt=nothing"):
+        wb.read_measurements(tmp_path / "a.csv", columns=columns | {"Unbekannt": "nothing[m]"})
 
 
 NAMES = ("turn", "shoulder_joint", "elbow")

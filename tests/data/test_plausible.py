@@ -27,19 +27,11 @@ def dataset(rows=20, *, angle=1.0, length=1.0, **more):
 
 
 SLIDE = np.column_stack([dataset().q[:, :2], np.linspace(0, 800, 20)])
-FAR = dataset().position + 500.0 * (np.arange(20) == 7)[:, None]
-MARKERS = np.repeat(1000.0 * dataset().position[:, None], 2, axis=1)
 
 
 @pytest.mark.parametrize(
     ("data", "word", "where"),
-    [
-        (dataset(angle=57.3), "q1[deg]", {"joint": 1}),
-        (dataset(q=SLIDE), "mm labelled m", {"joint": 2}),
-        (dataset(length=1000.0), "mm labelled m", {"row": 5}),
-        (dataset(position=None, rotation=None, markers=MARKERS), "mm labelled m", {"row": 5}),
-        (dataset(position=FAR), "exclude", {"row": 7}),
-    ],
+    [(dataset(angle=57.3), "q1[deg]", {"joint": 1}), (dataset(q=SLIDE), "mm labelled m", {"joint": 2})],
 )
 def test_what_no_arm_does_names_joint_or_row(data, word, where):
     limits = np.array([*LIMITS[:2], [0.0, 1.0]]) if where == {"joint": 2} else LIMITS
@@ -71,8 +63,6 @@ def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
         (dataset(rotation=np.repeat(np.eye(3)[None], 20, axis=0)), "all orientations"),
         (dataset(q=dataset().q * [1, 1, 0]), r"joint\(s\) 3 never move"),
         (dataset(q=dataset().q + np.array([0, 1.0, 0])), "joint 2 is outside its limits"),
-        (dataset(angle=np.pi / 180), "rad labelled deg"),
-        (dataset(length=1e-3), "m labelled mm"),
         (dataset().take(np.array([*range(20), 3])), "1 duplicate row ignored"),
     ],
 )

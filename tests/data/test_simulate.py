@@ -66,7 +66,7 @@ def test_noise_has_the_deviation_of_the_instrument(aria):
     assert np.allclose(data.sigma[0], [5e-5] * 3 + [np.deg2rad(0.01)] * 3)
 
 
-@pytest.mark.parametrize("branch", ["auto", "mixed", "shoulder right, elbow up, wrist flip"])
+@pytest.mark.parametrize("branch", ["auto", "shoulder right, elbow up, wrist flip"])
 def test_at_targets_the_actual_arm_is_there(aria, targets, branch):
     actual = virtual_arm(aria, rng=rng(7))
     data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch=branch)
@@ -84,14 +84,6 @@ def test_seat_noise_at_targets(aria, targets):
     assert np.allclose(error[:, :3].std(0), 1e-4, rtol=0.12)
     assert np.allclose(error[:, 3:].std(0), np.deg2rad(0.02), rtol=0.12)
     assert np.allclose(tool_poses(aria, Motion(data.q)), many, atol=1e-8)
-
-
-def test_mixed_uses_all_branches_alike(aria, targets):
-    one = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng())
-    mixed = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch="mixed")
-    signs = {tuple(row) for row in np.stack([mixed.q[:, 0] > -0.5, mixed.q[:, 4] > 0], -1).tolist()}
-    assert len(signs) == 4
-    assert np.ptp(mixed.q[:, 0]) > np.ptp(one.q[:, 0])
 
 
 def test_targets_stand_in_the_base_of_the_robot(aria, targets):

@@ -1,5 +1,6 @@
 """Measurements, identification, comparison and export, as commands."""
 
+import json
 import zipfile
 
 import numpy as np
@@ -10,7 +11,7 @@ from tests.session.direct_commands import done
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
-from workbench.data.readers.mapping import mapping_text, with_column
+from workbench.data.readers.mapping import understood_as, with_column
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
@@ -100,7 +101,7 @@ def test_a_file_is_read_identified_and_looked_at(do, file):
 
 
 def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
-    """Too few rows tell none; the choice is a mapping that the command line reads as well."""
+    """Too few rows tell none."""
     file = b"".join(file.splitlines(keepends=True)[:6])
     bare = file.replace(b"[rad]", b"", 6)
     session = do(LoadData("bare.csv", bare))
@@ -111,15 +112,15 @@ def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
         ("q1", "q1", None),
         ("q2", "q2", None),
     ]
-    mapping = with_column(mapping_text(kept.preview), "q1", "q1[rad]")
-    session = do(LoadData(kept.name, kept.content, mapping.encode()))
+    columns = with_column(understood_as(kept.preview), "q1", "q1[rad]")
+    session = do(LoadData(kept.name, kept.content, json.dumps(columns)))
     assert session.measurements.unread is None
     assert np.array_equal(
         session.measurements.loaded.dataset.q, do(LoadData("a.csv", file)).measurements.loaded.dataset.q
     )
-    swapped = with_column(with_column(mapping, "x[m]", "y[m]"), "y[m]", "x[m]")
+    swapped = with_column(with_column(columns, "x[m]", "y[m]"), "y[m]", "x[m]")
     there, here = (
-        do(LoadData(kept.name, kept.content, swapped.encode())).measurements.loaded.dataset,
+        do(LoadData(kept.name, kept.content, json.dumps(swapped))).measurements.loaded.dataset,
         session.measurements.loaded.dataset,
     )
     assert np.array_equal(there.position, here.position[:, [1, 0, 2]])

@@ -63,25 +63,15 @@ def simulate(
 
 
 @opt.flattened
-def preview(
-    data: opt.DataArgument,
-    files: opt.FileOptions,
-    save_mapping: Annotated[
-        Path | None, option("Write the detected columns here (.toml), to correct and reuse.")
-    ] = None,
-) -> None:
+def preview(data: opt.DataArgument, files: opt.FileOptions) -> None:
     """Show how a file is read: every column with its meaning and unit, decisions, problems."""
-    from workbench.data.readers.mapping import write_mapping
     from workbench.data.readers.read import preview
     from workbench.report.blocks import ResultTable, lines
 
-    opt.check_writable(save_mapping)
-    found = preview(data, **files.stated()[0])
+    found = preview(data, **files.stated)
     title = f"{data.name}: {plural(found.rows, 'row')}, layout {found.layout}"
     rows = [(c.heading, c.key or "ignored", c.unit or "", c.si or "") for c in found.columns]
     table = [ResultTable(title, ("heading", "meaning", "unit", "SI unit"), rows, words=4)] if rows else []
     opt.show([*table, *lines("note", found.decisions)])
-    if save_mapping is not None:
-        opt.say(f"mapping: {write_mapping(found, save_mapping)}")
     if found.problems:
         raise DataError("; ".join(found.problems))

@@ -101,9 +101,6 @@ class FileOptions:
             is_eager=True,
         ),
     ] = None
-    mapping: Annotated[
-        Path | None, option("A column mapping (.toml), as written by preview --save-mapping.")
-    ] = None
     joints: Annotated[
         Path | None,
         option(
@@ -113,28 +110,19 @@ class FileOptions:
     joined: tuple[AbstractSource, ...] = ()
     joins: ClassVar = "sources"
 
-    def stated(self) -> tuple[dict[str, Any], Any]:
-        """How a file is read, as options and then the mapping say; and columns of the table of joints."""
-        from workbench.data.readers.mapping import ColumnMapping, read_mapping
-
-        stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
-        how = {name: getattr(self, name) or getattr(stored, name) for name in ("columns", "sheet", "layout")}
-        return how, stored.joints
+    @property
+    def stated(self) -> dict[str, Any]:
+        """How a file is read, as options say."""
+        return {name: getattr(self, name) for name in ("columns", "sheet", "layout")}
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
         for source in self.joined:
             if (found := source.read(path, arm, self.joints)) is not None:
                 return found
-        how, joint_columns = self.stated()
         try:
             return wb.read_measurements(
-                path,
-                joints=arm.joint_names,
-                base=arm.base.pose,
-                joint_table=self.joints,
-                joint_columns=joint_columns,
-                **how,
+                path, joints=arm.joint_names, base=arm.base.pose, joint_table=self.joints, **self.stated
             )
         except ShapeError as error:
             from workbench.arm.urdf import tip_of

@@ -1,11 +1,9 @@
 """Plausibility of measurements for a given arm: joints beyond limits, gross rows, copies.
 
-A quaternion in another order, or of the opposite turn, is a rotation all the same, and metres that are called
-millimetres are lengths: only an arm that can't have moved like that gives them away.
+What the rows mean, in what units, is asked of `identification/meaning/`.
 """
 
 from dataclasses import fields, replace
-from itertools import product
 
 import numpy as np
 from jaxtyping import Float
@@ -21,8 +19,6 @@ from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import equal_rows
 
-REACH_FACTOR = 20.0
-"""Points farther than this many times the reach from the session's median are a mistake of units."""
 SLACK = 0.05
 """How far beyond a limit a joint may be without a note [rad or m]."""
 UNCOMPARED = {"row", "group", "exclude", "reason"}
@@ -46,9 +42,8 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     if not dataset.included.any():
         return dataset
     refuse_joint_units(dataset.q[dataset.included], robot.limits, dataset.source)
-    close = _check_points(dataset, robot.reach)
     dataset = _without_copies(dataset)
-    notes = [*_joint_notes(dataset, robot.limits), *close]
+    notes = _joint_notes(dataset, robot.limits)
     if (rotation := dataset.rotation) is not None:
         seen = rotation[dataset.included & ~np.isnan(rotation).any((1, 2))]
         turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[:1].swapaxes(1, 2)), axis=-1)
@@ -100,40 +95,8 @@ def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -
             raise DataError(f"{source}: {wrong}: write q{joint}[{wanted}]")
 
 
-def _check_points(dataset: Dataset, reach: float) -> tuple[str, ...]:
-    """A note on measured points that are suspiciously close together, those of a session or of a marker.
-
-    Raises:
-        DataError: They lie farther apart than any arm of this size can reach.
-    """
-    tracks = [dataset.position] if dataset.position is not None else []
-    tracks += [] if dataset.markers is None else [*np.moveaxis(dataset.markers, 1, 0)]
-    moved = len(dataset) > 4 and np.ptp(dataset.q[dataset.included], axis=0).max() > 0.5
-    notes: list[str] = []
-    for session, track in product(dataset.sessions, tracks):
-        seen = dataset.included & dataset.in_session(session) & ~np.isnan(track).any(1)
-        rows, points = np.flatnonzero(seen), track[seen]
-        if not len(rows):
-            continue
-        away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-        far = away > REACH_FACTOR * reach
-        if far.any():
-            worst = int(np.argmax(away))
-            guess = "correct the row, or set its 'exclude' to true"
-            if 2 * far.sum() >= len(far) or np.median(away) > 2.0 * reach:
-                guess = "these look like mm labelled m: write x[mm] in the header"
-            row = int(dataset.row[rows[worst]])
-            lies = f"data row {row} lies {away[worst]:.4g} m from the others"
-            text = f"{dataset.source}: {lies}, but the arm reaches {reach:.3g} m: {guess}"
-            raise DataError(text, row=row)
-        extent = np.linalg.norm(np.ptp(points, axis=0))
-        if moved and len(points) > 4 and NO_DIFFERENCE < extent < reach / 300.0 and dataset.point is None:
-            notes.append(f"all points lie within {1e3 * extent:.3g} mm: are these m labelled mm?")
-    return tuple(notes[:1])
-
-
 def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str]:
-    """Joints that never move or go beyond their limits; angles that look too small."""
+    """Joints that never move or go beyond their limits."""
     q, rows = dataset.q[dataset.included], dataset.row[dataset.included]
     notes = []
     for joint, (low, high) in enumerate(limits):
@@ -147,8 +110,6 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
     if len(q) > 1 and still:
         why = "their errors can't be distinguished from their neighbours'"
         notes.append(f"joint(s) {', '.join(map(str, still))} never move: {why}")
-    if len(q) > 4 and np.abs(q).max() < np.radians(2.0 * np.pi) and len(still) < q.shape[1]:
-        notes.append("all joints stay within 6.3° of zero: are these rad labelled deg?")
     return notes
 
 

@@ -17,14 +17,14 @@ class MeasurementFile:
         name: Its name.
         content: Its bytes.
         preview: What was understood.
-        mapping: What its columns were said to be (TOML); empty: as its headings say.
+        columns: What its columns were said to be; empty: as its headings say.
         match: Which arm its rows are of, where they have another number of joints than the session's.
     """
 
     name: str
     content: bytes
     preview: Preview
-    mapping: bytes = b""
+    columns: str = ""
     match: ArmMatch | None = None
 
 

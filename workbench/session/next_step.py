@@ -249,7 +249,7 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify anyway", Tab.CALIBRATE, Identify(anyway=True))
     if match.has_reading and file is not None:
-        read_so = LoadData(file.name, file.content, file.mapping, accept=True)
+        read_so = LoadData(file.name, file.content, file.columns, accept=True)
         change = Action("Read so", Tab.MEASURE, read_so)
     return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
 

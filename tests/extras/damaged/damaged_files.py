@@ -20,7 +20,6 @@ Read = Callable[[Path], object]
 TABLE = "q1[deg],q2[deg],x[mm],y[mm],z[mm],qw,qx,qy,qz,session,exclude,time[s]\n" + "".join(
     f"{i}.5,2e1,3,4,-5.25,1,0,0,0,a,false,{i}\n" for i in range(4)
 )
-MAPPING = 'layout = "plain"\n[columns]\n"Achse 1" = "q1[deg]"\n"H" = "-"\n[joints]\n"A" = "q1[deg]"\n'
 JOINTS = (
     "# convention = dh\ntheta[deg],d[mm],a[mm],alpha[deg],type\n0,205,0,90,revolute\n90,0,410,0,prismatic\n"
 )
@@ -133,7 +132,6 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     Args:
         folder: Where files lie that others need.
     """
-    from workbench.data.readers.mapping import read_mapping
     from workbench.data.readers.read import read_fields
     from workbench.extras.live.sample import parse_sample
     from workbench.extras.pendant.displayed import read_display
@@ -155,7 +153,6 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
         "JSON": ("rows.jsonl", lines, wb.read_measurements),
         "measurements": ("rows.csv", TABLE, lambda path: wb.read_measurements(path, joints=2)),
         "trajectory": ("path.csv", TABLE, wb.read_trajectory),
-        "mapping": ("mapping.toml", MAPPING, read_mapping),
         "robot": ("arm.toml", (folder / "arm.toml").read_bytes(), wb.load_robot),
         "URDF": ("arm.urdf", (folder / "arm.urdf").read_bytes(), wb.load_robot),
         "plate": ("plate.toml", (folder / "plate.toml").read_bytes(), wb.load_plate),

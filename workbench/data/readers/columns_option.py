@@ -1,6 +1,7 @@
 """What the caller says of the columns of a file, or of the matrices of a MATLAB file: {heading: meaning}.
 
-The `columns` option has two forms. A list in the order of the columns, for files without a header:
+The `columns` option is such a mapping, `{"Achse 1": "q1[deg]", "Halle": "-"}`, in text as JSON. Or a list in
+the order of the columns, for files without a header:
 
     q1[deg],q2[deg],…,q6[deg],xyz[mm],quat
 
@@ -14,12 +15,15 @@ a variable of a MATLAB file ('data.joints_deg' for a struct's field):
 doubt) that one row is. The two sides may stand the other way round: Q[column]=q[rad].
 """
 
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from workbench.base.errors import OptionError
+from workbench.base.units import parse_heading
 
 MATRIX = tuple(f"r{i}{j}" for i in "123" for j in "123")
 GROUPS: dict[str, tuple[str, ...]] = {
@@ -80,30 +84,39 @@ class Naming:
         return bool(self.items or self.pairs)
 
 
+Columns = str | Mapping[str, str] | Naming | None
+"""The option, in any of its forms."""
 AS_HEADED = Naming("")
 """Nothing, of a file of which no option says what its columns are: messages then name its headings alone."""
 
 
-def parse_columns(text: str | Naming | None) -> Naming | None:
-    """The option, read where it is text."""
+def parse_columns(text: Columns) -> Naming | None:
+    """The option, read where it is text or a mapping."""
+    if isinstance(text, str) and text.lstrip().startswith("{"):
+        with suppress(ValueError):
+            text = json.loads(text)
+    if isinstance(text, Mapping):
+        ours = ((NamedUnit(str(theirs)), parse_heading(str(own))) for theirs, own in text.items())
+        pairs = tuple(Pair(theirs, (NamedUnit(own.name, own.unit),)) for theirs, own in ours)
+        return Naming(str(dict(text)), (), pairs, is_mapping=True) if pairs else None
     if not isinstance(text, str):
         return text
-    items, pairs, whole = list[NamedUnit](), list[Pair](), text
+    items, found, whole = list[NamedUnit](), list[Pair](), text
     for run in reversed([*_RUN.finditer(text)]):  # 'q1[deg],q2[deg],q3[deg]' of 'q1[deg],…,q3'
         names = [f"{run[1]}{n}{run[3] or run[5] or ''}" for n in range(int(run[2]), int(run[4]) + 1)]
         whole = whole[: run.start()] + ",".join(names) + whole[run.end() :]
     for part in re.split(r"[,;\n](?![^\[]*\])", whole):
         left, equals, right = part.partition("=")
         if equals:
-            pairs.append(Pair(_item(left, text), (_item(right, text),)))
-        elif part.strip() and pairs:  # one more column of the matrix
-            pairs[-1] = Pair(pairs[-1].left, (*pairs[-1].right, _item(part, text)))
+            found.append(Pair(_item(left, text), (_item(right, text),)))
+        elif part.strip() and found:  # one more column of the matrix
+            found[-1] = Pair(found[-1].left, (*found[-1].right, _item(part, text)))
         elif part.strip():
             items.append(_item(part, text))
-    if bool(items) == bool(pairs):
+    if bool(items) == bool(found):
         known = "neither a list ('q1[deg],…,x[mm],y[mm],z[mm]') nor pairs ('q[rad|column]=Q')"
         raise OptionError(f"columns='{text}' is {known}")
-    return Naming(text, tuple(items), tuple(pairs))
+    return Naming(text, tuple(items), tuple(found))
 
 
 def of_joints_and_others(naming: Naming) -> tuple[Naming, Naming]:

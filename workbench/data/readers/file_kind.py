@@ -29,21 +29,20 @@ _PROGRAM = (
     rb"|^\s*&ACCESS|\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
 )
 """How programs of robots begin, and how they move."""
+_BINARY = "a picture, a PDF, an archive, a recording, or an older or newer form of Excel or MATLAB"
 _REFUSED = (
-    (rb"\x89PNG|\xff\xd8\xff|GIF8", "a picture (PNG, JPEG, GIF)"),
-    (rb"%PDF", "a PDF document"),
-    (rb"PK\x03\x04.{26}mimetype", "an OpenDocument file, to be saved as .xlsx"),
-    (rb"PK\x03\x04|\x1f\x8b|7z\xbc\xaf", f"an archive (zip, gzip, 7z), which must be unpacked; {POSE_PAIRS}"),
-    (rb"\xd0\xcf\x11\xe0", "an old Excel file (.xls), to be saved as .xlsx"),
-    (rb"\x89HDF|MATLAB 7\.3", "an HDF5 file, as of MATLAB's -v7.3, to be saved with -v7"),
-    (_PROGRAM, "a robot's program; of programs RAPID, KRL, JBI and URScript are read by 'compensate'"),
-    (rb"RRF", "a recording, which 'workbench review' opens"),
-    (rb"(?s)%YAML|- \w+: *\[|.*<opencv_storage", f"YAML, or XML of OpenCV; {POSE_PAIRS}"),
-    (rb"\s*<", "XML, such as a robot description (URDF): {robot}"),
-    (rb"\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n", f"YAML; {POSE_PAIRS}"),
     (
-        rb"(\s*#.*\n)*\s*(\[\[?[\w.\"' -]+\]\]?\s*[\r\n]|[\w-]+\s*=\s*[\"\[{\d.+-])",
-        "TOML, a robot or a plate: {robot}",
+        rb"\x89PNG|\xff\xd8|GIF8|%PDF|PK\x03\x04|\x1f\x8b|7z\xbc|\xd0\xcf\x11\xe0|\x89HDF|MATLAB 7\.3|RRF",
+        _BINARY,
+    ),
+    (_PROGRAM, "a robot's program; of programs RAPID, KRL, JBI and URScript are read by 'compensate'"),
+    (
+        rb"(?s)%YAML|- \w+: *\[|.*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n",
+        f"YAML, or XML of OpenCV; {POSE_PAIRS}",
+    ),
+    (
+        rb"\s*<|(\s*#.*\n)*\s*(\[\[?[\w.\"' -]+\]\]?\s*[\r\n]|[\w-]+\s*=\s*[\"\[{\d.+-])",
+        "XML or TOML, such as a robot or a plate: {robot}",
     ),
 )
 """How files begin that are no tables, and what they are."""

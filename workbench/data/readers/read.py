@@ -25,8 +25,8 @@ from workbench.data.readers.assemble import assemble, markers_of
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import (
     AS_HEADED,
+    Columns,
     Joints,
-    Naming,
     headings_in_order,
     of_joints_and_others,
     parse_columns,
@@ -67,20 +67,20 @@ class Preview:
 def read_measurements(
     source: Any,
     *,
-    columns: str | Naming | None = None,
+    columns: Columns = None,
     joints: Joints = None,
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
     joint_table: str | PathLike | None = None,
-    joint_columns: Naming | None = None,
 ) -> Dataset:
     """Measurements of a file or a data frame in SI, with every decision in `notes`.
 
     Args:
         source: CSV, TSV, text, xlsx, parquet or MATLAB v5 file; a folder, for a layout that takes one; or a
             pandas or polars frame whose columns have headings like those of a file (`q1[deg]`, `x[mm]` …).
-        columns: What the columns are, for files whose headings do not say; joints of the joint table as well.
+        columns: What the columns are, for files whose headings do not say, by heading, `{"A 1": "q1[deg]"}`,
+            or in order, `"q1[deg],…,-,x[mm]"`; joints of the joint table as well.
         joints: Number of joints of the robot, or their names in order, by which its columns may be
             called; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
@@ -89,7 +89,6 @@ def read_measurements(
             their poses are in the robot's base.
         joint_table: File with the joints of measurements that have none of their own, such as a robot's log;
             joined by name, by an installed way such as time, or row by row.
-        joint_columns: What its columns are, where its headings do not say.
 
     Raises:
         FileError: The file can't be read; carries line and column.
@@ -102,7 +101,8 @@ def read_measurements(
     apart = sheets_apart(source) if sheet is columns is joint_table is None else None
     sheet, joint_sheet, joint_table = (sheet, None, joint_table) if apart is None else (*apart, source)
     told: dict[str, Any] = {"joints": joints, "units_from_rows": True}
-    if joint_table is not None and joint_columns is None and (naming := parse_columns(columns)):
+    joint_columns: Columns = None
+    if joint_table is not None and (naming := parse_columns(columns)):
         joint_columns, columns = of_joints_and_others(naming)
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, **told)
     if joint_table is not None:
@@ -117,7 +117,7 @@ def read_measurements(
 def preview(
     path: Path | str,
     *,
-    columns: str | Naming | None = None,
+    columns: Columns = None,
     joints: Joints = None,
     layout: str | None = None,
     sheet: str | None = None,
@@ -161,7 +161,7 @@ def _by_layout(fields: Fields, columns: Sequence[TableColumn]) -> Iterator[Table
 def read_fields(
     source: Any,
     *,
-    columns: str | Naming | None = None,
+    columns: Columns = None,
     layout: str | None = None,
     sheet: str | None = None,
     joints: Joints = None,
@@ -180,7 +180,7 @@ def read_fields(
 
 
 def read_by_layout(
-    source: Any, *, columns: str | Naming | None, layout: str | None, sheet: str | None, joints: Joints = None
+    source: Any, *, columns: Columns, layout: str | None, sheet: str | None, joints: Joints = None
 ) -> tuple[Fields | None, str, Table | None]:
     """A source by its layout: the columns in SI, the layout's name, and the table if it is one.
 
@@ -233,9 +233,7 @@ def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> boo
         return False
 
 
-def read_table(
-    source: Any, *, columns: str | Naming | None, sheet: str | None, joints: Joints = None
-) -> Table:
+def read_table(source: Any, *, columns: Columns, sheet: str | None, joints: Joints = None) -> Table:
     """A file or a data frame as named columns of text."""
     naming = parse_columns(columns)
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)

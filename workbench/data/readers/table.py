@@ -248,8 +248,9 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
     said: dict[str, str] = {}
     for theirs, (ours, *_) in naming.pairs:
         sides = [(theirs.name, ours)]
-        if not naming.is_mapping and ours.name != IGNORED:  # either side may be the file's
-            sides = [side for side in ((ours.name, theirs), *sides) if meaning(side[1].name) is not None]
+        if ours.name != IGNORED:  # either side may be the file's, unless a mapping says which
+            both = sides if naming.is_mapping else [(ours.name, theirs), *sides]
+            sides = [side for side in both if meaning(side[1].name) is not None]
         found = ({c: side for c in cells if name in (c, parse_heading(c).name)} for name, side in sides)
         named = next(filter(None, found), {})
         if not named and ours.name != IGNORED:

@@ -11,7 +11,7 @@ from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns, unread_text
-from workbench.data.readers.columns_option import GROUPS, Joints, Naming
+from workbench.data.readers.columns_option import GROUPS, Columns, Joints
 from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
@@ -42,7 +42,7 @@ class Trajectory:
 
 
 def read_trajectory(
-    path: Any, *, columns: str | Naming | None = None, joints: Joints = None, sheet: str | None = None
+    path: Any, *, columns: Columns = None, joints: Joints = None, sheet: str | None = None
 ) -> Trajectory:
     """Joints and poses of a file, without gaps; options as `read_measurements`.
 

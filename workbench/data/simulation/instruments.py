@@ -1,9 +1,8 @@
 """Instruments: what they see of the tool, and how well.
 
 Standard deviations are per axis and typical of the kind at a metre or two; give your own for a real one.
-Those that the Katana thesis compares are as it gives them (§§2.2, 3.3): a laser tracker's 20 µm and 45°, a
-photogrammetric tracker's 60 µm, an optical tracker's 0.01 mm at 2 to 7 m, a ball-bar's 3 µm up to 0.5 m, an
-inclinometer's 0.001°.
+Those that the Katana thesis compares are as it gives them (§§2.2, 3.3): a laser tracker's 20 µm, a
+photogrammetric tracker's 60 µm, an optical tracker's 0.01 mm, an inclinometer's 0.001°.
 A new instrument is one more record.
 """
 
@@ -19,7 +18,7 @@ from workbench.arm.joint import NotNegative
 from workbench.base import se3
 from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
-from workbench.base.types import Vector3, frozen
+from workbench.base.types import frozen
 
 
 class Observes(StrEnum):
@@ -32,28 +31,8 @@ class Observes(StrEnum):
     CONTACT = "contact"
     RIGID_BODY = "rigid body"
     """Markers at known places of the tool, from which its pose is fitted row by row."""
-    SPHERE = "sphere"
-    """Centres of balls at unknown places, found by touching them all around."""
-    PLANE = "plane"
-    """Contact of the tip with planes at unknown places."""
     TILT = "tilt"
     """Where up is, seen from every moving link."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sight:
-    """Limits of sight, or of the distances that are measured.
-
-    Args:
-        near: Minimum distance [m].
-        far: Maximum distance [m].
-        cone: Maximum angle between the line of sight and the direction that the target looks in [rad]; None
-            for targets that are seen from all sides or turned to the instrument.
-    """
-
-    near: float = 0.0
-    far: float = np.inf
-    cone: float | None = None
 
 
 FOUR_MARKERS = frozen(
@@ -78,8 +57,6 @@ class Instrument:
         sigma_rotation: Standard deviation of a rotation about an axis [rad]; None if it sees no rotation.
         note: What it is, in one sentence.
         markers: Places of the markers in the tool frame [m]; used by those that see markers.
-        sight: What it can see at all; everything if None.
-        place: Where it stands in the measuring frame [m], for its sight; before the arm if None.
         samples: How many readings are averaged into one.
 
     Raises:
@@ -92,8 +69,6 @@ class Instrument:
     sigma_rotation: NotNegative | None = None
     note: str = ""
     markers: Float[np.ndarray, "markers 3"] = field(default_factory=lambda: FOUR_MARKERS)
-    sight: Sight | None = None
-    place: Vector3 | None = None
     samples: int = 1
 
     def __post_init__(self):
@@ -132,28 +107,16 @@ _ALL: tuple[tuple[Any, ...], ...] = (
     ("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
     ("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
     (
-        *("laser-tracker-fixed", Observes.POINT, 0.02, None),
-        "a laser tracker and a reflector fixed to the tool, lost beyond 45° of the line of sight",
-        {"sight": Sight(near=0.5, far=10.0, cone=float(np.deg2rad(45.0)))},
-    ),
-    (
         *("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),
         "a photogrammetric tracker and three passive marks at known positions on the tool",
         {"markers": THREE_MARKERS},
     ),
     (
         *("optotrak", Observes.RIGID_BODY, 0.01, None),
-        "an optical tracker of three active markers, 2 to 7 m away; the tool point is their mean",
-        {"markers": THREE_MARKERS, "sight": Sight(near=2.0, far=7.0)},
-    ),
-    (
-        *("short-ball-bar", Observes.DISTANCE, 0.003, None),
-        "a telescoping ball-bar of at most 0.5 m, on the nearest anchor",
-        {"sight": Sight(near=0.1, far=0.5)},
+        "an optical tracker of three active markers; the tool point is their mean",
+        {"markers": THREE_MARKERS},
     ),
     ("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
-    ("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that measures the centres of fixed balls"),
-    ("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
     ("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
 )
 """Name, what each observes, standard deviations [mm, °], note, and what else differs."""

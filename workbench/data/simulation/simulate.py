@@ -68,15 +68,11 @@ def simulate(
         One row a joint position; its `q` are the readings.
     """
     if instrument.observes is Observes.CONTACT:
-        raise _refused(instrument, "fixed points", "targets, several orientations at each point")
+        where = "targets, several orientations at each point"
+        text = f"instrument '{instrument.name}' touches fixed points; simulate it at {where}"
+        raise OptionError(text, option="instrument", found=instrument.name)
     seen = VirtualInstrument(instrument, actual, rng, three_anchors(actual) if anchors is None else anchors)
-    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
-        motion, names, reached = seen.touch(motion)
-        rows = _rows(seen, motion, tool_poses(actual, motion), {"contact": names})
-        rows = without(rows, np.where(reached, "", "out of the arm's reach"))
-    else:
-        poses = tool_poses(actual, motion)
-        rows = _rows(seen, motion, poses, seen.read(motion, poses))
+    rows = _rows(seen, motion, seen.read(motion, tool_poses(actual, motion)))
     if joint_noise > 0.0:
         rows = replace(rows, q=rows.q + rng.normal(0.0, joint_noise, rows.q.shape))
     return rows
@@ -101,8 +97,7 @@ def simulate_targets(
             tool's position with its noise and sees nothing else; equal places are one point.
         rng: Source of the noise.
         branch: `auto` (the branch that reaches all targets with the largest margin to the limits; each
-            target's own best where none does), `mixed` (every branch as often as the others), or the name
-            of a branch.
+            target's own best where none does), or the name of a branch.
         near: Joint positions of the nominal arm at the targets, such as a plate's chosen ones: the actual
             arm takes the solution next to them, whatever `branch` says; where its limits forbid that one,
             the nearest other, and a note says so.
@@ -111,8 +106,6 @@ def simulate_targets(
     Returns:
         One row a target.
     """
-    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
-        raise _refused(instrument, "its own surfaces, not a plate's targets", "joint positions (--poses)")
     imposed = actual.base.pose @ targets
     if instrument.observes is Observes.CONTACT:
         noise = rng.normal(0.0, instrument.sigma_position, (len(targets), 3))
@@ -129,32 +122,25 @@ def simulate_targets(
         columns: dict[str, Any] = {"contact": _points(targets[:, :3, 3])}
     else:
         columns = seen.read(state, imposed)
-    return _rows(seen, state, imposed, columns, notes)
+    return _rows(seen, state, columns, notes)
 
 
-def _refused(instrument: Instrument, touched: str, where: str) -> OptionError:
-    text = f"instrument '{instrument.name}' touches {touched}; simulate it at {where}"
-    return OptionError(text, option="instrument", found=instrument.name)
-
-
-def _rows(seen: VirtualInstrument, motion: Motion, poses: np.ndarray, columns, notes=()) -> Dataset:
+def _rows(seen: VirtualInstrument, motion: Motion, columns, notes=()) -> Dataset:
     """The rows; of the state what a table of measurements holds, as poses are taken at rest."""
     position, rotation = seen.instrument.deviations
     sigma = np.tile([position] * 3 + [np.nan if rotation is None else rotation] * 3, (len(motion), 1))
-    reasons, mounted = seen.unseen(poses, columns)
     known = Dataset.__dataclass_fields__.keys() - {"row"}
     state: dict[str, Any] = {name: values for name, values in motion.drivers.items() if name in known}
-    rows = Dataset(
+    return Dataset(
         q=motion.q,
         row=np.arange(len(motion)),
         sigma=sigma if position > 0 else None,
         source=f"virtual {seen.arm.name}",
-        notes=(f"simulated with instrument '{seen.instrument.name}'", *notes, *filter(None, [mounted])),
+        notes=(f"simulated with instrument '{seen.instrument.name}'", *notes),
         more=motion.more,
         **columns,
         **state,
     )
-    return without(rows, reasons)
 
 
 def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
@@ -163,13 +149,13 @@ def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
     if not gone.any():
         return rows
     if gone.all():
-        raise DataError(f"{rows.source}: no pose can be measured; the first one is {reasons[0]}")
+        raise DataError(f"{rows.source}: no pose can be measured; of the first one: {reasons[0]}")
     blank: dict[str, Any] = {}
     for name in ("position", "rotation", "markers", "distance"):
         if (values := getattr(rows, name)) is not None:
             blank[name] = values.copy()
             blank[name][gone] = np.nan
-    note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; the first one is {reasons[gone][0]}"
+    note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; of the first one: {reasons[gone][0]}"
     kept_out = rows.kept_out({row: str(reasons[row]) for row in np.flatnonzero(gone).tolist()})
     return replace(kept_out, notes=(*rows.notes, note), **blank)
 
@@ -208,9 +194,8 @@ def _in_branches(actual: Robot, poses: np.ndarray, branch: str, motion: Motion |
         solutions.append({b.name: b for b in result.within_limits})
     shared = [name for name in solutions[0] if all(name in target for target in solutions)]
     common = max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
-    one = [common if branch == AUTO else branch] * len(solutions)
-    names, q = evenly_mixed(solutions) if branch == MIXED else one, []
-    for k, (target, name) in enumerate(zip(solutions, names, strict=True)):
+    name, q = common if branch == AUTO else branch, []
+    for k, target in enumerate(solutions):
         if name is not None and name not in target:
             text = f"target {k + 1} has no branch '{name}' within limits; it has {', '.join(target)}"
             raise DataError(text, target=k, found=name)

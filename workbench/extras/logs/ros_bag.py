@@ -87,7 +87,7 @@ def _joints(path: Path, topic: str, rows: list[tuple[float, Any]], naming: Namin
             f"{path}: the joints of {topic} are called {listed(names)}, which does not say their "
             "order: name them with "
             + remedy(
-                'columns="shoulder=q1,elbow=q2 …" (--columns), or a mapping',
+                'columns="shoulder=q1,elbow=q2 …" (--columns)',
                 page="'workbench identify --columns', or load a CSV here",
             )
         )

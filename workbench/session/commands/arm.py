@@ -70,7 +70,7 @@ class ChooseRobot(AbstractTask[Session]):
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
         if self.keep and (file := self._unread(session)) is not None:
             begun = start_with(robot, session)
-            again = LoadData(file.name, file.content, file.mapping)
+            again = LoadData(file.name, file.content, file.columns)
             return again.finish(begun, again.compute(begun))
         kept = session.measurements.loaded if self.keep else None
         loaded = None if kept is None else matched_to_arm(robot, kept)

@@ -73,13 +73,13 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
     Args:
         name: Its name, of which only the ending matters.
         content: Its bytes.
-        mapping: What its columns are (TOML); empty: as its headings say.
+        columns: What its columns are, as the option `columns` says it; empty: as its headings say.
         accept: Whether another reading of the rows is accepted if it is clearly theirs.
     """
 
     name: str
     content: bytes = field(repr=False)
-    mapping: bytes = field(default=b"", repr=False)
+    columns: str = field(default="", repr=False)
     accept: bool = False
 
     title = computed(lambda self: f"Read {safe_name(self.name)}")
@@ -95,7 +95,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         progress(0.0, "reading")
         with as_files({safe_name(self.name): self.content}) as (path,):
             understood = self._understood(path, session.robot, session.robot.joint_names)
-            file = MeasurementFile(path.name, self.content, understood, self.mapping)
+            file = MeasurementFile(path.name, self.content, understood, self.columns)
             if understood.dataset is None and understood.columns and understood.layout == "plain":
                 return replace(file, match=self._other_arm(path, session.robot, understood))
             if understood.dataset is None:
@@ -120,21 +120,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
 
     def _understood(self, path: Path, robot: Robot, joints: Sequence[str] | None) -> Preview:
         from workbench.data.readers import preview
-        from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
-        stored = ColumnMapping()
-        if self.mapping:
-            place = path.with_name("columns.toml")
-            place.write_bytes(self.mapping)
-            stored = read_mapping(place)
-        found = preview(
-            path,
-            columns=stored.columns,
-            layout=stored.layout,
-            sheet=stored.sheet,
-            joints=joints,
-            base=robot.base.pose,
-        )
+        found = preview(path, columns=self.columns or None, joints=joints, base=robot.base.pose)
         problems = tuple(text.replace(f"{path.parent}/", "") for text in found.problems)
         return replace(found, problems=problems)
 

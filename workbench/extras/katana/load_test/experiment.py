@@ -108,7 +108,7 @@ def run_load_test(robot: RobotLike, *, added_mass: float = 0.0, each: int = 4, s
     hidden = draw_joints(observable_sizes(plan, pulled_at), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
     actual = with_other_masses(actual, np.random.default_rng((seed, 1)))
-    inclinometer, tracker = INSTRUMENTS["inclinometer"], replace(INSTRUMENTS["optotrak"], sight=None)
+    inclinometer, tracker = INSTRUMENTS["inclinometer"], INSTRUMENTS["optotrak"]
     meter, tracker = (replace(instrument, samples=REPEATS) for instrument in (inclinometer, tracker))
     data = read_plan(actual, plan, instrument=meter, rng=rng)
     tilting = tilting_of(robot, plan, data, instrument=meter)

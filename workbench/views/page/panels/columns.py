@@ -1,10 +1,12 @@
 """How each column of a file was read, and a choice to correct it, after which the file is read again."""
 
+import json
+
 import viser
 
 from workbench.base.wording import plural
 from workbench.data.readers.column_meanings import TableColumn
-from workbench.data.readers.mapping import lacks_unit, mapping_text, meanings, ours, with_column
+from workbench.data.readers.mapping import lacks_unit, meanings, ours, understood_as, with_column
 from workbench.report.blocks import ResultTable
 from workbench.report.result_display import as_html
 from workbench.session.commands.data import LoadData
@@ -59,8 +61,8 @@ class ColumnsPanel(AbstractPanel):
         session = self._worker.session
         if (file := file_of(session)) is None or meaning == self._understood(session):
             return None
-        mapping = with_column(mapping_text(file.preview), self._column.typed, meaning)
-        return LoadData(file.name, file.content, mapping.encode())
+        columns = with_column(understood_as(file.preview), self._column.typed, meaning)
+        return LoadData(file.name, file.content, json.dumps(columns, ensure_ascii=False))
 
 
 def file_of(session: Session) -> MeasurementFile | None:
