@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from workbench import evaluate, load_robot, measure_poses
+from workbench import evaluate, measure_poses
 from workbench.arm.effects import EFFECTS
 from workbench.arm.statics.deflection import shift_of
-from workbench.data.simulation.hidden_effects import MAX_BEND, hidden_effects, surprise, varied_state
+from workbench.data.simulation.hidden_effects import MAX_BEND, hidden_effects, varied_state
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -25,24 +25,6 @@ def test_every_effect_can_be_hidden(aria, name):
         assert 1e-5 < largest < 1e-3
     else:
         assert 0.5 * MAX_BEND < largest < 1.5 * MAX_BEND
-
-
-def test_journals_rely_on_the_effect_of_a_surprise(aria):
-    """The same generator hides the same effect; an arm without masses gets none of load."""
-    drawn = [surprise(aria, rng=np.random.default_rng(seed)) for seed in range(3)]
-    assert [effect.label for effect in drawn] == [
-        "joint-harmonic, joint 6, order 2",
-        "joint-compliance, joint 2",
-        "backlash, joint 2",
-    ]
-    assert [effect.coefficients for effect in drawn] == [
-        (0.002656941500557246, 0.0006995375571588913),
-        (0.0007301854785303741,),
-        (0.0014081893720969479,),
-    ]
-    light = surprise(load_robot("so101"), rng=np.random.default_rng(4))
-    assert (light.joints, light.order) == ((3,), 3)
-    assert light.coefficients == (0.003290189874035463, -0.0004947909809827785)
 
 
 def test_joint_and_size_are_as_said(aria):

@@ -8,11 +8,9 @@ import pytest
 from checks import freed, robot_of
 from slow import slow
 
-from workbench import Dataset, Motion, Noise, Prior, load_robot, tool_poses
+from workbench import Dataset, Motion, Noise, Prior, load_robot, measure_plate, tool_poses
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome
-from workbench.data.simulation.instruments import instrument_named
-from workbench.data.simulation.simulate import simulate_targets
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -35,11 +33,8 @@ def rows_of(arm, q, rng=None, sigma_p=0.0, sigma_r=0.0, deflection=None):
 def plate_joints(arm, tmp_path):
     """Joint positions of an arm at the targets of Table 2, branches mixed."""
     plate = load_plate("table2")
-    exact = replace(instrument_named("plate"), sigma_position=0.0, sigma_rotation=0.0)
-    rows = simulate_targets(
-        robot_of(arm, tmp_path), plate.poses, instrument=exact, rng=np.random.default_rng(0), branch="mixed"
-    )
-    return rows.q
+    robot = robot_of(arm, tmp_path)
+    return measure_plate(robot, plate, branch="mixed", instrument="ideal", actual=robot)[1].q
 
 
 def held_out_error(robot, arm, rng, rows=100):

@@ -46,7 +46,6 @@ class Backlash(AbstractEffect):
     does = "{} has play", "{} have play"
     coefficient = "backlash"
     has_play = True
-    surprise_size = 1.5e-3
     credible = (0.03, 5e-3)
     """Half the play. Geared hobby servos have 1° in all, worn ones three times as much; industrial gears
     0.3 mrad."""

@@ -114,8 +114,6 @@ class AbstractEffect(ABC):
     """Default joint of an example; from the last one if negative."""
     largest: ClassVar[float | None] = None
     """Largest credible coefficient [SI]; None where `credible` decides."""
-    surprise_size: ClassVar[float | None] = None
-    """Typical maximum coefficient [SI] as the surprise of a virtual arm; None if it never is one."""
     credible: ClassVar[tuple[float, float]] = (0.05, 0.01)
     """Largest plausible change of a rotation or translation over the rows [rad, m]. By default 3° and 10 mm:
     hobby servos and belts come near; an arm with larger errors is broken."""
@@ -295,10 +293,6 @@ class AbstractEffect(ABC):
         """
         one = cls(() if cls.whole_arm else (joint,))
         return replace(one, coefficients=(1.0,) * len(one.names))
-
-    def as_surprise(self, rng: np.random.Generator) -> "AbstractEffect":
-        """The example for a virtual arm, if it has a `surprise_size`."""
-        return self
 
     def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
         """Largest plausible size of each coefficient [SI]; usually what changes an element by `credible`.

@@ -25,7 +25,6 @@ class JointCompliance(AbstractEffect):
     coefficient = "compliance"
     loads = Loads.OWN
     unit = ("rad/(N*m)", "m/N")
-    surprise_size = 5e-4
     credible = (0.05, 0.01)
     """At the largest moment of the rows, taken as the rated one. Catalogues of strain wave gears give a wind-
     up of about 1 mrad at the rated torque, whatever their size; hobby servos deflect by 3°."""

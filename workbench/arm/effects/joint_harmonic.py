@@ -7,7 +7,7 @@ part of a turn fades out beyond its `range`: many orders can't extrapolate.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -61,7 +61,6 @@ class JointHarmonic(AbstractEffect):
     name = "joint-harmonic"
     does = "{} has an error that repeats as it turns", "{} have errors that repeat as they turn"
     maps_joint = True
-    surprise_size = 3e-3
     credible = (0.05, 0.0)
     """Once per turn. For order k it is 1/k of that: no gear or disc runs 5 % faster in one part of a turn
     than in another. Magnetic encoders mounted off centre err by up to 3°, strain wave gears by 0.3 mrad."""
@@ -177,9 +176,6 @@ class JointHarmonic(AbstractEffect):
     def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "JointHarmonic":
         phase = rng.uniform(0.0, 2.0 * np.pi)
         return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
-
-    def as_surprise(self, rng: np.random.Generator) -> AbstractEffect:
-        return replace(self, order=int(rng.integers(1, 4)))
 
 
 def places(q: np.ndarray) -> int:

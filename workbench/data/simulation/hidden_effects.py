@@ -14,7 +14,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import EFFECTS, AbstractEffect
-from workbench.arm.effects.axes import turns
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
@@ -48,31 +47,6 @@ def hidden_effects(
     effects = tuple(e if isinstance(e, AbstractEffect) else _from_text(robot, e, rng) for e in wanted)
     robot.with_effects(*effects)
     return effects, tuple(_sentence(robot, effect) for effect in effects)
-
-
-def surprise(robot: Robot, *, rng: np.random.Generator) -> AbstractEffect:
-    """One effect that geometry can't explain, of those whose own files give a `surprise_size`.
-
-    At a joint that turns, if there is one: any, or the second for an effect of load, which the first may
-    not feel. The same generator gives the same effect; journals rely on it.
-    """
-    turning = [j for j in range(robot.dof) if turns(robot.chain, j)]
-    joint = int(rng.choice(turning or range(robot.dof)))
-    loaded = turning[1] if len(turning) > 1 else joint
-    factor = rng.uniform(0.7, 1.5)
-    kinds = [kind for kind in EFFECTS.values() if kind.surprise_size is not None]
-    choices: list[AbstractEffect] = []
-    for kind in sorted(kinds, key=lambda kind: (bool(kind((joint,)).loads), kind.name)):
-        plain = kind((joint,))
-        if plain.mistake(robot.chain) is None and (robot.has_masses or not plain.loads):
-            effect = kind.example(robot, loaded if plain.loads else joint, rng).as_surprise(rng)
-            choices.append(_scaled(effect, factor * (kind.surprise_size or 0.0)))
-    if not choices:
-        raise OptionError(
-            f"{robot.name} can't have a hidden effect, as it has no masses and no revolute joint; "
-            "add masses to its joints, or simulate none"
-        )
-    return choices[int(rng.integers(len(choices)))]
 
 
 def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random.Generator) -> Motion:

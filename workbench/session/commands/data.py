@@ -22,7 +22,7 @@ from workbench.data.plausibility import checked
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.layouts import file_endings
 from workbench.data.readers.read import Preview
-from workbench.data.simulation.hidden_effects import hidden_effects, surprise
+from workbench.data.simulation.hidden_effects import hidden_effects
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
@@ -151,7 +151,6 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
 
     Args:
         seed: Of the hidden errors and of the noise: the same seed is the same arm.
-        surprise: Whether the arm also has a hidden effect that its geometry can't explain.
         more: Poses of the region that are measured for fitting besides the targets.
         instrument: What measures, of `virtual_instruments`; the seats with the session's noise if empty.
         errors: Largest hidden errors of lengths [m] and angles [rad]; older journals don't say them.
@@ -159,7 +158,6 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
     """
 
     seed: int = 1
-    surprise: bool = False
     more: int = 0
     instrument: str = ""
     errors: tuple[float, float] = EARLIER_ERRORS
@@ -188,8 +186,6 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         robot = session.robot
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng, length=self.errors[0], angle=self.errors[1])
-        if self.surprise:
-            actual = actual.with_effects(*robot.effects, surprise(robot, rng=rng))
         actual = actual.with_effects(*actual.effects, *hidden_effects(actual, self.effects, rng=rng)[0])
         instrument = self.instrument_in(session)
         progress(0.3, "measuring at the targets")
@@ -369,7 +365,7 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
     hidden = f"hidden errors up to {1e3 * length:.3g} mm and {np.rad2deg(angle):.3g}° per constant"
     more = f", and {plural(command.more, 'pose')} in the region" if command.more else ""
     return (
-        ("Arm", hidden + (", and an effect beyond geometry" if command.surprise else "")),
+        ("Arm", hidden),
         ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
         ("Held out for checking", f"{CHECK_POSES} poses in the region near the targets"),
         ("Instrument", command.instrument_in(session).note or "the plate's seats"),
