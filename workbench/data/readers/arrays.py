@@ -6,24 +6,34 @@ their entries. Their units, and the order of a quaternion, are told by the rows 
 
 import io
 import json
+import re
 import zipfile
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import FileError
+from workbench.base.units import parse_heading
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
-from workbench.data.readers.headings import is_commanded, known_together, meaning_of, normalised
+from workbench.data.readers.headings import (
+    is_commanded,
+    known_together,
+    meaning_of,
+    normalised,
+    quantities_of,
+)
 from workbench.data.readers.table import Grid, grid_of
 
 MAX_BYTES = 256 * 2**20
 """Maximum size of unpacked arrays."""
 _JOINTS = ("q", "joint", "joints", "joint_positions", "joint_angles", "joint_states", "angles")
 _PLACES = ("xyz", "position", "positions", "translation", "translations", "point", "points", "p", "t", "tcp")
+_LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
 _MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
 
 
@@ -101,6 +111,32 @@ def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     return grid_of(list(columns), columns.values(), source=str(path), notes=notes)
 
 
+def with_lists(grid: Grid) -> Grid:
+    """The cells with a column for each entry of lists, as pandas writes arrays, where all are equally long.
+
+    Labels, such as `(1, 2)` of a grid, stay; so does what has columns of its own.
+    """
+    head, *body = grid.rows or [[]]
+    lists = dict[int, tuple[list[str], list[list[str]]]]()
+    for k, name in enumerate(head):
+        cells = [row[k] for row in body if len(row) == len(head)]
+        found = [_ENTRY.findall(m[1]) if (m := _LIST.fullmatch(cell)) else [] for cell in cells]
+        if len(sizes := {len(f) for f, cell in zip(found, cells, strict=True) if cell}) == 1 < max(sizes):
+            names = _headings(name, (size := max(sizes),)) if quantities_of(meaning_of(name) or "q1") else []
+            lists |= (
+                {k: (names, [[e.strip("'\"") for e in f] or [""] * size for f in found])} if names else {}
+            )
+    plain = {meaning_of(name) for k, name in enumerate(head) if k not in lists} - {None}
+    lists = {k: own for k, own in lists.items() if not plain & set(map(meaning_of, own[0]))}
+    if not lists or len(cells) < len(body):
+        return grid
+    columns = [lists[k][0] if k in lists else [name] for k, name in enumerate(head)]
+    rows = [[lists[k][1][i] if k in lists else [c] for k, c in enumerate(row)] for i, row in enumerate(body)]
+    note = f"lists in cells are columns: {', '.join(head[k] for k in lists)}"
+    flat = [[c for own in row for c in own] for row in (columns, *rows)]
+    return replace(grid, rows=flat, notes=(*grid.notes, note))
+
+
 def _upright(arrays: dict[str, np.ndarray]) -> tuple[int, dict[str, np.ndarray]]:
     """The number of rows, and arrays with rows first: all lie on their side where no other known one is as
     long as the joints', but one is as wide."""
@@ -133,8 +169,12 @@ def _array(values: Any) -> np.ndarray:
 
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     """Headings of the columns of an array; none if it is no set of columns."""
-    plain, _, unit = name.lower().strip().rpartition("_")
-    plain, unit = (plain, f"[{unit}]") if unit in ("deg", "rad", "mm", "m") else (name.lower().strip(), "")
+    name, said = parse_heading(name)
+    plain, _, ending = name.lower().rpartition("_")
+    plain, unit = (
+        (plain, ending) if not said and ending in ("deg", "rad", "mm", "m") else (name.lower(), said)
+    )
+    unit = f"[{unit}]" if unit else ""
     if shape in _MATRICES and not is_commanded(name):
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:
@@ -145,4 +185,4 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
         return [f"{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]
-    return [f"{name}_{k + 1}" for k in range(shape[0])]
+    return [f"{name}_{k + 1}{unit if said else ''}" for k in range(shape[0])]

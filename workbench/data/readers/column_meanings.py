@@ -45,8 +45,10 @@ COMPUTED = "these poses are the controller's own, not measured: 'workbench extra
 _FRACTION = re.compile(r"(:\d\d:\d\d)(?:[.,](\d{1,5})\d*)?( ?[AP]M)?$", re.IGNORECASE)
 _DAYS = ("%d.%m.%Y ", "%m/%d/%Y ", "%d/%m/%Y ", "%Y/%m/%d ")
 _TIMES = ("%H:%M:%S.%f", "%H:%M", "%I:%M:%S.%f %p")
-_DATES = ("", *(day + time for day in _DAYS for time in _TIMES))
-"""Forms of dates: ISO, and those of controllers and spreadsheets; times alone may be of any day."""
+_DATES = ("", *(day + time for day in _DAYS for time in _TIMES), _TIMES[0], _TIMES[2])
+"""Forms of dates: ISO, and those of controllers and spreadsheets; last times of an unknown day."""
+NO_DAY = 1900
+"""Year of times of an unknown day."""
 MIN_ROWS, ALIKE = 6, 0.02
 """Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
@@ -170,10 +172,13 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     """The column with its conversion to SI, or with the problem that it has none."""
     if column.key is None or not (quantities := quantities_of(column.key)):
         return column
-    if column.key == "time" and dates_in(table.columns[column.index][:1]):
-        how = "holds dates, read as seconds from the first row"
-        if doubt := len(dates_in(table.columns[column.index])) > 1:
-            how = "is left out, as its days and months may be exchanged; write 2024-03-25 16:39:04"
+    if column.key == "time" and (began := dates_in((cells := table.columns[column.index])[:1])):
+        how, found = "holds dates, read as seconds from the first row", dates_in(cells)
+        may_be_exchanged = len(found) > 1
+        is_rising = len(found) == 1 and bool((np.diff(found[0][0]) >= 0.0).all())
+        if doubt := may_be_exchanged or (began[0][1].year == NO_DAY and not is_rising):
+            why = "days and months may be exchanged" if may_be_exchanged else "times don't rise in the file"
+            how = f"is left out, as its {why}; write 2024-03-25 16:39:04"
         return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]

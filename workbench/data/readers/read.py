@@ -20,7 +20,7 @@ from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
-from workbench.data.readers.arrays import read_json, read_npz
+from workbench.data.readers.arrays import read_json, read_npz, with_lists
 from workbench.data.readers.assemble import assemble, markers_of
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import (
@@ -239,7 +239,7 @@ def read_table(source: Any, *, columns: Columns, sheet: str | None, joints: Join
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
     if naming and naming.items:
         return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
-    return with_headings(only_table(grid), naming, joints)
+    return with_headings(only_table(with_lists(grid)), naming, joints)
 
 
 def read_grid(path: Path, *, sheet: str | None = None) -> Grid:

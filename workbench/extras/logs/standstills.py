@@ -17,6 +17,7 @@ from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.wording import plural
 from workbench.data.readers.assemble import excluded_rows, joint_columns
+from workbench.data.readers.column_meanings import NO_DAY
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.joint_tables import AbstractJoin, by_row, merged
@@ -103,7 +104,8 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
 def _dated(measured: Fields, joints: Fields) -> Fields:
     """Measurements whose time counts from the first date of the joints, where both have dates."""
     first, second = measured.began, joints.began
-    if first is not None and second is not None and (first.tzinfo is None) == (second.tzinfo is None):
+    kinds = [(began.tzinfo is None, began.year == NO_DAY) for began in (first, second) if began]
+    if first and second and kinds[0] == kinds[1]:
         time = measured.values["time"] + (first - second).total_seconds()
         return replace(measured, values={**measured.values, "time": time}, began=second)
     if first is second is None or (_dense(measured.values["time"]) and _dense(joints.values["time"])):

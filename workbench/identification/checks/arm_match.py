@@ -5,6 +5,7 @@ own rows by its manufacturing errors, well below 2 % of its reach; else `meaning
 mean.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
@@ -28,6 +30,8 @@ COMPARED_POSES = 60
 SAME_ARM, SAME_ARM_SHARE = 0.015, 0.05
 """Distances [m, and share of the reach] of an arm from its nominal model beyond which it is another one: if a
 third arm fits, and anyhow."""
+SISTER_MOVED = 3e-3
+"""Change of a length [m] beyond which another arm's table may be nearer."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +94,22 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     _, meaning = understood(robot, data)
     rival = meaning.best.other if meaning is not None and meaning.is_found else ""
     return ArmMatch(robot=robot.name, meaning=meaning, rival=rival, joints=(data.joints, robot.dof))
+
+
+def sister(robot: Robot, lengths: Mapping[str, float]) -> str:
+    """That lengths that a fit found, by name [m], are another built-in arm's rather than this one's."""
+    names, found = tuple(lengths), np.array([*lengths.values()])
+    off = {robot.name: np.abs(found - robot.values(names)).max(initial=0.0)}
+    if off[robot.name] < SISTER_MOVED:
+        return ""
+    for key, arm in ((key, load_robot(key)) for key in built_in_robots()):
+        if arm.dof == robot.dof and {*names} <= {element.name for element in arm.elements}:
+            off[key] = np.abs(found - arm.values(names)).max()
+    near = min(off, key=lambda key: off[key])
+    if 2.0 * off[near] > off[robot.name]:
+        return ""
+    sizes = f"to {in_mm(off[near])}, this arm's to {in_mm(off[robot.name])}"
+    return f"the lengths found are those of '{near}' {sizes}: choose the robot '{near}' if it was measured"
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
