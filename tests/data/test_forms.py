@@ -114,11 +114,11 @@ def test_dates_become_seconds(read, read_here):
     rows = [["q1[rad]", "x[m]", "y[m]", "z[m]", "time"]]
     rows += [[0.1 * i, i, i, i, day + datetime.timedelta(seconds=20 * i)] for i in range(3)]
     assert read(workbook({"A": rows}), "t.xlsx").time.tolist() == [0.0, 20.0, 40.0]
-    for date in ("2020-07-14T16:39:0{}", "14.07.2020 16:39:0{}", "07/01/2020 04:39:0{} PM"):
+    for date in ("2020-07-14T16:39:0{}", "14.07.2020 16:39:0{}", "07/01/2020 04:39:0{} PM", "16:39:0{}"):
         rows = (f"{i},1,2,3,{date.format(i)}\n" for i in range(3))
         assert read("q1[rad],x[m],y[m],z[m],time[s]\n" + "".join(rows)).time.tolist() == [0.0, 1.0, 2.0]
     for doubtful in ("0{}/03/2024 16:39:04", "05:1{}.0", "16:39:0{}"):  # any day or hour
-        rows = (f"{i},1,2,3,{doubtful.format(i)}\n" for i in "123")
+        rows = (f"{i},1,2,3,{doubtful.format(i)}\n" for i in "321")
         data = read("q1[rad],x[m],y[m],z[m],time\n" + "".join(rows))
         assert data.time is None
         assert mentions(" ".join(data.notes), "time", "left out")
@@ -233,6 +233,16 @@ def test_preview_says_what_was_understood(tmp_path):
     assert "decimal commas" in shown.decisions
 
 
+def test_lists_in_cells_are_columns_and_other_units_are_left_out(read):
+    row = '"[1, 2]","(3.0, 4.0, 5.0)","(7, 8)",3,4\n'
+    data = read(f"q[deg],xyz[mm],point,load[N],mass[kg]\n{row}")
+    np.testing.assert_allclose(data.q, np.radians([[1, 2]]))
+    np.testing.assert_allclose(data.position, [[3e-3, 4e-3, 5e-3]])
+    assert (data.point.tolist(), data.payload.tolist()) == (["(7, 8)"], [4.0])
+    own = read('q1[deg],q2[deg],position,x[mm],y[mm],z[mm]\n1,2,"[3, 4, 5]",6,7,8\n')
+    np.testing.assert_allclose(own.position, [[6e-3, 7e-3, 8e-3]])
+
+
 def test_trajectories(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0.1,1,11\n")
@@ -242,8 +252,8 @@ def test_trajectories(tmp_path):
     assert read_trajectory(path).position is None
     poses = read_trajectory(path2)
     assert (poses.q, poses.rotation.shape) == (None, (1, 3, 3))
-    path2.write_text("x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]\n1,2,3,180,0,40\n")
-    with refuses(DataError, "rotation vectors", "roll", "columns="):
+    path2.write_text("x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]\n1,2,3,10,0,40\n")
+    with refuses(DataError, "rotation vector", "roll", "columns="):
         read_trajectory(path2)
     assert read_trajectory(path2, columns="rx[deg]=rx,ry[deg]=ry,rz[deg]=rz").rotation is not None
     path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0,1,11\n")

@@ -78,7 +78,7 @@ def identify(
         raise OptionError("give a robot; it may be omitted only for rows with tool poses instead of joints")
     chosen = _algorithms(algorithms)
     choices = with_fields(FitChoices, choices, fields)
-    robot, data = as_read(robot, data, choices.reading)
+    robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
     options: dict[str, Any] = {"bounds": bounds, "prior": prior, "effects": effects}
     with part_of(0.0, 0.4):

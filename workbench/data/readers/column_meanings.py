@@ -39,6 +39,8 @@ from workbench.data.readers.table import NUMBER, Table
 CHOOSE_ON_PAGE = "choose its meaning in the Measure tab, under 'Columns of the file'"
 _TOLD_BY_ROWS = re.compile(r"q\d+|[xyz]|roll|pitch|yaw|r[xyz]|m\d+[xyz]")
 """Columns whose unit rows of a known arm tell."""
+NOT_NEEDED = re.compile(r"time|payload|temperature|(torque|distance)\d+")
+"""Columns that no row needs: with no unit, or one that another meaning has, they are left out."""
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
 """Units that are likeliest where numbers are larger than the others would have them."""
 COMPUTED = "these poses are the controller's own, not measured: 'workbench extract' finds its model"
@@ -182,7 +184,7 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
-        if re.fullmatch(r"time|payload|temperature|(torque|distance)\d+", column.key):  # which no row needs
+        if NOT_NEEDED.fullmatch(column.key):
             remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
@@ -201,6 +203,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     try:
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
+        if NOT_NEEDED.fullmatch(column.key) and column.key != normalised(parse_heading(column.heading).name):
+            return TableColumn(index=column.index, heading=column.heading, first=column.first)
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))

@@ -67,8 +67,9 @@ def read_trajectory(
             column="pose_frame",
         )
     turn = fields.stacked(GROUPS["rotvec"]) if q is None and columns is None else None
-    if turn is not None and (np.linalg.norm(turn, axis=1) > 1.001 * np.pi).any():
-        text = "rx, ry, rz turn by more than 180°, as Euler angles do and rotation vectors needn't"
+    is_long = turn is not None and (np.linalg.norm(turn, axis=1) > 1.001 * np.pi).any()
+    if is_long or (turn is not None and fields.units.get("rx") == "deg"):
+        text = "rx, ry, rz in degrees or of more than 180° may be Euler angles or a rotation vector"
         how = "or say columns='rx[deg]=rx,ry[deg]=ry,rz[deg]=rz' (--columns) if they are one"
         raise DataError(f"{fields.source}: {text}: call angles about fixed axes roll, pitch, yaw, {how}")
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))

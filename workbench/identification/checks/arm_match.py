@@ -32,6 +32,8 @@ SAME_ARM, SAME_ARM_SHARE = 0.015, 0.05
 third arm fits, and anyhow."""
 SISTER_MOVED = 3e-3
 """Change of a length [m] beyond which another arm's table may be nearer."""
+FIXED = 1e-3
+"""Share of the largest change below which a length was not found, as those that the tool takes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,17 +100,19 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
 
 def sister(robot: Robot, lengths: Mapping[str, float]) -> str:
     """That lengths that a fit found, by name [m], are another built-in arm's rather than this one's."""
-    names, found = tuple(lengths), np.array([*lengths.values()])
-    off = {robot.name: np.abs(found - robot.values(names)).max(initial=0.0)}
-    if off[robot.name] < SISTER_MOVED:
+    moved = {name: abs(x - float(robot.values((name,))[0])) for name, x in lengths.items()}
+    largest = max(moved.values(), default=0.0)
+    if largest < SISTER_MOVED:
         return ""
+    names = tuple(name for name, by in moved.items() if by > FIXED * largest)
+    found, off = np.array([lengths[name] for name in names]), dict[str, float]()
     for key, arm in ((key, load_robot(key)) for key in built_in_robots()):
         if arm.dof == robot.dof and {*names} <= {element.name for element in arm.elements}:
-            off[key] = np.abs(found - arm.values(names)).max()
-    near = min(off, key=lambda key: off[key])
-    if 2.0 * off[near] > off[robot.name]:
+            off[key] = float(np.abs(found - arm.values(names)).max())
+    near = min(off, key=lambda key: off[key], default="")
+    if not near or 2.0 * off[near] > largest:
         return ""
-    sizes = f"to {in_mm(off[near])}, this arm's to {in_mm(off[robot.name])}"
+    sizes = f"to {in_mm(off[near])}, this arm's to {in_mm(largest)}"
     return f"the lengths found are those of '{near}' {sizes}: choose the robot '{near}' if it was measured"
 
 

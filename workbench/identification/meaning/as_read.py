@@ -51,6 +51,7 @@ def as_read(
     data: Dataset,
     how: ReadAs | str = ReadAs.AUTO,
     *,
+    exclude: Mapping[int, str] | None = None,
     keeps_arm: bool = False,
     notes_rival: bool = False,
 ) -> tuple[Robot, Dataset]:
@@ -62,6 +63,7 @@ def as_read(
 
     Args:
         how: Whether a reading beyond units and conventions is accepted, or none at all.
+        exclude: Numbers of rows that are kept out, with the reason.
         keeps_arm: Whether the rows are changed in any case.
         notes_rival: Whether rows of another built-in arm are noted and taken, as where nothing is fitted.
 
@@ -70,6 +72,8 @@ def as_read(
         arm.
         UnitError: the file lacks units, and the rows don't tell them.
     """
+    out = exclude or {}
+    data = data.kept_out({k: out[row] for k, row in enumerate(data.row.tolist()) if row in out})
     if ReadAs(how) is ReadAs.GIVEN or data.readings is not None:
         return robot, data.said
     arm, rows = _as_read(robot, data, ReadAs(how), keeps_arm, notes_rival)

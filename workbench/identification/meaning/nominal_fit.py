@@ -37,7 +37,9 @@ def majority(robot: Robot, located: Dataset) -> str:
     if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
         return ""
     few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())}) don't fit the others"
-    return f"{few}, which the arm fits to {in_mm(error)}"
+    places = np.unique(np.asarray(located.position)[~fits], axis=0)
+    frozen = "; the instrument's reading stays the same in them" if 2 * len(places) <= (~fits).sum() else ""
+    return f"{few}, which the arm fits to {in_mm(error)}{frozen}"
 
 
 def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
