@@ -174,13 +174,10 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     """The column with its conversion to SI, or with the problem that it has none."""
     if column.key is None or not (quantities := quantities_of(column.key)):
         return column
-    if column.key == "time" and (began := dates_in((cells := table.columns[column.index])[:1])):
-        how, found = "holds dates, read as seconds from the first row", dates_in(cells)
-        may_be_exchanged = len(found) > 1
-        is_rising = len(found) == 1 and bool((np.diff(found[0][0]) >= 0.0).all())
-        if doubt := may_be_exchanged or (began[0][1].year == NO_DAY and not is_rising):
-            why = "days and months may be exchanged" if may_be_exchanged else "times don't rise in the file"
-            how = f"is left out, as its {why}; write 2024-03-25 16:39:04"
+    if column.key == "time" and dates_in(table.columns[column.index][:1]):
+        how = "holds dates, read as seconds from the first row"
+        if doubt := _doubt_of_dates(table, column.index):
+            how = f"is left out, as its {doubt}; write 2024-03-25 16:39:04"
         return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
@@ -210,6 +207,19 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
     column = replace(column, conversion=found, remark="; ".join(remarks))
     return replace(column, si=column.unit and str(found.quantity))
+
+
+def _doubt_of_dates(table: Table, index: int) -> str:
+    """Why a column of dates, or of times of a day that nothing tells, isn't read; empty if it is."""
+    found = dates_in(cells := table.columns[index])
+    if len(found) > 1:
+        return "days and months may be exchanged"
+    if dates_in(cells[:1])[0][1].year != NO_DAY:
+        return ""
+    others = (own for own in table.columns if own is not cells and len({*own}) > 1)
+    has_days = any(dates_in((own[0], own[-1])) for own in others)
+    is_rising = bool(found) and bool((np.diff(found[0][0]) >= 0.0).all())
+    return "" if is_rising and not has_days else "times fall, or days stand beside them"
 
 
 def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:
