@@ -119,7 +119,6 @@ COLUMNS: PartTable[Column] = PartTable(
     Column(name="contact", also=("kontakt",)),
     Column(name="exclude", also=("excluded", "ausschluss")),
     Column(name="reason", also=("grund",)),
-    Column(name="pose_frame", kept=False),
     *(Column(name=name, kept=False) for name in ("image", "camera", "id", "corner")),
     *(Column(name=name, quantity=Quantity.PIXEL, kept=False) for name in "uv"),
 )

@@ -20,12 +20,10 @@ def as_robot(value: Any, given: Any = None) -> Any:
 
 
 def as_dataset(value: Any, robot: Robot | None = None) -> Any:
-    """Measurements of a file or a frame, with as many joints as the arm has and on its base."""
+    """Measurements of a file or a frame, with as many joints as the arm has."""
     if isinstance(value, Dataset) or not (isinstance(value, str | Path) or hasattr(value, "columns")):
         return value
-    if robot is None:
-        return read_measurements(value)
-    return read_measurements(value, joints=robot.joint_names, base=robot.base.pose)
+    return read_measurements(value, joints=None if robot is None else robot.joint_names)
 
 
 def _dataset_of_arm(value: Any, given: Any) -> Any:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.base.errors import OptionError
 from workbench.base.files import check_ending, write_text
 from workbench.base.wording import as_cell
 from workbench.data.dataset import Dataset
@@ -16,31 +15,24 @@ ENDINGS = (".csv", ".txt")
 """What a file of measurements may be called: the text is comma-separated."""
 
 
-def write_measurements(
-    dataset: Dataset, path: Path | str, *, prismatic: Collection[int] = (), frame: str | None = None
-) -> Path:
+def write_measurements(dataset: Dataset, path: Path | str, *, prismatic: Collection[int] = ()) -> Path:
     """Write measurements as CSV.
 
     Args:
         dataset: What is written: all rows, also those that are kept out.
         path: File to make or to replace; it is whole or untouched at any time.
         prismatic: Joints, counted from 0, whose positions are lengths [m].
-        frame: Frame of the poses, where it is not the measuring one; see `readers.pose_frame`.
 
     Raises:
         FileError: The file can't be written, or its ending promises another form.
     """
     path = check_ending(path, "measurements are", *ENDINGS)
-    return write_text(path, measurements_csv(dataset, prismatic=prismatic, frame=frame))
+    return write_text(path, measurements_csv(dataset, prismatic=prismatic))
 
 
-def measurements_csv(dataset: Dataset, *, prismatic: Collection[int] = (), frame: str | None = None) -> str:
+def measurements_csv(dataset: Dataset, *, prismatic: Collection[int] = ()) -> str:
     """The same text without a file; arguments as in `write_measurements`."""
     columns = dataset.columns(prismatic=prismatic)
-    if frame is not None:
-        if not frame.isprintable():
-            raise OptionError(f"frame must be a name without line breaks, got {frame!r}", option="frame")
-        columns["pose_frame"] = np.full(len(dataset), frame)
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(columns)

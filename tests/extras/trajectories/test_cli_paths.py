@@ -1,19 +1,15 @@
 """Trajectories from end to end at the command line."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.base.errors import DataError, FileError
 from workbench.data.dataset import Dataset
-from workbench.data.readers import read_measurements, read_trajectory
-from workbench.data.readers.fields import BASE
+from workbench.data.readers import read_trajectory
 from workbench.data.writer import write_measurements
 
 
@@ -27,26 +23,8 @@ def way(run):
 def write_path(name, q):
     poses = tool_poses(load_robot(name).with_frames(base=type(load_robot(name).base)()), Motion(q))
     rows, time = np.arange(len(q)), np.linspace(0.0, 8.0, len(q))
-    write_measurements(
-        Dataset(q, poses[:, :3, 3], poses[:, :3, :3], row=rows, time=time), "c.csv", frame=BASE
-    )
+    write_measurements(Dataset(q, poses[:, :3, 3], poses[:, :3, :3], row=rows, time=time), "c.csv")
     return read_trajectory("c.csv", joints=q.shape[1])
-
-
-def test_a_path_read_as_measurements_is_where_the_arm_is(run):
-    """Its poses are in the robot's base, which the file says; the Katana's base is 216 mm from the origin."""
-    write_path("katana450", np.linspace([0.1, 1.0, -0.5, 0.2, 0.4], [0.4, 1.2, -0.2, 0.4, 0.6], 30))
-    assert run("evaluate", "c.csv", "--robot", "katana450", "--json", "e.json")[0] == 0
-    assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
-    with refuses(FileError, "base", "'pose_frame'", path="c.csv"):
-        read_measurements("c.csv")
-    text = Path("c.csv").read_text().replace("robot-base", "measuring")
-    Path("m.csv").write_text(text)
-    with refuses(DataError, column="pose_frame"):
-        read_trajectory("m.csv")
-    Path("m.csv").write_text(text.replace("measuring", "elsewhere", 1))
-    with refuses(FileError, "robot-base", "measuring", "'elsewhere'", line=2, column="pose_frame"):
-        read_measurements("m.csv")
 
 
 def test_a_compensated_path_is_corrected_where_only_positions_count(run, refused, way):

@@ -17,7 +17,6 @@ from jaxtyping import Bool, Float
 from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.remedy import remedy
-from workbench.base.types import Matrix4
 from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
@@ -26,7 +25,7 @@ from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import postures
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.columns_option import Joints
-from workbench.data.readers.fields import Fields, in_base
+from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import CONTROLLER, column_of, is_of_measurement, meaning_of
 from workbench.data.readers.joint_tables import OBSERVED, joined_alone
@@ -55,19 +54,12 @@ ORIENTED = {"qw", "rx", "roll", "r11", "zxz_phi"}
 Mask = Bool[np.ndarray, " rows"]
 
 
-def assemble(
-    fields: Fields,
-    *,
-    joints: Joints,
-    base: Matrix4 | None = None,
-    beside: Mapping[str, np.ndarray] | None = None,
-) -> Dataset:
+def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray] | None = None) -> Dataset:
     """A `Dataset` of all columns.
 
     Args:
         fields: Columns in SI.
         joints: Number of joints that the robot has, or their names; None: as many as the file names.
-        base: Pose of the robot's base in the measuring frame, for poses that are in the robot's base.
         beside: What was observed otherwise, one number or more a row by its name, NaN where a row has none.
     """
     if beside is None and {"u", "v", "id"} <= set(fields.values):
@@ -78,7 +70,7 @@ def assemble(
     q = joint_columns(fields, joints)
     excluded = excluded_rows(fields)
     if beside is None and (other := with_distances(with_markers(fields, q, excluded))) is not fields:
-        return assemble(other, joints=joints, base=base)
+        return assemble(other, joints=joints)
     if len(wrong := np.argwhere(np.isnan(q) & ~excluded[:, None])):
         row, joint = wrong[0].tolist()
         text = "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true"
@@ -86,7 +78,6 @@ def assemble(
     _check_range(fields)
     position = fields.stacked(("x", "y", "z"))
     rotation, notes = read_orientation(fields, usable=~excluded)
-    position, rotation, moved = _measured(fields, position, rotation, base)
     markers, (sigma, rounded) = markers_of(fields), _sigma(fields)
     links = fields.numbers(r"tilt_[xy](\d+)")
     tilt = {k: v for k in links if (v := fields.stacked((f"tilt_x{k}", f"tilt_y{k}"))) is not None}
@@ -108,7 +99,7 @@ def assemble(
         row=np.arange(fields.rows),
         position=position,
         rotation=rotation,
-        written=None if moved else written_orientation(fields),
+        written=written_orientation(fields),
         markers=markers,
         sigma=sigma,
         tilt=tilt or None,
@@ -116,7 +107,7 @@ def assemble(
         exclude=excluded | found if "exclude" in fields.values or found.any() else None,
         reason=np.where(found, reasons, given) if "reason" in fields.values or found.any() else None,
         source=fields.source,
-        notes=(*fields.notes, *notes, *rounded, *moved, *_row_notes(fields, excluded, found, reasons)),
+        notes=(*fields.notes, *notes, *rounded, *_row_notes(fields, excluded, found, reasons)),
         joint_units=joint_units(fields),
         missing_units=fields.missing_units,
         unread={k: np.array(v, object) for k, v in fields.unread.items() if 1 < len(set(v)) <= MAX_PARTS},
@@ -196,22 +187,6 @@ def _first(notes: list[str], others: str) -> list[str]:
     """The first few notes on rows, and how many more there are."""
     more = len(notes) - _NAMED
     return notes if more <= 0 else [*notes[:_NAMED], f"{more} {others}"]
-
-
-def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
-    """Position and rotation in the measuring frame, and what was said about it."""
-    if not in_base(fields):
-        return position, rotation, ()
-    if base is None:
-        raise FileError(
-            "its poses are in the robot's base frame (column 'pose_frame'): give the pose of the base in the "
-            "measuring frame, read_measurements(…, base=robot.base.pose)",
-            path=fields.source,
-        )
-    position = None if position is None else position @ base[:3, :3].T + base[:3, 3]
-    rotation = None if rotation is None else base[:3, :3] @ rotation
-    note = "poses are in the robot's base frame (column 'pose_frame'), moved by the base"
-    return position, rotation, (note,)
 
 
 def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]:

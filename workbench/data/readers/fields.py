@@ -27,8 +27,6 @@ MISSING = re.compile(
 """Cells without a value: blank, of signs alone, words that say so, or errors of a spreadsheet."""
 MAX_NUMBER = 1e50
 """Larger numbers are no measurements, and their squares no numbers."""
-BASE, MEASURING = "robot-base", "measuring"
-"""Frames of poses: the robot's base, and the one that the base of a robot file stands in."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -167,19 +165,3 @@ def _number(table: Table, index: int, row: int, cell: str) -> float:
         text = "is not a number: write it without unit or thousands separators, or leave it blank"
         raise table.error(f"'{cell[:40]}' {text}", index, row)
     return value
-
-
-def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
-    """Whether the poses are in the robot's base, by the column `pose_frame`.
-
-    Measurements are in the measuring frame and trajectories in the robot's base, unless the column says so:
-    a trajectory that is written with its poses can then be read as measurements too.
-    """
-    named = fields.values.get("pose_frame")
-    if named is None:
-        return usual == BASE
-    for row, name in enumerate(named):
-        if name not in (BASE, MEASURING) or name != named[0]:
-            text = f"pose_frame must be {BASE} or {MEASURING}, the same in all rows, got '{name}'"
-            raise fields.error(text, row, "pose_frame")
-    return bool(named[0] == BASE)

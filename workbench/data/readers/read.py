@@ -16,7 +16,6 @@ from jaxtyping import Float
 
 from workbench.base import files
 from workbench.base.errors import FileError, OptionError, WorkbenchError
-from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
@@ -71,7 +70,6 @@ def read_measurements(
     joints: Joints = None,
     layout: str | None = None,
     sheet: str | None = None,
-    base: Matrix4 | None = None,
     joint_table: str | PathLike | None = None,
 ) -> Dataset:
     """Measurements of a file or a data frame in SI, with every decision in `notes`.
@@ -85,8 +83,6 @@ def read_measurements(
             called; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
         sheet: Sheet of a workbook; None: the one with headings that are known.
-        base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
-            their poses are in the robot's base.
         joint_table: File with the joints of measurements that have none of their own, such as a robot's log;
             joined by name, by an installed way such as time, or row by row.
 
@@ -111,7 +107,7 @@ def read_measurements(
             raise OptionError(text, option="joint_table")
         own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, **told)
         fields = join(fields, own)
-    return assemble(fields, joints=joints, base=base)
+    return assemble(fields, joints=joints)
 
 
 def preview(
@@ -121,7 +117,6 @@ def preview(
     joints: Joints = None,
     layout: str | None = None,
     sheet: str | None = None,
-    base: Matrix4 | None = None,
 ) -> Preview:
     """What `read_measurements` would make of a file; problems are listed, never raised."""
     fields, name, table = None, "", None
@@ -133,7 +128,7 @@ def preview(
             understood = tuple(_by_layout(fields, understood))
         elif table is not None and not (found := problems(understood, units_from_rows=True)):
             fields = convert(table, understood)
-        dataset = None if fields is None else assemble(fields, joints=joints, base=base)
+        dataset = None if fields is None else assemble(fields, joints=joints)
     except WorkbenchError as error:
         found = [error]
     known = dataset if dataset is not None else fields

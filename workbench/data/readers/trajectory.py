@@ -12,7 +12,6 @@ from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns, unread_text
 from workbench.data.readers.columns_option import GROUPS, Columns, Joints
-from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
 
@@ -60,12 +59,6 @@ def read_trajectory(
     if q is None and position is None:
         needed = f"joints (q1[rad] …) or positions (x[m], y[m], z[m]){unread_text(fields, 'q1[deg]')}"
         raise DataError(f"{fields.source}: a trajectory needs {needed}")
-    if position is not None and not in_base(fields, usual=BASE):
-        raise DataError(
-            f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), but a "
-            "trajectory needs them in the robot's base frame: transform them",
-            column="pose_frame",
-        )
     turn = fields.stacked(GROUPS["rotvec"]) if q is None and columns is None else None
     is_long = turn is not None and (np.linalg.norm(turn, axis=1) > 1.001 * np.pi).any()
     if is_long or (turn is not None and fields.units.get("rx") == "deg"):

@@ -121,7 +121,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
     def _understood(self, path: Path, robot: Robot, joints: Sequence[str] | None) -> Preview:
         from workbench.data.readers import preview
 
-        found = preview(path, columns=self.columns or None, joints=joints, base=robot.base.pose)
+        found = preview(path, columns=self.columns or None, joints=joints)
         problems = tuple(text.replace(f"{path.parent}/", "") for text in found.problems)
         return replace(found, problems=problems)
 
