@@ -60,7 +60,6 @@ def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
 @pytest.mark.parametrize(
     ("data", "word"),
     [
-        (dataset(rotation=np.repeat(np.eye(3)[None], 20, axis=0)), "all orientations"),
         (dataset(q=dataset().q * [1, 1, 0]), r"joint\(s\) 3 never move"),
         (dataset(q=dataset().q + np.array([0, 1.0, 0])), "joint 2 is outside its limits"),
         (dataset().take(np.array([*range(20), 3])), "1 duplicate row ignored"),

@@ -53,7 +53,7 @@ def identify(
         raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
     arm = posed_arm() if robot is None else wb.load_robot(robot, tip=tip)
     requested = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
-    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    rows = files.read(data, arm)
     if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
         raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
@@ -112,7 +112,7 @@ def diagnose(
     from workbench.diagnosis.report.results_json import diagnosis_json, write_diagnosis
 
     arm = wb.load_robot(robot, tip=tip)
-    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    rows = files.read(data, arm)
     out.check()
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
@@ -187,19 +187,6 @@ def evaluate(
     found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
     opt.show(found.blocks())
     opt.write_result(json, evaluation_json(found))
-
-
-def with_markers(data, tool: Path | None, base: Path | None):
-    """Rows with markers converted to tool poses in the robot's base frame (ARIA 5.1)."""
-    from workbench.data.observations.markers import marker_poses, synchronise
-    from workbench.data.readers.read import read_marker_rows
-
-    if tool is not None:
-        data, _ = marker_poses(data, read_marker_rows(tool, 1)[0])
-    if base is not None:
-        designed, seen = read_marker_rows(base, 2)
-        data, _ = synchronise(data, seen, designed)
-    return data
 
 
 def export(

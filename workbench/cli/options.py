@@ -153,12 +153,6 @@ class FitOptions:
     ] = None
     exclude: ExcludeOption = None
     noise: NoiseOption = None
-    tool_markers: Annotated[
-        Path | None, option("Markers' positions on the tool, one row m1x[mm] …, to convert markers to poses.")
-    ] = None
-    base_markers: Annotated[
-        Path | None, option("Markers on the base, two rows (as designed, as measured), to align the frames.")
-    ] = None
     levelled: Annotated[
         bool, option("--levelled", "The measuring frame's z axis is vertical: a levelled instrument.")
     ] = False

@@ -12,7 +12,6 @@ from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.frame import revised
 from workbench.arm.joint_units import implausible_joint, sliding
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.units import Quantity, conversion
 from workbench.base.wording import plural
@@ -44,12 +43,6 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     refuse_joint_units(dataset.q[dataset.included], robot.limits, dataset.source)
     dataset = _without_copies(dataset)
     notes = _joint_notes(dataset, robot.limits)
-    if (rotation := dataset.rotation) is not None:
-        seen = rotation[dataset.included & ~np.isnan(rotation).any((1, 2))]
-        turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[:1].swapaxes(1, 2)), axis=-1)
-        if len(seen) > 1 and turns.max() < 1e-4:
-            alike = "all orientations are nearly the same"
-            notes.append(f"{alike}: errors of joint orientation are barely observable")
     return revised(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
 
 

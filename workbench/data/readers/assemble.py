@@ -336,10 +336,8 @@ def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray)
     own = [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in rows]
     notes += _first(own, "more rows with gaps are excluded")
     for key in ("session", "group"):
-        if key in fields.values:
-            notes.append(plural(len(set(fields.values[key].tolist())), key))
-            if (fields.values[key] == "").any():
-                notes.append(f"rows without a {key} name are taken as one {key}")
+        if key in fields.values and (fields.values[key] == "").any():
+            notes.append(f"rows without a {key} name are taken as one {key}")
     if "distance" in fields.values and "anchor" not in fields.values:
         notes.append("there is no 'anchor' column: all distances are taken from one anchor")
     for key in row_drivers():

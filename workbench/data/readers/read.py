@@ -11,19 +11,15 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from jaxtyping import Float
-
 from workbench.base import files
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
 from workbench.data.readers.arrays import read_json, read_npz, with_lists
-from workbench.data.readers.assemble import assemble, markers_of
+from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import (
-    AS_HEADED,
     Columns,
     Joints,
     headings_in_order,
@@ -251,18 +247,3 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
 
 def _no_workbook(path: Path, sheet: str) -> OptionError:
     return OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
-
-
-def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows markers 3"]:
-    """Where markers sit [m]: on the tool by design (one row), or on the base by design and as seen (two).
-
-    The columns are those of measurements, `m1x[mm] m1y[mm] m1z[mm] …`.
-    """
-    fields = read_fields(path, columns=AS_HEADED, layout="plain")
-    found = markers_of(fields)
-    if found is None or found.shape[1] < 3 or fields.rows != rows or not np.isfinite(found).all():
-        what = "one row, the markers on the tool" if rows == 1 else "two rows, as designed and as measured"
-        text = f"{what}: three markers or more (m1x[mm] m1y[mm] m1z[mm] …), no cell blank"
-        count = 0 if found is None else found.shape[1]
-        raise FileError(f"has {fields.rows} rows of {count} markers; give {text}", path=str(path))
-    return found
