@@ -17,7 +17,7 @@ from workbench.base.types import frozen
 from workbench.base.units import parse_heading
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.orientation import read_orientation
-from workbench.data.readers.read import AS_HEADED, read_table
+from workbench.data.readers.read import read_table
 from workbench.data.readers.table import Table
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import built_in_plates
@@ -66,7 +66,7 @@ def read_measured_targets(
     Args:
         uncertainty: Standard deviations of the machine where the file has none [m], [rad].
     """
-    table = read_table(Path(path), columns=AS_HEADED, sheet=None)
+    table = read_table(Path(path))
     numbers = _numbers(table)
     fields = fields_of(table)
     usable = np.ones(fields.rows, bool)

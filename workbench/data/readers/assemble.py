@@ -21,7 +21,6 @@ from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
-from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import postures
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.columns_option import Joints
@@ -94,7 +93,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
     found = (reasons != "") & ~excluded
     given = fields.values.get("reason", np.full(fields.rows, ""))
-    dataset = Dataset(
+    return Dataset(
         q=q,
         row=np.arange(fields.rows),
         position=position,
@@ -113,12 +112,6 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         unread={k: np.array(v, object) for k, v in fields.unread.items() if 1 < len(set(v)) <= MAX_PARTS},
         **_plain(fields, q.shape[1]),
     )
-    lines = fields.lines
-    repeats = [
-        f"data row {again} (line {lines[again]}) repeats data row {first} (line {lines[first]})"
-        for first, again in repeated_rows(dataset)
-    ]
-    return replace(dataset, notes=(*dataset.notes, *_first(repeats, "more rows repeat others")))
 
 
 def excluded_rows(fields: Fields) -> Mask:

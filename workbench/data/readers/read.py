@@ -20,6 +20,7 @@ from workbench.data.readers.arrays import read_json, read_npz, with_lists
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import (
+    AS_HEADED,
     Columns,
     Joints,
     headings_in_order,
@@ -224,7 +225,9 @@ def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> boo
         return False
 
 
-def read_table(source: Any, *, columns: Columns, sheet: str | None, joints: Joints = None) -> Table:
+def read_table(
+    source: Any, *, columns: Columns = AS_HEADED, sheet: str | None = None, joints: Joints = None
+) -> Table:
     """A file or a data frame as named columns of text."""
     naming = parse_columns(columns)
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)

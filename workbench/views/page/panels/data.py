@@ -2,6 +2,7 @@
 
 import viser
 
+from workbench.arm.joint_units import sliding
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.session.commands.data import (
     MAX_FILE_BYTES,
@@ -67,7 +68,10 @@ class DataPanel(AbstractPanel):
 
     def _virtual(self) -> MeasureVirtualArm:
         self._arms += 1
-        return MeasureVirtualArm(self._arms, True, MORE, self._instrument.typed, LIKELY_ERRORS)
+        slides = sliding(self._worker.session.robot)
+        turning = [joint for joint, own in enumerate(slides, 1) if not own]
+        hidden = (f"joint-harmonic:{turning[self._arms % len(turning)]}:3e-3",) if turning else ()
+        return MeasureVirtualArm(self._arms, MORE, self._instrument.typed, LIKELY_ERRORS, hidden)
 
 
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
