@@ -83,13 +83,10 @@ def _joints(path: Path, topic: str, rows: list[tuple[float, Any]], naming: Namin
         else:
             left.append(name)
     if not headings:
+        how = 'columns="shoulder=q1,elbow=q2 …" (--columns)'
         raise DataError(
             f"{path}: the joints of {topic} are called {listed(names)}, which does not say their "
-            "order: name them with "
-            + remedy(
-                'columns="shoulder=q1,elbow=q2 …" (--columns)',
-                page="'workbench identify --columns', or load a CSV here",
-            )
+            "order: name them with " + remedy(how, page="'workbench identify --columns', or load a CSV here")
         )
     read = ", ".join(f"{name} is {key}" for key, name in sorted(headings.items()))
     notes = [f"joints from {topic}: {read}", *([f"joints that are left out: {listed(left)}"] if left else [])]

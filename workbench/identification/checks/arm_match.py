@@ -102,13 +102,11 @@ def sister(robot: Robot, lengths: Mapping[str, float]) -> str:
     """That lengths that a fit found, by name [m], are another built-in arm's rather than this one's."""
     moved = {name: abs(x - float(robot.values((name,))[0])) for name, x in lengths.items()}
     largest = max(moved.values(), default=0.0)
-    if largest < SISTER_MOVED:
-        return ""
     names = tuple(name for name, by in moved.items() if by > FIXED * largest)
-    found, off = np.array([lengths[name] for name in names]), dict[str, float]()
-    for key, arm in ((key, load_robot(key)) for key in built_in_robots()):
-        if arm.dof == robot.dof and {*names} <= {element.name for element in arm.elements}:
-            off[key] = float(np.abs(found - arm.values(names)).max())
+    arms = {key: load_robot(key) for key in built_in_robots()} if largest > SISTER_MOVED else {}
+    alike = {key: arm for key, arm in arms.items() if {*names} <= {element.name for element in arm.elements}}
+    found = np.array([lengths[name] for name in names])
+    off = {key: float(np.abs(found - arm.values(names)).max()) for key, arm in alike.items()}
     near = min(off, key=lambda key: off[key], default="")
     if not near or 2.0 * off[near] > largest:
         return ""
