@@ -50,7 +50,7 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
         return read_urdf(path, tip=tip)
     if path.suffix.lower() != ".toml":
         raise FileError(
-            f"is no .toml, .urdf or built-in arm ('workbench new' reads tables); built-in: {', '.join(built_in)}",
+            f"is no .toml, .urdf or built-in arm ('workbench new': tables); built-in: {', '.join(built_in)}",
             path=str(source),
         )
     _refuse_tip(tip, source)

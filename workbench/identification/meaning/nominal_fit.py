@@ -15,7 +15,8 @@ from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS
-from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart
+from workbench.identification.meaning.search import ReadingSearch
+from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
 from workbench.identification.problem import FrameFreedom, Problem
 
 MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
@@ -46,6 +47,14 @@ def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
     at = place(robot.bare, some.q[None], np.asarray(some.position)[None], None)
     poses = at.base[0] @ chains.poses(robot.bare.chain, data.q) @ at.tool[0]
     return np.linalg.norm(poses[:, :3, 3] - data.position, axis=1)
+
+
+def placed(robot: Robot, data: Dataset) -> Robot:
+    """The nominal arm with the base and tool that fit its rows best; unchanged with too few points."""
+    if data.joints != robot.dof or (rows := usable(data)) is None:
+        return robot
+    at = ReadingSearch(robot, rows).plain()
+    return replace(robot, mounting=robot.mounting.at(at.base, at.tool), sessions={})
 
 
 def zeros_fitted(robot: Robot, data: Dataset) -> float:
