@@ -13,13 +13,13 @@ from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 from slow import slow
 
-from workbench import Motion, load_plate, load_robot, measure_plate
+from workbench import load_plate, load_robot, measure_plate
+from workbench.arm.inverse.solve import Task, follow_many
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
-from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
@@ -222,8 +222,14 @@ def test_contacts_that_only_planes_explain_are_with_planes(kind):
     robot = load_robot("katana450")
     actual = virtual_arm(robot, rng=np.random.default_rng(0), length=5e-4, angle=2e-3)
     q = np.random.default_rng(2).uniform(*robot.search_limits.T, (60, robot.dof))
-    rows = simulate(actual, Motion(q), instrument=INSTRUMENTS[f"{kind}-probe"], rng=np.random.default_rng(1))
-    found = as_read(robot, replace(rows, contact=np.char.add("top ", rows.contact)))[1].contact
+    poses, k = actual.predict(q), np.arange(60) % 3
+    if kind == "plane":
+        poses[np.arange(60), k, 3] = np.array([0.2, 0.2, 0.25])[k]
+    else:
+        poses[:, :3, 3] = np.array([[0.3, 0.0, 0.3], [0.0, 0.3, 0.3], [0.2, 0.2, 0.4]])[k]
+    touched = follow_many(actual, poses, q, task=Task.POSITION)
+    contact = np.array([f"top {name}" for name in k[touched.converged]])
+    found = as_read(robot, Dataset(q=touched.q[touched.converged], contact=contact))[1].contact
     assert np.char.startswith(found, "plane top").all() == (kind == "plane")
 
 
