@@ -68,9 +68,8 @@ class DataPanel(AbstractPanel):
 
     def _virtual(self) -> MeasureVirtualArm:
         self._arms += 1
-        slides = sliding(self._worker.session.robot)
-        turning = [joint for joint, own in enumerate(slides, 1) if not own]
-        hidden = (f"joint-harmonic:{turning[self._arms % len(turning)]}:3e-3",) if turning else ()
+        turning = [k for k, slides in enumerate(sliding(self._worker.session.robot), 1) if not slides]
+        hidden = tuple(f"joint-harmonic:{k}:3e-3" for k in turning[self._arms % max(len(turning), 1) :][:1])
         return MeasureVirtualArm(self._arms, MORE, self._instrument.typed, LIKELY_ERRORS, hidden)
 
 
