@@ -35,7 +35,6 @@ from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
-from workbench.identification.errors.row_errors import degradation_warning
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
@@ -189,11 +188,11 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
 
 
 def _additions(search: CauseSearch, saved: SavedModel, harm: str | None) -> Iterator[str]:
-    """Sentences that follow the verdict: undecided flanks, degradation, which arm is saved."""
+    """Sentences that follow the verdict: undecided flanks, harm, which arm is saved."""
     if missing := ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
-    for worse in filter(None, (degradation_warning(search.nominal, search.after), harm)):
-        yield f"Warning: {worse}."
+    if harm:
+        yield f"Warning: {harm}."
     others = search.after.without(saved.suspects).text("mean")
     if others and saved.suspects.any() and not saved.suspects.all():
         rows = first_of(search.ready.held_out_data.row[saved.suspects].tolist(), MAX_NAMED_ROWS)

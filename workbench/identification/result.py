@@ -24,7 +24,6 @@ from workbench.identification.errors.row_errors import (
     Errors,
     RowErrors,
     Validation,
-    degradation_warning,
     errors_frame,
     explains_little,
     residuals_frame,
@@ -404,8 +403,6 @@ class Identification(AbstractReported, AbstractSplit):
         else:
             yield from own.doubts
             yield own.refused and f"nothing of the arm was identified: {own.refused}"
-        if own is None or not own.refused:
-            yield degradation_warning(self.nominal, best)
         yield self.transfer_warning()
 
     @beside("the expected error elsewhere", "")

@@ -13,7 +13,6 @@ from jaxtyping import Bool, Float
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.robot import Robot
-from workbench.base.advice import beside
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
@@ -137,33 +136,6 @@ class Validation(AbstractValidation):
     def without(self, suspects: Bool[np.ndarray, " held"]) -> "Errors":
         """Errors on the other held-out rows; on the fitted ones if there are none."""
         return self.held_out_rows.take(~suspects).summary or self.train
-
-
-WORSE_ERRORS = 3.0
-"""Standard errors by which a channel's mean must rise to count as worse."""
-
-
-@beside("whether errors grew", None)
-def degradation_warning(nominal: AbstractValidation, calibrated: AbstractValidation) -> str | None:
-    """A warning if positions or orientations are clearly worse than with the nominal arm.
-
-    Args:
-        nominal: Errors of the nominal arm with the best base and tool.
-        calibrated: Errors of a calibrated arm on the same rows.
-    """
-    rows = "fitted" if calibrated.held_out is None else "held-out"
-    old, new = nominal.judged_rows, calibrated.judged_rows
-    for name, field, _, scale, unit in KINDS:
-        before, after = getattr(old, field), getattr(new, field)
-        rise = (after - before)[np.isfinite(before) & np.isfinite(after)]
-        if len(rise) < 2 or rise.mean() <= WORSE_ERRORS * rise.std(ddof=1) / np.sqrt(len(rise)):
-            continue
-        was, now = (scale * float(np.nanmean(errors)) for errors in (before, after))
-        return (
-            f"{name}s of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of "
-            f"{was:.3g}{unit} on average; check the free constants, the noise and the sigma columns"
-        )
-    return None
 
 
 @dataclass(frozen=True)
