@@ -64,7 +64,6 @@ def right():
         "evaluate": (aria, rows),
         "score": (aria, plate),
         "optimise_plate": (aria, plate),
-        "split_sessions": (rows, 20),
         "write_measurements": (rows, folder / "again.csv"),
         "write_plate": (plate, folder / "plate.toml"),
         "write_toml": (aria, folder / "arm.toml"),

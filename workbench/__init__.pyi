@@ -19,7 +19,6 @@ from workbench.base.progress import running as running
 from workbench.data.accuracy_requirement import Requirement as Requirement
 from workbench.data.accuracy_requirement import Wanted as Wanted
 from workbench.data.dataset import Dataset as Dataset
-from workbench.data.measuring_order import split_sessions as split_sessions
 from workbench.data.readers import Trajectory as Trajectory
 from workbench.data.readers import read_measurements as read_measurements
 from workbench.data.readers import read_trajectory as read_trajectory

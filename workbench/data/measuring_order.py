@@ -4,7 +4,6 @@ And in that order, sessions for rows after something happened, and the direction
 the driver of backlash.
 """
 
-import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,11 +14,8 @@ from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
-from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 
-SPLIT = re.compile(r"^before row \d+$| ?from row \d+′*$")
-"""What `split_sessions` says in the name of a session."""
 SAME_RUN_SHARE = 0.5
 """Part of the minimum time between rows of a file that rows of two files of one run are apart."""
 MIN_JOINT_MOTION = 1e-6
@@ -54,37 +50,6 @@ def beside(other: Dataset, data: Dataset) -> Dataset:
     nearest = np.diff(np.sort(np.concatenate([first, second]))).min()
     usual = min(np.diff(first).min(), np.diff(second).min())
     return revised(other, is_of_later=not (overlap and nearest > SAME_RUN_SHARE * usual))
-
-
-def split_sessions(data: Dataset, row: int) -> Dataset:
-    """The same rows, those measured from one on in sessions of their own, with base and tool of their own.
-
-    A session with rows on both sides keeps its name before and gets another one from there on; the others
-    stay. Rows without sessions count as one.
-
-    Args:
-        row: Number in the file of the first row after something happened, as `Cause.row` has it.
-
-    Raises:
-        DataError: no row has that number, or no session has rows on both sides of it.
-    """
-    if row not in data.row:
-        known = f"rows are {data.row.min()} to {data.row.max()}"
-        raise DataError(f"{data.source}: there is no row {row}; {known}", row=row)
-    clock, _ = clock_of(data)
-    is_after = clock >= clock[data.row == row].min()
-    whole = np.full(len(data), f"before row {row}") if data.session is None else data.session
-    names = whole.astype(object)
-    halves = [name for name in dict.fromkeys(names[is_after]) if (names[~is_after] == name).any()]
-    if not halves:
-        raise DataError(f"{data.source}: no session has rows both before row {row} and from it on", row=row)
-    for name in halves:
-        new = f"{SPLIT.sub('', name)} from row {row}".strip()
-        while new in names:
-            new += "′"
-        names[is_after & (whole == name)] = new
-    note = f"the rows from row {row} on, in the order of measurement, are separate sessions"
-    return replace(data, session=names.astype(str), notes=(*data.notes, note))
 
 
 def with_directions(data: Dataset) -> Dataset:
