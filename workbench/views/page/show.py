@@ -50,12 +50,6 @@ class Page:
         finally:
             self.stop()
 
-    def __enter__(self) -> "Page":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
-
 
 @checked_arguments()
 def show(
