@@ -17,6 +17,7 @@ from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match, sister
 from workbench.identification.checks.instrument_scale import instrument_scale
+from workbench.identification.checks.parted_rows import parted_by_column
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
 from workbench.identification.errors.row_errors import (
     KINDS,
@@ -52,6 +53,8 @@ COMPUTED = 1e-5
 IMPLAUSIBLE_SHARE, CERTAIN = 0.1, 3.0
 """… as are flanges that move by this share of the reach, or by that angle, on average within the limits; both
 if they exceed so many standard errors."""
+MUCH = 0.33
+"""Share of nominal's error above which an arm isn't used that was fitted to rows of two kinds."""
 SAME_COST = 1e-6
 """Relative difference below which two costs count as equal."""
 ROUNDING = 1e-6
@@ -301,7 +304,7 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
         unknown = "" if self.identifiability is None else self.identifiability.refused
-        known = (implausible_text(self.doubts(run)), self.computed, self.harm)
+        known = (implausible_text(self.doubts(run)), self.computed, self.harm, *self._contaminated)
         doubts = unknown or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
@@ -332,6 +335,20 @@ class Identification(AbstractReported, AbstractSplit):
     def instrument_scale(self) -> str:
         """Whether an instrument whose lengths are wrong explains most of nominal's errors; empty if not."""
         return instrument_scale(self.aligned, self.data.take(self.train_rows))
+
+    @cached_property
+    def parted(self) -> tuple[str, ...]:
+        """Which rows lie off the others together, and which column parts them."""
+        if self.identifiability is not None:
+            return ()
+        fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
+        return tuple(filter(None, (parted_by_column(fit, rows), two_places(fit, rows))))
+
+    @property
+    def _contaminated(self) -> tuple[str, ...]:
+        """The same where it leaves the arm much of nominal's error."""
+        before, after = self.error
+        return self.parted if after.main.mean > MUCH * before.main.mean else ()
 
     def to_frame(self) -> "DataFrame":
         """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""
@@ -398,7 +415,7 @@ class Identification(AbstractReported, AbstractSplit):
                     f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; "
                     "check robot, frames and sessions"
                 )
-            yield two_places(best.fit, self.data.take(np.union1d(self.train_rows, self.outlying)))
+            yield from self.parted
             yield self.instrument_scale
         else:
             yield from own.doubts
