@@ -304,7 +304,7 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
         unknown = "" if self.identifiability is None else self.identifiability.refused
-        known = (implausible_text(self.doubts(run)), self.computed, self.harm, *self._contaminated)
+        known = (implausible_text(self.doubts(run)), self.computed, self.harm, self._contaminated)
         doubts = unknown or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
@@ -337,18 +337,18 @@ class Identification(AbstractReported, AbstractSplit):
         return instrument_scale(self.aligned, self.data.take(self.train_rows))
 
     @cached_property
-    def parted(self) -> tuple[str, ...]:
-        """Which rows lie off the others together, and which column parts them."""
+    def parted(self) -> str:
+        """Which column parts the rows, or else which of them lie off the others together; empty if none."""
         if self.identifiability is not None:
-            return ()
+            return ""
         fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
-        return tuple(filter(None, (parted_by_column(fit, rows), two_places(fit, rows))))
+        return parted_by_column(fit, rows) or two_places(fit, rows)
 
     @property
-    def _contaminated(self) -> tuple[str, ...]:
+    def _contaminated(self) -> str:
         """The same where it leaves the arm much of nominal's error."""
         before, after = self.error
-        return self.parted if after.main.mean > MUCH * before.main.mean else ()
+        return self.parted if after.main.mean > MUCH * before.main.mean else ""
 
     def to_frame(self) -> "DataFrame":
         """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""
@@ -415,7 +415,7 @@ class Identification(AbstractReported, AbstractSplit):
                     f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; "
                     "check robot, frames and sessions"
                 )
-            yield from self.parted
+            yield self.parted
             yield self.instrument_scale
         else:
             yield from own.doubts
