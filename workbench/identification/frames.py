@@ -22,6 +22,7 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import predict
 from workbench.identification.algorithms.identifier import SearchOutcome, factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
@@ -47,6 +48,8 @@ MAX_BASE_ERROR_RATIO = 10.0
 """A base declared as known is refused if its error is this many times that of a free one …"""
 CLEAR_SHARE_OF_REACH = 0.05
 """… and exceeds this share of the arm's reach."""
+NEGLIGIBLE, ALIKE = 1e-4, 1.3
+"""Errors [m] of which nothing is said, and the ratio of errors within which one frame alone explains them."""
 
 
 class Sessions(StrEnum):
@@ -329,14 +332,27 @@ def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> 
     if fitted and count_measured(data) <= fitted:
         return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)
     off, far = Spread.of(errors.position).rms, CLEAR_SHARE_OF_REACH * robot.reach
-    if not off > far / MAX_BASE_ERROR_RATIO:
+    if not off > NEGLIGIBLE:
         return ()
-    freedom = FrameFreedom(*visible_parts(data), base_per_session=len(data.sessions) > 1)
+    base, tool = visible_parts(data)
+    freedom = FrameFreedom(base, tool, base_per_session=len(data.sessions) > 1)
     best = Spread.of(row_errors(align(robot, data, freedom), data).position).rms
     if best > far:
         return (f"even the best base and tool leave {in_mm(best)} rms: the rows are hardly this arm's",)
-    text = f"the best base and tool leave {in_mm(best)} rms, not {in_mm(off)}; fit them: --frames fit"
-    return (text,) if off > min(far, MAX_BASE_ERROR_RATIO * best) else ()
+    if not off > min(far, MAX_BASE_ERROR_RATIO * best):
+        return ()
+    moved = ""
+    for name, alone in (("base", FrameFreedom(base)), ("tool", FrameFreedom(tool=tool))):
+        arm = align(robot, data, alone)
+        if not moved and Spread.of(row_errors(arm, data).position).rms < ALIKE * best:
+            shift = (predict(arm, data) - predict(robot, data))[:, :3, 3].mean(0)
+            shift = (
+                shift if name == "base" else arm.in_first_session.tool.xyz - robot.in_first_session.tool.xyz
+            )
+            size = ", ".join(f"{1e3 * v:z.2f}" for v in shift)
+            moved = f" (another {name} does: {size} mm in x, y, z from the file's)"
+    text = f"the best base and tool leave {in_mm(best)} rms{moved}, not {in_mm(off)}; fit them: --frames fit"
+    return (text,)
 
 
 def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
