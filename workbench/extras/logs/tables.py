@@ -1,6 +1,7 @@
 """Data whose headings don't say what they mean: a controller's log, and three public sets of measurements."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import final
@@ -9,10 +10,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from workbench.base.errors import FileError
-from workbench.base.units import Quantity, to_si
+from workbench.base.units import Quantity, parse_heading, to_si
 from workbench.data.readers.columns_option import Naming
-from workbench.data.readers.fields import Fields, to_numbers
+from workbench.data.readers.fields import Fields, fields_of, to_numbers
 from workbench.data.readers.file_kind import read_bytes
+from workbench.data.readers.headings import normalised
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout, named
 from workbench.data.readers.table import Table, with_names
 from workbench.data.readers.text import read_text
@@ -118,6 +120,50 @@ class IpaGrid(AbstractTableLayout):
             headings={**fields.headings, **turns},
             units={**fields.units, **dict.fromkeys(turns, "deg")},
         )
+
+
+@final
+class Polar(AbstractTableLayout):
+    """Polar coordinates of a tracker or total station beside joints: `azimuth, zenith, distance`, `Hz, V, D`.
+
+    x = D sin V cos Hz, y = D sin V sin Hz, z = D cos V, with V from the zenith. A circle that counts
+    clockwise mirrors these places, which rows of an arm tell.
+    """
+
+    name = "polar"
+    words = (
+        re.compile(r"azimuth?|az|hz|hori[sz]ontal(_angle)?"),
+        re.compile(r"zenith?|v|za|vertical(_angle)?|(?P<level>elevation|elev|el|altitude)(_angle)?"),
+        re.compile(r"(slope_|slant_)?dist(ance)?|d|s|sd|range|r"),
+    )
+
+    def matches(self, headings: list[str]) -> bool:
+        return all(len(places) == 1 for places in self._places(headings))
+
+    def _places(self, headings: Sequence[str]) -> list[list[int]]:
+        names = [normalised(parse_heading(heading).name) for heading in headings]
+        alone = not {"x", "y", "z"} & set(names)
+        return [[k for k, name in enumerate(names) if alone and w.fullmatch(name)] for w in self.words]
+
+    def read(self, table: Table) -> Fields:
+        at = [k for (k,) in self._places(table.headings)]
+        name, units = zip(*(parse_heading(table.headings[k]) for k in at), strict=True)
+        if None in units:
+            k = at[units.index(None)]
+            raise table.error(f"the unit is missing: write '{table.headings[k]}[deg]', [gon], [mm] or [m]", k)
+        kinds = (Quantity.ANGLE, Quantity.ANGLE, Quantity.LENGTH)
+        turned, down, far = (
+            to_si(to_numbers(table, k), u or "", kind) for k, u, kind in zip(at, units, kinds, strict=True)
+        )
+        found = self.words[1].fullmatch(normalised(name[1]))
+        down = np.pi / 2.0 - down if found is not None and found["level"] else down
+        places = far * np.array([np.sin(down) * np.cos(turned), np.sin(down) * np.sin(turned), np.cos(down)])
+        columns, names = list(table.columns), list(table.names)
+        for k, axis, values in zip(at, "xyz", places, strict=True):
+            columns[k], names[k] = tuple("" if np.isnan(v) else repr(float(v)) for v in values), f"{axis}[m]"
+        note = f"layout '{self.name}': {', '.join(name)} are polar coordinates, read as x, y, z"
+        notes = (*table.notes, note)
+        return fields_of(replace(table, columns=tuple(columns), names=tuple(names), notes=notes))
 
 
 SPACING = 0.05
