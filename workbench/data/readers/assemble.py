@@ -26,7 +26,7 @@ from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
-from workbench.data.readers.headings import CONTROLLER, column_of, is_of_measurement, meaning_of
+from workbench.data.readers.headings import CONTROLLER, column_of, is_of_measurement, meaning_of, suits
 from workbench.data.readers.joint_tables import OBSERVED, joined_alone
 from workbench.data.readers.orientation import read_orientation, written_orientation
 from workbench.data.readers.table import NUMBER
@@ -211,7 +211,11 @@ def unread_text(fields: Fields, key: str) -> str:
         return ""
     are_places = key == "x[mm]"
     computed = [n for n in unread if are_places and CONTROLLER.search(n) and not is_of_measurement(n)]
-    first, *_ = computed or unread
+    wanted = parse_heading(key)
+    units = {name: parse_heading(name).unit for name in computed or unread}
+    first = next((n for n, unit in units.items() if unit is None or suits(unit, wanted.name)), "")
+    if not first:
+        return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
     is_counted = are_places and parse_heading(first).name[-1:].isdigit()
     says = f"{key}={first}'" + f" or 'distance1[mm]={first}'" * is_counted
     said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
