@@ -87,6 +87,10 @@ def _past_typer() -> Iterator[None]:
         yield
     except UsageError as error:
         error.exit_code = WRONG_USAGE
+        if "extra argument" in error.message and "data" in [p.name for p in error.ctx.command.params]:
+            from workbench.data.readers.file_kind import ONE_TABLE
+
+            error.message += f"; {ONE_TABLE}"
         raise
     except (KeyboardInterrupt, OSError) as error:
         raise _Raised(error) from None

@@ -23,6 +23,8 @@ TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 """Usual endings of the names of tables."""
 TABLE = "write the table as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""
+ONE_TABLE = "put rows of several into one table, with a column 'session' that says of which"
+"""What to do about several tables."""
 POSE_PAIRS = "pairs of a robot's pose and a target's in a camera are for 'workbench handeye'"
 _PROGRAM = (
     rb"(?ims).*?(?:^\s*(?:def \w+\(|(?:PROC|MODULE|PROGRAM|[JL]MOVE|PTP) \S|/PROG\b|/JOB\b|\.PROGRAM\b)"
@@ -52,7 +54,7 @@ def read_bytes(path: Path) -> bytes:
     if not files.exists(path):
         raise FileError("no such file: check the path", path=str(path))
     if path.is_dir():
-        raise FileError("this is a folder: give one file with a table", path=str(path))
+        raise FileError(f"this is a folder: give one file with a table, or {ONE_TABLE}", path=str(path))
     data = files.read_bytes(path, wanted="a file with a table")
     if not data.strip(b"\xef\xbb\xbf\xff\xfe \t\r\n\0"):
         raise FileError("the file is empty: a header line and at least one row are needed", path=str(path))

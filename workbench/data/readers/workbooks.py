@@ -8,7 +8,7 @@ from typing import Any
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_columns, read_workbook, text_of
-from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
+from workbench.data.readers.file_kind import ONE_TABLE, FileKind, kind_of, read_bytes
 from workbench.data.readers.headings import is_commanded, is_of_measurement
 from workbench.data.readers.table import Grid, grid_of, named_keys, with_points
 
@@ -23,7 +23,7 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
         wanted = "" if sheet is None else f"no filled sheet '{sheet}': "
         names = known or list(grids) or ["Sheet1"]
         text = f"choose one of the sheets {listed(known or list(grids))}, such as sheet='{names[0]}'"
-        raise FileError(f"{wanted}{text}, or keep that one alone", path=str(path))
+        raise FileError(f"{wanted}{text}, or {ONE_TABLE}", path=str(path))
     others = len(grids) - 1 if sheet is None else 0
     note = f"read from sheet '{found[0]}'" + (f"; {others} other not read" if others else "")
     return with_points(replace(grids[found[0]], notes=(note,)))
