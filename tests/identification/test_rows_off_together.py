@@ -69,6 +69,22 @@ def test_noise_makes_no_two_groups(noise):
     assert two_places(found.best.fit, found.data) == ""
 
 
+@pytest.mark.parametrize(("other", "said"), [("arm", "another arm"), ("base", "session=who"), ("none", "")])
+def test_a_column_that_parts_the_rows_is_named_and_keeps_the_arm(other, said):
+    first, who = measured((0, 0, 0), np.zeros(90, bool)), np.random.default_rng(1).random(90) < 0.3
+    rng, nominal = np.random.default_rng(4), wb.load_robot("ur5e").bare
+    second = with_errors(nominal, 5e-4 * rng.normal(size=len(nominal.default_free))).predict(first.q)[
+        :, :3, 3
+    ]
+    seen = {"arm": second, "base": first.position + np.array([3e-3, 0.0, 1e-3]), "none": first.position}[
+        other
+    ]
+    rows = Dataset(first.q, np.where(who[:, None], seen, first.position), unread={"who": who.astype(str)})
+    found = wb.identify("ur5e", rows)
+    assert said in found.parted
+    assert bool(found.robot.calibration.refused) == bool(said)
+
+
 def moved_rows(seed, moved_at, *, of=60):
     """Joints and points of a UR5e, of which the instrument is carried elsewhere after some rows."""
     rng = np.random.default_rng(seed)

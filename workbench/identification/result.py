@@ -342,7 +342,7 @@ class Identification(AbstractReported, AbstractSplit):
         if self.identifiability is not None:
             return ""
         fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
-        return parted_by_column(fit, rows) or two_places(fit, rows)
+        return parted_by_column(fit, rows) or ("" if fit.arm.effects else two_places(fit, rows))
 
     @property
     def _contaminated(self) -> str:

@@ -93,3 +93,14 @@ def test_the_plain_layout_can_be_forced(tmp_path):
     assert read_measurements(path).position[0].tolist() == [0.002, 0.003, 0.004]
     with refuses(DataError, "nothing was observed"):
         read_measurements(path, layout="plain")
+
+
+@pytest.mark.parametrize("vertical", ["zenith[gon]", "elevation[deg]"])
+def test_polar_coordinates_are_places(vertical, tmp_path):
+    down = "33.33333333333" if "gon" in vertical else "60"
+    (tmp_path / "a.csv").write_text(f"q1[deg],Hz[deg],{vertical},D[mm]\n0,90,{down},2000\n")
+    seen = read_measurements(tmp_path / "a.csv").position[0]
+    assert seen == pytest.approx([0.0, 1.0, np.sqrt(3.0)], abs=1e-9)
+    (tmp_path / "a.csv").write_text("q1[deg],azimuth,zenith,distance[mm]\n0,90,60,2000\n")
+    with refuses(FileError, "the unit is missing", "azimuth[deg]"):
+        read_measurements(tmp_path / "a.csv")

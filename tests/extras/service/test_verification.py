@@ -122,6 +122,10 @@ def test_pass_and_fail(arm):
     assert mentions(failed.warnings[0], "70 different poses")  # fewer than 100
     moved = wb.verify(calibrated, replace(fresh, position=fresh.position + 0.025), wanted=1e-3)
     assert mentions(" ".join(moved.warnings), "not 43.3 mm", "--frames fit")  # the tripod stands elsewhere
+    moved = wb.verify(
+        calibrated, replace(fresh, position=fresh.position + np.array([0, 0, 5e-3])), wanted=1e-3
+    )
+    assert mentions(" ".join(moved.warnings), "another base", "5.00 mm", "--frames fit")
     assert wb.verify(calibrated, fresh).passed is None
     assert not wb.verify(calibrated, fresh, wanted=Wanted(position=1.0, rotation=1e-6)).passed
     for wanted in (0.0, "large"):
