@@ -166,7 +166,6 @@ BAD_OPTIONS = {
     "rows in words": (["--exclude", "first-last"], ["first-last", "--exclude"]),
     "bounds the wrong way": (["--bounds", "joint1.theta=1:-1"], ["joint1.theta"]),
     "noise without unit": (["--noise", "0.05"], ["0.05", "unit"]),
-    "prior of no file": (["--prior", "none.json"], ["none.json"]),
 }
 
 

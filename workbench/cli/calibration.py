@@ -35,16 +35,11 @@ def identify(
     deviation: Annotated[
         str, option("Expected deviation of the arm's constants from nominal, in mm and mrad; auto; or none.")
     ] = "auto",
-    prior: Annotated[Path | None, option("Earlier result (--json) of this robot as prior knowledge.")] = None,
-    renew: Annotated[
-        str | None, option("With --prior: joints that were replaced and start without it, such as 3,4.")
-    ] = None,
     tip: opt.TipOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.prior import read_prior
     from workbench.identification.report.document import identification_blocks
     from workbench.identification.report.page import write_identification
     from workbench.identification.report.results_json import identification_json
@@ -67,7 +62,6 @@ def identify(
             bounds=opt.bounds_of(bounds or []),
             loss=loss,
             deviation=_deviation(deviation),
-            prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
         )
     _finish(
         run,

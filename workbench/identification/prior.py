@@ -4,23 +4,18 @@ A covariance can't represent "unknown"; its inverse can, with a zero. Unknowns t
 instruments, a joint that was replaced) are eliminated by the Schur complement, so that knowledge correlated
 with them is discounted.
 
-It is written with every result and read by the next calibration. Base, tool and the places of instruments are
-omitted, as the arm may have been moved; so is a replaced joint, which a few poses identify again.
+Base, tool and the places of instruments are omitted, as the arm may have been moved; so may be a replaced
+joint, which a few poses identify again.
 """
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.base.arguments import admit
-from workbench.base.errors import FileError, OptionError
-from workbench.base.files import read_bytes
-from workbench.base.toml import MAX_FILE_BYTES
+from workbench.base.errors import OptionError
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
@@ -77,38 +72,3 @@ class Prior:
         """W with Wᵀ W = information; zero rows along unknown directions."""
         eigenvalue, vectors = np.linalg.eigh(self.information)
         return (vectors * np.sqrt(np.maximum(eigenvalue, 0.0))).T
-
-
-KEY = "prior"
-"""Key of the result file under which the next calibration finds it."""
-
-
-def prior_json(fit: Fit) -> dict[str, Any]:
-    """Names, values and information [1/rad², 1/m²] of the arm's constants as plain data."""
-    prior = Prior.of(fit)
-    return {KEY: {"names": prior.names, "values": prior.values, "information": prior.information}}
-
-
-def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
-    """Knowledge from an earlier calibration of the same robot.
-
-    Args:
-        path: A result that `identify --json` wrote.
-        renew: Joints whose constants are unknown again, counted from 1.
-    """
-    wanted = "the file that 'workbench identify --json' wrote"
-    content = read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES)
-    try:
-        found = json.loads(content)[KEY]
-        names, values = tuple(str(name) for name in found["names"]), np.array(found["values"], float)
-        prior = Prior(names, values, np.array(found["information"], float))
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, OptionError):
-        raise FileError(f"is not a result with prior knowledge; give {wanted}", path=str(path)) from None
-    for joint in renew:
-        if not any(name.startswith(f"joint{joint}.") for name in names):
-            raise OptionError(f"{path}: has no knowledge of joint {joint}, so it can't be marked as replaced")
-    gone = tuple(f"joint{joint}." for joint in renew)
-    prior = prior.keep(lambda name: not name.startswith(gone))
-    if not prior.names:
-        raise OptionError(f"{path}: contains no prior knowledge of the remaining constants")
-    return prior

@@ -138,10 +138,8 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
     from workbench.extras.pendant.own_robot.table_meanings import read_joint_table
     from workbench.extras.pendant.touching.touches import read_touches
     from workbench.extras.trajectories.programs import read_program
-    from workbench.identification.prior import read_prior
     from workbench.plate.plate_toml import write_plate
 
-    prior = {"names": ["joint1.a", "joint2.d"], "values": [0.1, 0.2], "information": [[1.0, 0.0], [0.0, 2.0]]}
     pose = {"time": 1.5, "q": [0.1] * 6, "capture": True, "xyz": [0.4, 0.1, 0.3], "quat": [1, 0, 0, 0]}
     arm().save(folder / "arm.toml")
     arm().save(folder / "arm.urdf")
@@ -160,7 +158,6 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
         "OptiTrack": ("take.csv", OPTITRACK, read_fields),
         "Vicon": ("take.csv", VICON, read_fields),
         "Qualisys": ("take.tsv", QUALISYS, read_fields),
-        "earlier result": ("result.json", json.dumps({"prior": prior}), read_prior),
         "stream": ("live.jsonl", json.dumps(pose), lambda path: parse_sample(_text(path), line=1)),
         "pendant": ("readings.csv", PENDANT, lambda path: read_display(path, arm())),
         "touches": ("touches.csv", TOUCHES, lambda path: read_touches(path, arm(), None)),

@@ -2,10 +2,8 @@ import json
 
 import pytest
 
-from workbench.base.errors import FileError, OptionError
-from workbench.identification.prior import Prior, read_prior
 from workbench.identification.report.results_json import evaluation_json, identification_json
-from workbench.report.json import json_text, write_json
+from workbench.report.json import json_text
 
 ERRORS = {"position_mm", "orientation_deg"}
 SPREAD = {"mean", "rms", "max", "median"}
@@ -66,34 +64,3 @@ def test_the_schema_of_an_evaluation(evaluated):
     assert [row["row"] for row in found["rows"]] == list(range(12))
     assert all(set(row) == {"row", "position_mm", "orientation_deg"} for row in found["rows"])
     assert found["rows"][5]["position_mm"] == pytest.approx(1e3 * evaluated.rows.position[5])
-
-
-def test_a_result_is_prior_knowledge_of_the_arm(tmp_path, points):
-    path = write_json(tmp_path / "r.json", identification_json(points))
-    prior, direct = read_prior(path), Prior.of(points.best.fit)
-    assert all(n.startswith("joint") for n in prior.names)
-    assert "base.x" in points.best.fit.problem.names
-    assert prior.names == direct.names
-    assert prior.values == pytest.approx(direct.values)
-    assert prior.information == pytest.approx(direct.information)
-    fewer = read_prior(path, renew=(2, 3))
-    assert fewer.names == tuple(n for n in prior.names if not n.startswith(("joint2.", "joint3.")))
-    assert fewer.information.shape == (len(fewer.names), len(fewer.names))
-    assert fewer.information == pytest.approx(direct.keep(fewer.names.__contains__).information)
-
-
-def test_bad_priors(tmp_path, points):
-    with pytest.raises(FileError) as error:
-        read_prior(tmp_path / "none.json")
-    assert error.value.path.endswith("none.json")
-    uneven = '{"prior": {"names": ["joint1.d"], "values": [0], "information": [[1, 2]]}}'
-    huge = '{"prior": {"names": ["a"], "values": [1' + "0" * 400 + '], "information": [[1]]}}'
-    for content in ("no json", "{}", uneven, huge, "[]", "[" * 100_000):
-        (tmp_path / "bad.json").write_text(content)
-        with pytest.raises(FileError):
-            read_prior(tmp_path / "bad.json")
-    path = write_json(tmp_path / "r.json", identification_json(points))
-    with pytest.raises(OptionError):
-        read_prior(path, renew=(9,))
-    with pytest.raises(OptionError):
-        read_prior(path, renew=(1, 2, 3, 4, 5, 6))

@@ -39,7 +39,8 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
         return ""
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(fit.x))
     prior, posture = fit.problem.prior, repeats(data)
-    pull, frames = prior @ (fit.problem.prior_centre - fit.x), ~problem.geometry
+    pull = prior @ (fit.problem.prior_centre - fit.x)
+    frames = np.array([name.startswith(("base", "tool")) and "_" not in name for name in problem.names])
     for heading, cells in columns.items():
         rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
         rows = {value: own[np.unique(posture[own], return_index=True)[1]] for value, own in rows.items()}

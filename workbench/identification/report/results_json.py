@@ -12,7 +12,6 @@ from workbench.arm.joint_units import sliding
 from workbench.base.advice import ask
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.errors.row_errors import AbstractValidation, Errors, Spread
-from workbench.identification.prior import prior_json
 from workbench.identification.report.parameters import IDENTIFIED, identified
 from workbench.identification.result import Evaluation, Identification, Run
 from workbench.report.json import Json, document
@@ -46,7 +45,6 @@ def identification_json(result: Identification) -> Json:
         noise=lambda: result.noise.json(),
         expected_deviation=fit.problem.deviation,
         **({} if known is None else ask("what may be identified", lambda: known.json(fit), {})),
-        **ask("the prior's share", lambda: prior_json(fit), {}),
     )
 
 
