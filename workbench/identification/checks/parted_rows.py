@@ -1,5 +1,7 @@
 """Whether a column parts rows that have no arm, or no base and tool, in common: two robots in one file."""
 
+import re
+
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -40,7 +42,7 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(fit.x))
     prior, posture = fit.problem.prior, repeats(data)
     pull = prior @ (fit.problem.prior_centre - fit.x)
-    frames = np.array([name.startswith(("base", "tool")) and "_" not in name for name in problem.names])
+    frames = np.array([re.split(r"[.[]", name)[0] in ("base", "tool") for name in problem.names])
     for heading, cells in columns.items():
         rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
         rows = {value: own[np.unique(posture[own], return_index=True)[1]] for value, own in rows.items()}
