@@ -58,6 +58,12 @@ class ColumnReadings:
         return replace(self, w=self.w[keep], zero=self.zero[keep], cost=self.cost[keep])
 
 
+def _flips(signs: Float[np.ndarray, "*s n"]) -> Float[np.ndarray, "*s"]:
+    """Complexity of signs of joints."""
+    count = (signs < 0.0).sum(-1)
+    return SIGN * np.minimum(count, 1.0 + 0.5 * count)
+
+
 @dataclass(frozen=True, eq=False)
 class Families:
     """Families of one arm, for as many columns as it has joints, or more."""
@@ -84,8 +90,7 @@ class Families:
     def _signs(self) -> tuple[Float[np.ndarray, "s n n"], Float[np.ndarray, " s"]]:
         """All signs, as diagonal matrices, with their complexity."""
         signs = np.array(list(product((1.0, -1.0), repeat=self.dof)))
-        flips = (signs < 0.0).sum(1)
-        return signs[:, :, None] * np.eye(self.dof), SIGN * np.minimum(flips, 1.0 + 0.5 * flips)
+        return signs[:, :, None] * np.eye(self.dof), _flips(signs)
 
     @cached_property
     def couplings(self) -> list[tuple[float, np.ndarray]]:
@@ -112,9 +117,9 @@ class Families:
                 if (min(j, k), max(j, k)) not in self.parallel:
                     for ratio in (1.0, -1.0, 0.5, -0.5):
                         add(1.5 * COUPLING, (k, j, ratio))
-            i, j = n - 2, n - 1
-            for share in (0.5, 1.0):
-                add(2.0 * COUPLING, (i, i, share), (i, j, share), (j, i, share), (j, j, -share))
+            for i, share, turn in product((n - 2, n - 3), (0.5, 1.0), (1.0, -1.0)):
+                both = [(i, i, share), (i, i + 1, share)]  # with all signs of the columns: all differentials
+                add(2.0 * COUPLING, *both, (i + 1, i, turn * share), (i + 1, i + 1, -turn * share))
         return found
 
     @property
@@ -131,6 +136,13 @@ class Families:
         parts = [(0.0, np.eye(self.dof)), *self.couplings]
         w = np.concatenate([coupling @ diagonal for _, coupling in parts])
         return ColumnReadings(w, np.zeros(w.shape[:2]), np.concatenate([cost + flips for cost, _ in parts]))
+
+    def with_other_signs(self, w: np.ndarray, zero: np.ndarray, cost: float) -> ColumnReadings:
+        """A reading of this complexity with all other signs of its joints."""
+        diagonal, _ = self._signs
+        own = np.sign(np.take_along_axis(w, np.abs(w).argmax(1)[:, None], 1))[:, 0]
+        costs = cost - _flips(own) + _flips(own * np.diagonal(diagonal, axis1=1, axis2=2))
+        return ColumnReadings(diagonal @ w, diagonal @ zero, costs)
 
     @property
     def orders(self) -> ColumnReadings:
