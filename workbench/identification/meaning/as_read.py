@@ -130,7 +130,7 @@ def _as_read(
         sentence = misread_text(meaning, robot)
         if best.other and notes_rival:
             return robot, _with_notes(data, f"{sentence}; {remedy(meaning)}")
-        if how is not ReadAs.FOUND or best.other:
+        if how is not ReadAs.FOUND or best.other or meaning.handed:
             raise DataError(f"{data.source}: {sentence}; {remedy(meaning)}")
         arm = None if keeps_arm else best.on(robot)
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
@@ -215,8 +215,8 @@ def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
         return unexplained_text(meaning)
     given = "" if plain is None else f" instead of {plain.size} as given"
     next_best = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
-    blind = [text for text in meaning.blind if "left-handed" not in text]
-    other = f"; or else {blind[0]}: these points can't tell" if blind else ""
+    blind = next(filter(None, [meaning.handed, *(t for t in meaning.blind if "left-handed" not in t)]), "")
+    other = f"; or else {blind}: these rows can't tell" if blind else ""
     bare = " without the arm's effects" if robot is not None and robot.effects and not best.other else ""
     return f"{best.text}: {best.size}{bare}{given}{next_best}{other}"
 
@@ -242,5 +242,7 @@ def remedy(meaning: RowMeaning) -> str:
     if meaning.best.other:
         anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
         return f"choose the robot '{meaning.best.other}', or {anyway}"
+    if meaning.handed:
+        return "correct the file, by two of x, y, z exchanged or by the joints' signs"
     accepted = at_entrance("with reading 'found' (--reading found)", page="by 'Read so'")
     return f"accept it {accepted}, or correct the file"

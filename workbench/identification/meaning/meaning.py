@@ -8,12 +8,14 @@ from jaxtyping import Int
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.identification.meaning.reading import RowReading, flange_poses
-from workbench.identification.meaning.search import CLEAR, ReadingSearch
+from workbench.identification.meaning.search import CLEAR, HANDED, ReadingSearch
 
 ALIKE = 1.3
 """Ratio of misfits below which the simplest reading is taken."""
 SAME = 0.01
 """Share of the reach within which two readings put the flange in one place."""
+AS_COMPLEX = 0.5
+"""Complexity by which right-handed axes must be the simpler ones to be taken; left-handed ones by their own."""
 SHOWN = 6
 """Readings that are named in a list."""
 
@@ -28,6 +30,7 @@ class RowMeaning:
         margin: How many times worse the next one is that moves otherwise.
         alike: Readings of the same motion.
         blind: Readings of the same points, whose orientations or handedness differ.
+        handed: Of those one of other handedness that is as likely, so that a person must decide.
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
         turned: The joints as given with another convention of orientations that is clearly theirs, if any.
@@ -41,6 +44,7 @@ class RowMeaning:
     margin: float = np.inf
     alike: tuple[str, ...] = ()
     blind: tuple[str, ...] = ()
+    handed: str = ""
     open: tuple[str, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
@@ -81,12 +85,15 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
     blind = [r for r in unseen if _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
+    limit = best.cost + (HANDED if best.mirrored else AS_COMPLEX)
+    handed = [r for r in blind if r.mirrored != best.mirrored and r.cost < limit]
     return RowMeaning(
         best=best,
         plain=plain,
         margin=min((r.score for r in other), default=far) / floor,
         alike=_texts(alike),
         blind=_texts(blind),
+        handed=min(handed, key=lambda r: r.cost).text if handed else "",
         open=_texts([r for r in other if r.score < CLEAR * floor]),
         tried=dict(search.tried),
         turned=search.turned,

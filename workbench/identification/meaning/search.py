@@ -30,7 +30,7 @@ from workbench.identification.meaning.bounds import (
     point_bounds,
     turn_bounds,
 )
-from workbench.identification.meaning.candidates import FREE_ZERO, QUARTER, TURN, ZERO, ColumnReadings
+from workbench.identification.meaning.candidates import FREE_ZERO, QUARTER, TURN, ZERO, ColumnReadings, Families
 from workbench.identification.meaning.conventions import Convention, conventions
 from workbench.identification.meaning.placement import PlacedReadings, place
 from workbench.identification.meaning.reading import (
@@ -59,6 +59,8 @@ BOUND_ROWS, CHUNK = 16, 4096
 PLACED, HELD_PLACED, LIKELY = 10, 60, 3
 """Readings of a family that are placed, those whose zeros are searched for where base and tool are held, and
 conventions that are tried with each."""
+TWINS = 3
+"""Readings of which those that are mirrored are compared with other signs of their joints."""
 SNAP, SNAP_LENGTH = float(np.radians(4.0)), 0.01
 """Zeros nearer to a quarter turn are one; those of sliding joints within a share of the reach are none."""
 FEW_POINTS = 20
@@ -277,6 +279,13 @@ class ReadingSearch:
         if candidates.refined and readings:
             readings = self.refined([r for r in readings if not r.inverse])
         self.found += self.place(readings, self.conventions) if readings else []
+
+    def right_handed(self) -> None:
+        """Place the twins of mirrored readings that fit best: their joints with all other signs."""
+        likely = sorted(self.found, key=lambda r: r.score)[:TWINS]
+        for r in (r for r in likely if r.mirrored and r.score < 2.0 * likely[0].score + self.floor):
+            signs = Families(r.robot, r.w.shape[1]).with_other_signs(r.w, r.zero, r.cost - HANDED)
+            self.family("signs and couplings", r.robot, signs, inverse=False, other=r.other)
 
     def _bounds(self, robot: Robot, flange: np.ndarray) -> Float[np.ndarray, " s"]:
         """Lower bounds of the misfits of flange poses in the bounds' rows, as shares of the reach."""
