@@ -31,6 +31,7 @@ from workbench.identification.identify import identify
 from workbench.identification.report.document import errors_table
 from workbench.identification.report.results_json import identification_json, validation_json
 from workbench.identification.result import Identification
+from workbench.identification.rows.outlying_rows import Loss
 from workbench.report.blocks import Block, headed, lines
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
@@ -127,11 +128,9 @@ class Extraction(AbstractShown):
 
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
-        wrong = (
-            f"reading {o.row + 1} does not fit the others {o.text.partition(' ')[2]}: correct it or read it "
-            "again"
-            for o in self.run.outliers
-        )
+        off = {o.row + 1: o.text.partition(" ")[2] for o in self.run.outliers}
+        again = "correct it or read it again"
+        wrong = (f"reading {k} does not fit the others {size}: {again}" for k, size in off.items())
         sentence = f"{self.run.nominal_robot.name}: {self.sentence}"
         return headed(sentence, table, *lines("found", self.frames), *lines("warning", wrong))
 
@@ -203,9 +202,15 @@ def extract(
     )
 
 
-def _identified(arm: Robot, data: Dataset) -> tuple[Identification, float, float, float]:
+def _identified(
+    arm: Robot, data: Dataset, loss: Loss = Loss.SET_APART
+) -> tuple[Identification, float, float, float]:
     """The model that fits, what the nominal arm and it leave, and how much a model may leave."""
-    run = identify(arm, data, held_out=0.0, reading="given")
+    run = identify(arm, data, loss=loss, held_out=0.0, reading="given")
+    if run.outliers and loss is Loss.SET_APART:
+        *found, left, allowed = _identified(arm, data, Loss.SQUARES)
+        if left <= allowed:  # all agree within their last digits
+            return *found, left, allowed
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
     nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))

@@ -179,7 +179,7 @@ def _with_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> Data
     if meaning is None or any(sliding(robot)):
         raise UnitError(data.missing_units, unit="")
     if not meaning.is_found or meaning.best.other:
-        tried = "" if meaning.is_found else f"; in no unit {unexplained_text(meaning)}"
+        tried = "" if meaning.is_found else f"; the rows tell none: the nearest leaves {meaning.best.size}"
         raise UnitError(f"{data.missing_units}{tried}", unit="")
     best = meaning.best
     units = replace(RowReading.plain(robot), unit=best.unit, scale=best.scale)

@@ -15,7 +15,7 @@ ALIKE = 1.3
 SAME = 0.01
 """Share of the reach within which two readings put the flange in one place."""
 AS_COMPLEX = 0.5
-"""Complexity by which right-handed axes must be the simpler ones to be taken; left-handed ones by their own."""
+"""Complexity by which right-handed axes must be the simpler ones to be taken."""
 SHOWN = 6
 """Readings that are named in a list."""
 

@@ -30,7 +30,14 @@ from workbench.identification.meaning.bounds import (
     point_bounds,
     turn_bounds,
 )
-from workbench.identification.meaning.candidates import FREE_ZERO, QUARTER, TURN, ZERO, ColumnReadings, Families
+from workbench.identification.meaning.candidates import (
+    FREE_ZERO,
+    QUARTER,
+    TURN,
+    ZERO,
+    ColumnReadings,
+    Families,
+)
 from workbench.identification.meaning.conventions import Convention, conventions
 from workbench.identification.meaning.placement import PlacedReadings, place
 from workbench.identification.meaning.reading import (
