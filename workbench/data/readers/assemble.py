@@ -28,7 +28,7 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import CONTROLLER, column_of, is_of_measurement, meaning_of, suits
 from workbench.data.readers.joint_tables import OBSERVED, joined_alone
-from workbench.data.readers.orientation import read_orientation, written_orientation
+from workbench.data.readers.orientation import read_orientation, unnamed_angles, written_orientation
 from workbench.data.readers.table import NUMBER
 
 _SIGMA, _WRENCH = ([parse_heading(text).name for text in own] for own in (SIGMA, WRENCH))
@@ -98,7 +98,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         row=np.arange(fields.rows),
         position=position,
         rotation=rotation,
-        written=written_orientation(fields),
+        written=written_orientation(fields) or unnamed_angles(fields),
         markers=markers,
         sigma=sigma,
         tilt=tilt or None,

@@ -11,9 +11,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
+from workbench.base.units import Quantity, conversion, parse_heading
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
+from workbench.data.readers.headings import number_in
 
 MAX_SILENT = 1e-6
 """Deviations above this are mended and said; below, values are taken as they are."""
@@ -61,7 +63,20 @@ def written_orientation(fields: Fields) -> WrittenOrientation | None:
     if fields.rotation is not None or not (forms := _forms(fields)):
         return None
     raw = fields.stacked(forms[0].keys)
+    if raw is not None and [k for k in fields.values if k in forms[0].keys] == ["yaw", "pitch", "roll"]:
+        return WrittenOrientation("ZYX", raw[:, ::-1])  # such as A, B, C: the same rotation
     return None if raw is None else WrittenOrientation(forms[0].convention, raw)
+
+
+def unnamed_angles(fields: Fields) -> WrittenOrientation | None:
+    """Three columns of angles that are left out, such as O, A, T: rows may tell that they turn the tool."""
+    units = {name: str(parse_heading(name).unit) for name in fields.unread}
+    found = {name: unit for name, unit in units.items() if unit in ("deg", "°", "rad")}
+    if fields.rotation is not None or _forms(fields) or len(found) != 3:
+        return None
+    numbers = (np.array([number_in(cell) for cell in fields.unread[name]]) for name in found)
+    sizes = (conversion(unit, Quantity.ANGLE) for unit in found.values())
+    return WrittenOrientation("", np.column_stack([s.to_si(n) for s, n in zip(sizes, numbers, strict=True)]))
 
 
 def _forms(fields: Fields) -> list[Form]:

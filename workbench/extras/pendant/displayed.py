@@ -138,11 +138,12 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
         return of_dataset(read_measurements(path, joints=names), robot)
     table = _completed(_filled(table), robot.dof)
     data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
-    if data.position is None or data.written is None:
+    if data.position is None or data.rotation is None or data.written is None:
         raise table.error(f"no position and orientation were found; {WHAT}")
     known = {c.key: c for c in interpret_columns(table)}
     joints = [known[f"q{k + 1}"] for k in range(robot.dof)]
-    entries = [known[key] for form in FORMS if form.convention == data.written.name for key in form.keys]
+    same = {name := data.written.name, name[::-1].lower()}  # of columns in reverse
+    entries = [known[key] for form in FORMS if form.convention in same for key in form.keys]
     turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
     seen = np.flatnonzero(data.included)
     seen = seen[:: -(-len(seen) // MAX_READINGS) or 1]

@@ -14,12 +14,13 @@ from workbench.base.errors import DataError, UnitError
 from workbench.base.remedy import remedy as at_entrance
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
+from workbench.data.orientations import ORIENTATIONS
 from workbench.data.postures import within_postures
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import with_planes
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
-from workbench.identification.meaning.search import CLEAR, STILL
+from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
 from workbench.identification.meaning.unexplained import told_by_column
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 
@@ -77,7 +78,7 @@ def as_read(
     if ReadAs(how) is ReadAs.GIVEN or data.readings is not None:
         return robot, data.said
     arm, rows = _as_read(robot, data, ReadAs(how), keeps_arm, notes_rival)
-    return arm, with_holding_torques(arm, rows)
+    return arm, with_holding_torques(arm, _with_orientation(arm, rows))
 
 
 @dataclass(frozen=True)
@@ -172,6 +173,23 @@ def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
         return data
     note = "torque1 … have the sign of the load; read as the torques of the drives, which hold it"
     return replace(data, torque=-shown, notes=(*data.notes, note))
+
+
+def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
+    """The rows with the orientation that three columns of angles clearly are, which nobody names."""
+    if data.written is None or data.rotation is not None or data.joints != robot.dof:
+        return data
+    first = next(kind for kind in ORIENTATIONS if kind.numbers == 3)
+    turned = replace(data, rotation=first.matrices(data.written.numbers))
+    if (rows := usable(turned)) is None or rows.rotation is None:
+        return data
+    search = ReadingSearch(robot, rows)
+    (found,) = search.place([RowReading.plain(robot)], search.conventions)
+    if not (found.is_plain and search.suffices(found)):
+        return data
+    return _read_as(
+        found.apply(turned), f"angles that were left out: {found.orientation}, {found.size}; read so"
+    )
 
 
 def _with_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> Dataset:
