@@ -56,6 +56,13 @@ def measured(name: str, *, with_rotation: bool, seed: int = 3) -> tuple[Robot, D
     return Robot.from_dh(joints, name=name), rows
 
 
+def motors(q: np.ndarray, k: int, share: float) -> np.ndarray:
+    """A differential's motors: differences and sums of two joints."""
+    shown = q.copy()
+    shown[:, k], shown[:, k + 1] = share * (q[:, k] - q[:, k + 1]), share * (q[:, k] + q[:, k + 1])
+    return shown
+
+
 def test_the_same_rows_are_searched_once_whatever_is_noted_of_them(monkeypatch):
     asked, (robot, data) = [], measured("puma", with_rotation=True, seed=77)
     searched = "workbench.identification.meaning.as_read.read_rows"
@@ -75,6 +82,8 @@ def test_orientations_are_read_in_their_convention(kind):
         rows = replace(data, rotation=wrong, written=WrittenOrientation(declared, numbers))
         _, read = as_read(robot, rows)
         np.testing.assert_allclose(read.rotation, data.rotation, atol=1e-9)
+        unnamed = replace(data, rotation=None, written=WrittenOrientation("", numbers))
+        np.testing.assert_allclose(as_read(robot, unnamed)[1].rotation, data.rotation, atol=1e-9)
         assert (kind.name == declared) == (read is rows)
         assert evaluate(robot, rows, fit_frames=True).errors.orientation_deg.max < 1.0
 
@@ -86,12 +95,10 @@ def test_orientations_are_read_in_their_convention(kind):
         ("puma", False, lambda d: replace(d, position=1e-3 * d.position), "m labelled mm"),
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
-        (
-            "puma",
-            True,
-            lambda d: replace(d, position=-d.position),
-            "and orientations with them",
-        ),  # seen in a mirror
+        ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
+        ("seven", False, lambda d: replace(d, position=-d.position), "or else joint 1 = -q1; joint 3 = -q3"),
+        ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
+        ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
         ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
     ],
 )

@@ -16,7 +16,6 @@ from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.identify import identify
 from workbench.identification.problem import Problem
-from workbench.identification.rows.outlying_rows import Loss
 from workbench.identification.undetermined_combinations import factorise
 from workbench.plate.plate_toml import load_plate
 
@@ -126,24 +125,6 @@ def test_a_replaced_joint_is_mastered_with_a_few_poses(tmp_path):
     errors = [held_out_error(r.best.calibrated, renewed, rng) for r in (with_prior, without)]
     assert errors[0] < 3e-4
     assert errors[1] > 5 * errors[0]
-
-
-@pytest.mark.parametrize("loss", [Loss.HUBER, slow(Loss.TUKEY)])
-def test_a_robust_loss_withstands_bad_rows_and_lists_them(loss):
-    rng = np.random.default_rng(41)
-    arm = generator.aria().perturbed(rng)
-    data = rows_of(arm, arm.random(rng, 80), rng, *PLATE_NOISE[:2])
-    bad = np.arange(5, 80, 12)
-    position = data.position.copy()
-    position[bad] += rng.choice([-1, 1], (len(bad), 3)) * 0.02
-    data = replace(data, position=position)
-    runs = [
-        identify(load_robot("aria"), data, algorithms=("opt2",), held_out=0.0, noise=PLATE_NOISE, loss=kind)
-        for kind in (Loss.SQUARES, loss)
-    ]
-    errors = [held_out_error(run.best.calibrated, arm, np.random.default_rng(1)) for run in runs]
-    assert errors[1] < 0.2 * errors[0]
-    assert set(runs[1].best.fit.suspicious.tolist()) == set(bad.tolist())
 
 
 def test_repeats_of_a_posture_weigh_as_one_pose_and_move_no_arm():

@@ -29,9 +29,7 @@ def identify(
     bounds: Annotated[
         list[str] | None, option("Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
     ] = None,
-    loss: Annotated[
-        str, option("Outliers: set-apart (exclude), huber, tukey, or squares (full weight).")
-    ] = "set-apart",
+    loss: Annotated[str, option("Outliers: set-apart (exclude), or squares (full weight).")] = "set-apart",
     deviation: Annotated[
         str, option("Expected deviation of the arm's constants from nominal, in mm and mrad; auto; or none.")
     ] = "auto",

@@ -16,7 +16,7 @@ from workbench.diagnosis.saved_model import SavedModel
 from workbench.diagnosis.undetectable import describe
 from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.fit import Fit
-from workbench.identification.rows.excluded_outliers import stand_out_note, suspect_note
+from workbench.identification.rows.excluded_outliers import suspect_note
 from workbench.identification.rows.two_places import two_places
 
 NO_DIRECTION = (
@@ -53,9 +53,6 @@ def notes(
     )
     if saved.suspects.any():
         yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), search.after.judged)
-    others = ready.held_out_data.row[~saved.suspects]
-    if far := stand_out_note(others, search.after.held_out_rows.position[~saved.suspects]):
-        yield far
     yield from [saved.note] if saved.note is not None else []
     if search.too_few is None and saved.undetectable and any(e.loads for e in effects):
         yield describe(saved.undetectable)

@@ -32,7 +32,7 @@ from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Run
 from workbench.identification.rows.excluded_outliers import prepare_without_outliers
-from workbench.identification.rows.outlying_rows import Loss, robust_fit
+from workbench.identification.rows.outlying_rows import Loss
 
 
 @checked_arguments(FitChoices)
@@ -62,7 +62,7 @@ def identify(
         algorithms: Names from `ALGORITHMS`. The default is joined by OPT1 and OPT2 where it does not
             converge, or ends outside the bounds.
         bounds: Minimum and maximum value by name, for OPT1.
-        loss: Whether outliers are excluded, or how residuals are weighted.
+        loss: Whether outliers are excluded, or weighed as all other rows.
         deviation: Expected deviation of the arm's constants from nominal [rad, m]; `auto`: estimated from the
             rows; infinite: no prior, so that only unobservable constants stay nominal.
         prior: Knowledge of the arm's constants from an earlier calibration.
@@ -93,10 +93,10 @@ def identify(
         problem = ready.shared if likely is None else ready.shared.with_deviation(likely)
         if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.seen.all():
             begin = first.x  # several are compared, and what is hardly observable stays where it starts
-    runs = _runs(ready, problem, chosen, loss, begin)
+    runs = _runs(ready, problem, chosen, begin)
     alone = next(iter(runs.values())).fit
     if tuple(algorithms) == DEFAULT_ALGORITHMS and (not alone.outcome.ok or alone.beyond_bounds):
-        runs |= _runs(ready, problem, _algorithms(FURTHER_ALGORITHMS), loss)
+        runs |= _runs(ready, problem, _algorithms(FURTHER_ALGORITHMS))
     progress(1.0, "done")
     return Identification(
         nominal_robot=robot,
@@ -118,7 +118,6 @@ def _runs(
     ready: Prepared,
     problem: Problem,
     algorithms: Sequence[AbstractIdentifier],
-    loss: Loss,
     begin: Float[np.ndarray, " p"] | None = None,
 ) -> dict[str, Run]:
     """Fit with each algorithm and compute errors; if cancelled, stop before the next algorithm."""
@@ -128,7 +127,7 @@ def _runs(
             break
         share = 0.4 + 0.5 * k / len(algorithms)
         progress(share, f"{algorithm.title}: fitting {plural(len(problem.names), 'parameter')}")
-        fit, decided = _fit(problem, algorithm, loss, begin), ready.identifiability
+        fit, decided = _fit(problem, algorithm, begin), ready.identifiability
         found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
         errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
         if decided is not None:
@@ -156,13 +155,9 @@ def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
     return [ALGORITHMS[name] for name in names]
 
 
-def _fit(problem, algorithm, loss, begin) -> Fit:
+def _fit(problem, algorithm, begin) -> Fit:
     began = perf_counter()
     search = algorithm.search(problem, begin=begin)
-    if loss in (Loss.HUBER, Loss.TUKEY) and not cancelled():
-        x, weights = robust_fit(problem, search.x, loss)
-        problem = problem.with_row_weights(weights)
-        search = algorithm.search(problem, begin=x)
     fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
     return replace(fit, warnings=_warnings(fit))
 

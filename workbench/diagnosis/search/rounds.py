@@ -123,7 +123,7 @@ def geometry_first(problem: Problem) -> Stage:
     fitted = refit(problem, None, ())
     everything = np.ones(len(data), bool)
     wide = fitted.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
-    out = find_outliers(wide, robust_fit(wide, fitted.fit.x)[0], everything)
+    out = find_outliers(wide, robust_fit(wide, fitted.fit.x), everything)
     fewest = MIN_WINDOW_OUTLIERS + 2 * int(out.mean() > MANY)  # many crowd by chance
     spared = crowded(out, data, within=EVENT_WINDOW, fewest=fewest)
     stage = Stage(data, ~out | spared, problem, fitted, spared)

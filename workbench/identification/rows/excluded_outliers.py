@@ -35,8 +35,6 @@ GROSS_REACH_SHARE = 0.02
 """… and this share of the reach."""
 HIDING_RATIO = 4.0
 """The factor where the median itself is beyond this share: such rows have drawn base and tool to them."""
-OUTSTANDING_RATIO = 5.0
-"""Held-out rows with errors above this multiple of their median are reported, whichever arm explains them."""
 MANY = 0.1
 """Share of the rows from which on those that follow each other are kept."""
 MAX_ROUNDS = 3
@@ -91,7 +89,7 @@ def prepare_without_outliers(
         if problem.count <= len(problem.names):
             break
         wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        out = find_outliers(wide, robust_fit(wide, first.x)[0], everything)
+        out = find_outliers(wide, robust_fit(wide, first.x), everything)
         if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
             out &= np.convolve(out, np.ones(5), "same") < 4.0
         found = ready.train_rows[out & _is_tested(problem, problem.data)]
@@ -163,31 +161,6 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
     text = f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     mean, median = errors.text("mean"), errors.text("median")
     return f"{text}. With {it} the mean held-out error is {mean}, the median {median}" if mean else text
-
-
-@beside("the note on rows that stand out", "")
-def stand_out_note(rows: Int[np.ndarray, " held"], errors: Float[np.ndarray, " held"]) -> str:
-    """Held-out rows with large errors, though other arms may explain them; empty if there are none.
-
-    Args:
-        rows: Their numbers.
-        errors: Position error of each [m].
-    """
-    if not np.isfinite(errors).any():
-        return ""
-    median = float(np.nanmedian(errors))
-    far = errors > OUTSTANDING_RATIO * median
-    if not far.any():
-        return ""
-    shown = first_of(rows[far].tolist(), MAX_NAMED_ROWS)
-    subject, they = (
-        (f"rows {shown} stand", "they count") if far.sum() > 1 else (f"row {shown} stands", "it counts")
-    )
-    worst, others = float(errors[far].max()), float(np.nanmean(errors[~far]))
-    return (
-        f"held-out {subject} out: up to {1e3 * worst:.3g} mm off, median {1e3 * median:.3g} mm; "
-        f"{they} in the held-out errors, whose mean without is {1e3 * others:.3g} mm"
-    )
 
 
 def _weighed(fit: Fit) -> Robot:

@@ -4,10 +4,8 @@ Positions, rotations and additional tilts are judged separately, each compared w
 half of the rows may be wrong) with leverage taken into account: residuals of fitted rows are smaller than
 their errors, those of other rows larger.
 
-By default outliers are excluded and all other rows have full weight. Alternatively, iteratively reweighted
-least squares: a row's weight follows from its standardised residual under Huber's or Tukey's function, with
-the scale from the median; the fit is repeated until the weights converge. Uncertainties then come from the
-factorisation of the reweighted problem.
+They stand out from a robust fit, iteratively reweighted least squares: a row's weight follows from its
+standardised residual under Tukey's function, with the scale from the median.
 
 Source: Holland, Welsch, Robust regression using iteratively reweighted least-squares, 1977.
 """
@@ -24,29 +22,23 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.undetermined_combinations import Factor
 
-CONSISTENCY = 1.345
-"""Huber's constant: 95 % efficiency for normal errors."""
 BIWEIGHT = 4.685
-"""Tukey's constant, likewise."""
+"""Tukey's constant: 95 % efficiency for normal errors."""
 
 
 class Loss(StrEnum):
-    """Loss function of the residuals."""
+    """Whether rows that stand out are excluded, or weighed as all."""
 
     SET_APART = "set-apart"
     SQUARES = "squares"
-    HUBER = "huber"
-    TUKEY = "tukey"
 
 
-def row_weights(standardised: Float[np.ndarray, " rows"], loss: Loss) -> Float[np.ndarray, " rows"]:
+def row_weights(standardised: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
     """Factors of the rows' residuals (root of the weights), from residuals in units of their scale.
 
     The scale is the median residual, so that up to half of the rows may be wrong.
     """
     size = standardised / max(_median(standardised), 1e-12)
-    if loss is Loss.HUBER:
-        return np.sqrt(np.minimum(1.0, CONSISTENCY / np.maximum(size, 1e-12)))
     return np.maximum(1.0 - (size / BIWEIGHT) ** 2, 0.0)
 
 
@@ -65,10 +57,8 @@ LINEAR = 0.01
 """Error of a linearisation in stated standard deviations above which it is renewed."""
 
 
-def robust_fit(
-    problem: Problem, x: Float[np.ndarray, " p"], loss: Loss = Loss.TUKEY
-) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " rows"]]:
-    """A fit insensitive to outliers, and the rows' weights, by the worse of position and rotation.
+def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
+    """A fit insensitive to outliers, of rows weighed by the worse of position and rotation.
 
     A change of the weights takes one step; only where the problem is not linear enough it is searched again.
 
@@ -80,7 +70,7 @@ def robust_fit(
     step, residual, whole = np.zeros(len(x)), at.residual, np.ones(len(at.residual))
     for _ in range(ROBUST_ROUNDS):
         sizes = _sizes(problem, residual[: problem.size], np.ones(problem.size))
-        weights = row_weights((sizes / _typical(sizes)).max(1), loss)
+        weights = row_weights((sizes / _typical(sizes)).max(1))
         if np.abs(weights - old).max() < WEIGHT_TOLERANCE:
             break
         old, whole[: problem.size] = weights, weights[problem.component_rows]
@@ -93,7 +83,7 @@ def robust_fit(
         x = Opt2(limit=10).search(problem.with_row_weights(weights), begin=x + step).x
         at, step = problem.evaluate(x), np.zeros(len(x))
         residual = at.residual
-    return x + step, old
+    return x + step
 
 
 def find_outliers(
