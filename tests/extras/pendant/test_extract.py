@@ -257,3 +257,14 @@ def test_six_readings_say_how_far_to_trust_them(tmp_path):
         off = model_error(tmp_path / "mine.toml", actual, random_joints("ur5e", 200, seed=900 + seed)).mean()
         within.append(off < 2.0 * found.expected.position)
     assert sum(within) >= 11
+
+
+def test_six_readings_that_agree_within_their_digits_accuse_none():
+    """One of them stood 0.5 mm off the other five, whose model leaves 0.01 mm."""
+    numbers = """97.86 -47.13 3.86 -68.73 -127.79 -38.76 = 235.83 -956.64 979.1 0.803 -2.267 0.229
+        -29.37 -143.26 -113.76 160.16 43.65 -88.23 = 317.44 -475.08 85.27 -0.144 -1.076 2.422
+        -20.87 -26.17 100.26 110.45 -30.82 -2.32 = -822.83 20.41 14.81 -0.861 -1.72 1.671
+        56.69 -141.3 14.02 -73.33 108.76 -144.82 = 645.42 734.42 1092.35 -1.096 -2.084 -1.613
+        57.49 -39.29 -68.74 126.88 106.63 -160.00 = -77.88 -384.09 962.22 -1.219 -1.935 1.58
+        66.58 -148.82 0.85 -20.32 -85.01 -58.17 = 514.04 723.61 895.57 0.656 -1.862 1.271"""
+    assert not wb.extract("ur10e", numbers.splitlines()).run.outliers

@@ -10,11 +10,11 @@ import numpy as np
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.errors import DataError, UnitError
 from workbench.base.remedy import remedy as at_entrance
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
-from workbench.data.orientations import ORIENTATIONS
 from workbench.data.postures import within_postures
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import with_planes
@@ -179,17 +179,14 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
     """The rows with the orientation that three columns of angles clearly are, which nobody names."""
     if data.written is None or data.rotation is not None or data.joints != robot.dof:
         return data
-    first = next(kind for kind in ORIENTATIONS if kind.numbers == 3)
-    turned = replace(data, rotation=first.matrices(data.written.numbers))
+    turned = replace(data, rotation=se3.rotvec_to_matrix(data.written.numbers))  # or as the rows tell
     if (rows := usable(turned)) is None or rows.rotation is None:
         return data
     search = ReadingSearch(robot, rows)
     (found,) = search.place([RowReading.plain(robot)], search.conventions)
     if not (found.is_plain and search.suffices(found)):
         return data
-    return _read_as(
-        found.apply(turned), f"angles that were left out: {found.orientation}, {found.size}; read so"
-    )
+    return _read_as(found.apply(turned), f"angles left out: {found.orientation}, {found.size}; read so")
 
 
 def _with_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> Dataset:

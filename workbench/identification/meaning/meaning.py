@@ -28,7 +28,6 @@ class RowMeaning:
         best: The simplest of the readings that fit best.
         plain: The rows as given.
         margin: How many times worse the next one is that moves otherwise.
-        alike: Readings of the same motion.
         blind: Readings of the same points, whose orientations or handedness differ.
         handed: Of those one of other handedness that is as likely, so that a person must decide.
         open: Readings that these rows can't tell from it.
@@ -42,7 +41,6 @@ class RowMeaning:
     best: RowReading
     plain: RowReading | None
     margin: float = np.inf
-    alike: tuple[str, ...] = ()
     blind: tuple[str, ...] = ()
     handed: str = ""
     open: tuple[str, ...] = ()
@@ -91,7 +89,6 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         best=best,
         plain=plain,
         margin=min((r.score for r in other), default=far) / floor,
-        alike=_texts(alike),
         blind=_texts(blind),
         handed=min(handed, key=lambda r: r.cost).text if handed else "",
         open=_texts([r for r in other if r.score < CLEAR * floor]),

@@ -66,8 +66,6 @@ BOUND_ROWS, CHUNK = 16, 4096
 PLACED, HELD_PLACED, LIKELY = 10, 60, 3
 """Readings of a family that are placed, those whose zeros are searched for where base and tool are held, and
 conventions that are tried with each."""
-TWINS = 3
-"""Readings of which those that are mirrored are compared with other signs of their joints."""
 SNAP, SNAP_LENGTH = float(np.radians(4.0)), 0.01
 """Zeros nearer to a quarter turn are one; those of sliding joints within a share of the reach are none."""
 FEW_POINTS = 20
@@ -288,9 +286,8 @@ class ReadingSearch:
         self.found += self.place(readings, self.conventions) if readings else []
 
     def right_handed(self) -> None:
-        """Place the twins of mirrored readings that fit best: their joints with all other signs."""
-        likely = sorted(self.found, key=lambda r: r.score)[:TWINS]
-        for r in (r for r in likely if r.mirrored and r.score < 2.0 * likely[0].score + self.floor):
+        """Where a mirrored reading fits best, place its twins: its joints with all other signs."""
+        if (r := min(self.found, key=lambda r: r.score)).mirrored:
             signs = Families(r.robot, r.w.shape[1]).with_other_signs(r.w, r.zero, r.cost - HANDED)
             self.family("signs and couplings", r.robot, signs, inverse=False, other=r.other)
 
