@@ -90,8 +90,7 @@ def brief(sentence: str) -> str:
     """A sentence as one readable line: long quoted values are shortened, and so is its middle, by words."""
     line = sentence if sentence.isprintable() else "".join(c if c.isprintable() else " " for c in sentence)
     line = _LONG.sub(lambda found: f"'{found[1][: MAX_QUOTED - 20]} …'", line)
-    begin, end = line[: MAX_SENTENCE - 103], line[-100:]
-    begin, end = begin.rpartition(" ")[0] or begin, end.partition(" ")[2] or end
+    begin, end = line[: MAX_SENTENCE - 103].rsplit(" ", 1)[0], line[-100:].split(" ", 1)[-1]
     return line if len(line) <= MAX_SENTENCE else f"{begin} … {end}"
 
 

@@ -208,9 +208,9 @@ def _identified(
     """The model that fits, what the nominal arm and it leave, and how much a model may leave."""
     run = identify(arm, data, loss=loss, held_out=0.0, reading="given")
     if run.outliers and loss is Loss.SET_APART:
-        *found, left, allowed = _identified(arm, data, Loss.SQUARES)
-        if left <= allowed:  # all agree within their last digits
-            return *found, left, allowed
+        every = _identified(arm, data, Loss.SQUARES)
+        if every[2] <= every[3]:  # all agree within their last digits
+            return every
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
     nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))

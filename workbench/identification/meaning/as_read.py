@@ -229,11 +229,11 @@ def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
     if not is_misread(meaning):
         return unexplained_text(meaning)
     given = "" if plain is None else f" instead of {plain.size} as given"
-    next_best = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
-    blind = next(filter(None, [meaning.handed, *(t for t in meaning.blind if "left-handed" not in t)]), "")
-    other = f"; or else {blind}: these rows can't tell" if blind else ""
+    other = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
+    if blind := next(filter(None, [meaning.handed, *meaning.blind]), ""):
+        other = f"; or else {blind}: these rows can't tell"
     bare = " without the arm's effects" if robot is not None and robot.effects and not best.other else ""
-    return f"{best.text}: {best.size}{bare}{given}{next_best}{other}"
+    return f"{best.text}: {best.size}{bare}{given}{other}"
 
 
 def unexplained_text(meaning: RowMeaning) -> str:

@@ -14,8 +14,6 @@ ALIKE = 1.3
 """Ratio of misfits below which the simplest reading is taken."""
 SAME = 0.01
 """Share of the reach within which two readings put the flange in one place."""
-AS_COMPLEX = 0.5
-"""Complexity by which right-handed axes must be the simpler ones to be taken."""
 SHOWN = 6
 """Readings that are named in a list."""
 
@@ -28,8 +26,8 @@ class RowMeaning:
         best: The simplest of the readings that fit best.
         plain: The rows as given.
         margin: How many times worse the next one is that moves otherwise.
-        blind: Readings of the same points, whose orientations or handedness differ.
-        handed: Of those one of other handedness that is as likely, so that a person must decide.
+        blind: Readings of the same points, whose orientations or handedness differ, if likely.
+        handed: Of those a right-handed one where the best isn't, so that a person must decide.
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
         turned: The joints as given with another convention of orientations that is clearly theirs, if any.
@@ -83,14 +81,14 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
     blind = [r for r in unseen if _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
-    limit = best.cost + (HANDED if best.mirrored else AS_COMPLEX)
-    handed = [r for r in blind if r.mirrored != best.mirrored and r.cost < limit]
+    likely = [r for r in blind if not r.mirrored or r.cost < best.cost + HANDED]
+    handed = [r.text for r in likely if r.mirrored < best.mirrored and r.cost < best.cost + HANDED]
     return RowMeaning(
         best=best,
         plain=plain,
         margin=min((r.score for r in other), default=far) / floor,
-        blind=_texts(blind),
-        handed=min(handed, key=lambda r: r.cost).text if handed else "",
+        blind=_texts(likely),
+        handed=next(iter(handed), ""),
         open=_texts([r for r in other if r.score < CLEAR * floor]),
         tried=dict(search.tried),
         turned=search.turned,

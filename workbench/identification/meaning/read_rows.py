@@ -51,7 +51,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         stage()
     if not search.found:
         return None
-    search.right_handed()
+    search.twins()
     meaning = ranked(search, plain)
     given = meaning.turned or plain
     if likely or given is None or meaning.is_found or sessions > 1:

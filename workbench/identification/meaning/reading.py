@@ -111,17 +111,17 @@ class RowReading:
         if self.unit != 1.0:
             unit = "degrees labelled rad (q1[deg]" if self.unit < 1.0 else "rad labelled degrees (q1[rad]"
             found.append(f"the joints are {unit} …)")
-        if self.zero.any() or not self.columns_as_given:
-            found += _joint_texts(self.w, self.zero)
-        if self.inverse:
-            found.append("poses are of the base in the tool")
         if self.mirrored and np.array_equal(self.axes, LEFT_HANDED):
             turned = "" if self.convention is None else ", and orientations with them"
-            found.append(f"x, y, z are left-handed: two exchanged, or one inverted{turned}")
+            found.append(f"left-handed x, y, z: two exchanged, or one inverted{turned}")
         elif self.mirrored:
             changed = ["xyz"[k] for k in range(3) if self.axes[k, k] != 1.0]
             text = "is inverted" if len(changed) == 1 else "are exchanged"
             found.append(f"{' and '.join(changed)} {text}")
+        if self.zero.any() or not self.columns_as_given:
+            found += _joint_texts(self.w, self.zero)
+        if self.inverse:
+            found.append("poses are of the base in the tool")
         if self.scale != 1.0:
             found.append(f"the positions are {LENGTHS[self.scale]}")
         return tuple(found)

@@ -285,10 +285,11 @@ class ReadingSearch:
             readings = self.refined([r for r in readings if not r.inverse])
         self.found += self.place(readings, self.conventions) if readings else []
 
-    def right_handed(self) -> None:
-        """Where a mirrored reading fits best, place its twins: its joints with all other signs."""
-        if (r := min(self.found, key=lambda r: r.score)).mirrored:
-            signs = Families(r.robot, r.w.shape[1]).with_other_signs(r.w, r.zero, r.cost - HANDED)
+    def twins(self) -> None:
+        """Place the best reading with all other signs of its joints, some of which change the handedness."""
+        if (r := min(self.found, key=lambda r: r.score)).moves_otherwise:
+            cost = r.cost - HANDED * r.mirrored
+            signs = Families(r.robot, r.w.shape[1]).with_other_signs(r.w, r.zero, cost)
             self.family("signs and couplings", r.robot, signs, inverse=False, other=r.other)
 
     def _bounds(self, robot: Robot, flange: np.ndarray) -> Float[np.ndarray, " s"]:
