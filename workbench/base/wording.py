@@ -11,9 +11,7 @@ _LONG = re.compile(rf"(?<!\w)'([^']{{{MAX_QUOTED},}})'")
 
 def span(names: Sequence[str], *, longest: int = 4) -> str:
     """'q1, q2, x', or 'q1 … q6' when there are many."""
-    if len(names) <= longest:
-        return ", ".join(names)
-    return f"{names[0]} … {names[-1]}"
+    return ", ".join(names) if len(names) <= longest else f"{names[0]} … {names[-1]}"
 
 
 def ranges(numbers: Sequence[int]) -> str:

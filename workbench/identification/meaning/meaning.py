@@ -79,7 +79,7 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         near = [r for r in near if r.text != best.text]
         alike = [r for r in near if not r.mirrored and _same_motion(best, r, q)]
     unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
-    blind = [r for r in unseen if _same_points(best, r, q)]
+    blind = sorted((r for r in unseen if _same_points(best, r, q)), key=lambda r: r.cost)
     other = [r for r in near if r not in alike and r not in blind]
     likely = [r for r in blind if not r.mirrored or r.cost < best.cost + HANDED]
     handed = [r.text for r in likely if r.mirrored < best.mirrored and r.cost < best.cost + HANDED]
