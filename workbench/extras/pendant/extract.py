@@ -31,7 +31,6 @@ from workbench.identification.identify import identify
 from workbench.identification.report.document import errors_table
 from workbench.identification.report.results_json import identification_json, validation_json
 from workbench.identification.result import Identification
-from workbench.identification.rows.outlying_rows import Loss
 from workbench.report.blocks import Block, headed, lines
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
@@ -128,9 +127,8 @@ class Extraction(AbstractShown):
 
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
-        off = {o.row + 1: o.text.partition(" ")[2] for o in self.run.outliers}
-        again = "correct it or read it again"
-        wrong = (f"reading {k} does not fit the others {size}: {again}" for k, size in off.items())
+        off = [(o.row + 1, o.text.partition(" ")[2]) for o in self.run.outliers]
+        wrong = (f"reading {k} does not fit the others {by}: correct it or read it again" for k, by in off)
         sentence = f"{self.run.nominal_robot.name}: {self.sentence}"
         return headed(sentence, table, *lines("found", self.frames), *lines("warning", wrong))
 
@@ -184,11 +182,11 @@ def extract(
     counted = reading.on(robot.bare) or robot
     arm, data = with_displayed_frames(counted, reading), as_dataset(counted, shown, reading)
     with part_of(0.0, 0.7):
-        run, *left, allowed = _identified(arm, data)
+        run, *left, allowed = _fitted(arm, data)
         rounded = as_dataset(counted, shown, reading, commanded=False)
         if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
             data = rounded  # the joints' whole degrees were not commanded, but are all that is shown
-            run, *left, allowed = _identified(arm, data)
+            run, *left, allowed = _fitted(arm, data)
     nominal, best = left
     with part_of(0.7, 0.3):
         cause = _cause(arm, data) if best > allowed else ""
@@ -202,15 +200,11 @@ def extract(
     )
 
 
-def _identified(
-    arm: Robot, data: Dataset, loss: Loss = Loss.SET_APART
-) -> tuple[Identification, float, float, float]:
+def _fitted(arm: Robot, data: Dataset, loss: str = "set-apart") -> tuple[Identification, float, float, float]:
     """The model that fits, what the nominal arm and it leave, and how much a model may leave."""
     run = identify(arm, data, loss=loss, held_out=0.0, reading="given")
-    if run.outliers and loss is Loss.SET_APART:
-        every = _identified(arm, data, Loss.SQUARES)
-        if every[2] <= every[3]:  # all agree within their last digits
-            return every
+    if run.outliers and loss == "set-apart" and (every := _fitted(arm, data, "squares"))[2] <= every[3]:
+        return every  # all agree within their last digits
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
     nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
