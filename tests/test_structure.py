@@ -38,17 +38,17 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 LONGEST = 600
 BUDGETS = {
     "root": 254,
-    "base": 2_170,
+    "base": 2_169,
     "report": 833,
     "arm": 9_485,
     "data": 5_073,
     "plate": 5_706,
     "identification": 9_657,
-    "diagnosis": 7_044,
+    "diagnosis": 7_040,
     "exports": 330,
     "session": 6_688,
     "views": 7_581,
-    "cli": 1_722,
+    "cli": 1_720,
     "extras": 1,
     "extras/camera": 3_793,
     "extras/controllers": 709,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_227,
     "extras/trajectories": 1_339,
     "extras/workshop": 910,
-    "tests": 39_860,
+    "tests": 39_777,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 19_306
