@@ -54,8 +54,10 @@ class PlacedReadings:
         if count < MIN_ROWS:
             return np.zeros(self.error.shape, bool)
         ordered = np.sort(self.error, axis=1)
-        usual = np.maximum(5.0 * ordered[:, count // 2], ordered[:, -(count // 5) - 1])
-        return self.error > usual[:, None]
+        twice = ordered[:, (count - 1) // 2] + ordered[:, count // 2]
+        below, share = int(0.8 * (count - 1)), 0.8 * (count - 1) % 1.0
+        most = (1.0 - share) * ordered[:, below] + share * ordered[:, below + 1]
+        return self.error > np.maximum(2.5 * twice, most)[:, None]
 
 
 def place(
