@@ -19,9 +19,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis import gravity_direction
 from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.gravity_tilt import GravityTilt
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict, harm_done
-from workbench.identification.checks.gravity_direction import GravityTilt
 from workbench.identification.errors.row_errors import RowErrors
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise

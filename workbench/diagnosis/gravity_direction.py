@@ -1,4 +1,4 @@
-"""Wrong direction of gravity in the robot's file (`identification/checks/gravity_direction.py`)."""
+"""Wrong direction of gravity in the robot's file (`diagnosis/gravity_tilt.py`)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,11 +15,7 @@ from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.claims.claimed_causes import MIN_NOISE_SHARE
 from workbench.diagnosis.drivers.driver import Driver
-from workbench.identification.checks.gravity_direction import (
-    MIN_MENTIONED_ERRORS,
-    WIDE_SIGMA,
-    tilts_of_gravity,
-)
+from workbench.diagnosis.gravity_tilt import MIN_MENTIONED_ERRORS, WIDE_SIGMA, tilts_of_gravity
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 

@@ -17,6 +17,7 @@ from workbench.base.progress import cancelled, progress
 from workbench.base.types import Vector3
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units
+from workbench.diagnosis.gravity_tilt import WIDE_SIGMA, freed
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
 from workbench.diagnosis.search.candidates import Catalogue, catalogue
 from workbench.diagnosis.search.event_search import Changeable, Timeline, changeable, crowded, promising
@@ -25,7 +26,6 @@ from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.search.stepwise_search import MAX_EARLY_EXCHANGE_EFFECTS, MIN_FALL
 from workbench.diagnosis.search.stepwise_search import search as search_effects
-from workbench.identification.checks.gravity_direction import WIDE_SIGMA, freed
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
