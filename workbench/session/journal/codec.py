@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from workbench.base.errors import WorkbenchError
+from workbench.base.installed_package import package_version
 from workbench.base.types import frozen
 from workbench.session.command import AbstractCommand, AbstractTask, UnknownCommand, kinds
 from workbench.session.journal import records
@@ -93,18 +94,18 @@ def encode_result(command: AbstractCommand, result: Any, before: Session) -> tup
         content = records.pack(result, records.known(before))
     except TypeError:  # a record of somebody else's package
         return None, {}
-    return {"file": (name := file_name(content, ".npz"))}, {name: content}
+    return {"file": (name := file_name(content, ".npz")), "by": _by_us(content)}, {name: content}
 
 
 def decode_result(command: AbstractCommand, stored: Any, load: Load) -> Any:
     """What a task computed, or the file of it; None if it is to be computed again."""
     if stored is None or not isinstance(command, AbstractTask):
         return None
-    if command.is_filed:
-        with contextlib.suppress(LostFile):
-            return load(stored["file"])
-        return None
-    return None if command.stored is None else _build(command.stored, stored, _no_file)
+    if not command.is_filed:
+        return None if command.stored is None else _build(command.stored, stored, _no_file)
+    with contextlib.suppress(LostFile):
+        return content if stored.get("by") == _by_us(content := load(stored["file"])) else None
+    return None
 
 
 def record(kind: Any, values: Mapping[str, Any]) -> Any:
@@ -126,6 +127,11 @@ def origin(header: Mapping[str, Any]) -> str:
     """By which a header's machine and user are known, as far as nobody else knows the machine's number."""
     begun = f"{header.get('began')} {header.get('inputs')}".encode()
     return hmac.digest(_machine(), begun, "sha256").hex()[:20]
+
+
+def _by_us(result: bytes) -> str:
+    """By which a result is known that this machine, user and version have computed."""
+    return hmac.digest(_machine(), f"{package_version()} {digest(result)}".encode(), "sha256").hex()[:20]
 
 
 @functools.cache

@@ -24,12 +24,7 @@ from workbench.session.state import Session
 OBJECTS = "objects"
 LARGEST = 2**30
 """Files that take more room than this once unpacked are not read [bytes]."""
-COLLECTIONS: dict[str, Callable[[list], Any]] = {
-    "tuple": tuple,
-    "list": list,
-    "frozenset": frozenset,
-    "set": set,
-}
+COLLECTIONS: dict[str, Callable[[list], Any]] = {k.__name__: k for k in (tuple, list, frozenset, set)}
 
 
 def known(session: Session) -> dict[str, Any]:

@@ -90,9 +90,7 @@ def restore(
         is_computed: Whether searches and chores are computed again, too.
         show: Told of the session before everything that takes long.
     """
-    is_ours = recording.is_own and recording.header.get("workbench") == package_version()
-    is_read = lambda entry: is_ours or not getattr(entry.command, "is_filed", False)  # noqa: E731
-    entries = tuple(e if is_read(e) else replace(e, result=None) for e in recording.entries)
+    entries = recording.entries
     written = [recording.header["numbers"], *(line.numbers for line in recording.lines)]
     after = (steps if is_computed else stored_steps)(recording.first, entries)
     compared, found, now = 0, list[Difference](), dict[int, dict[str, Any]]()

@@ -43,7 +43,7 @@ def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> 
     run = found.runs[shown]
     added, errors = run.saved.robot.effects, sizes(run.file_errors)
     holds = {
-        "URDF": "geometry alone; a Python file holds the effects too" if added else "for other programs",
+        "URDF": "geometry alone; the TOML holds the effects too" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
