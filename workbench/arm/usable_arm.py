@@ -46,6 +46,8 @@ LIMIT_SAMPLES = 500
 """Number of joint positions sampled within the limits if none are known."""
 NO_DIFFERENCE = 1e-9
 """Difference [m] that counts as zero."""
+NOTICED_RISE = 1.1
+"""Ratio above which an error that was measured counts more than the one that is expected."""
 MAX_ITERATIONS, RANK = 30, 1e-9
 """Maximum number of Gauss–Newton steps, and relative singular value below which none goes along."""
 
@@ -222,8 +224,8 @@ def away_text(
         return (f"the {name} is {at}",)
     used, loads = np.hypot(own.position, left.position_mean), ""
     alone = None if effects else robot.calibration.geometry_error
-    if alone is not None and alone.position > used:
-        used, loads = alone.position, " with what moved the arm besides its joints"
+    if alone is not None and alone.position > NOTICED_RISE * used:
+        used, loads = alone.position, " at the loads and temperatures that were measured"
     return (f"{name} about {in_mm(used)}{loads} · TOML {in_mm(own.position)}: the {name} is {at}",)
 
 

@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.assets import PACKAGE
 from workbench.base.errors import WorkbenchError
 from workbench.base.installed_package import package_version
 from workbench.base.types import frozen
@@ -94,7 +95,7 @@ def encode_result(command: AbstractCommand, result: Any, before: Session) -> tup
         content = records.pack(result, records.known(before))
     except TypeError:  # a record of somebody else's package
         return None, {}
-    return {"file": (name := file_name(content, ".npz")), "by": _by_us(content)}, {name: content}
+    return {"file": (name := file_name(content, ".npz")), "by": _by_us(name)}, {name: content}
 
 
 def decode_result(command: AbstractCommand, stored: Any, load: Load) -> Any:
@@ -104,7 +105,7 @@ def decode_result(command: AbstractCommand, stored: Any, load: Load) -> Any:
     if not command.is_filed:
         return None if command.stored is None else _build(command.stored, stored, _no_file)
     with contextlib.suppress(LostFile):
-        return content if stored.get("by") == _by_us(content := load(stored["file"])) else None
+        return load(name) if stored.get("by") == _by_us(name := stored["file"]) else None
     return None
 
 
@@ -129,9 +130,16 @@ def origin(header: Mapping[str, Any]) -> str:
     return hmac.digest(_machine(), begun, "sha256").hex()[:20]
 
 
-def _by_us(result: bytes) -> str:
-    """By which a result is known that this machine, user and version have computed."""
-    return hmac.digest(_machine(), f"{package_version()} {digest(result)}".encode(), "sha256").hex()[:20]
+def _by_us(file: str) -> str:
+    """By which a result's file, whose name tells its content, is known as computed here by these sources."""
+    return hmac.digest(_machine(), f"{_sources()} {file}".encode(), "sha256").hex()[:20]
+
+
+@functools.cache
+def _sources() -> str:
+    """A checkout may be changed between two versions."""
+    found = sorted((str(path), path.stat()) for path in PACKAGE.rglob("*.py"))
+    return f"{package_version()} {[(name, at.st_size, at.st_mtime_ns) for name, at in found]}"
 
 
 @functools.cache
