@@ -50,7 +50,7 @@ BUDGETS = {
     "views": 7_579,
     "cli": 1_720,
     "extras": 1,
-    "extras/camera": 3_793,
+    "extras/camera": 3_797,
     "extras/controllers": 709,
     "extras/hobby": 770,
     "extras/katana": 1_083,

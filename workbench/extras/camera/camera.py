@@ -140,11 +140,15 @@ class CameraEntry:
     fy: Positive
     cx: float
     cy: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: Annotated[
+        tuple[float, float, float, float, float],
+        Reads("k1 k2 p1 p2, or these and k3", lambda v, _: [*v, 0.0] if len(v) == 4 else v),
+    ] = (0.0, 0.0, 0.0, 0.0, 0.0)
     mounted: Mount = Mount.WORLD
     free: bool | Literal["auto"] = "auto"
     sigma: Annotated[
-        tuple[Positive, ...], Reads("1, 4 or 9 numbers", lambda v, _: v if np.size(v) in (1, 4, 9) else None)
+        tuple[Positive, ...],
+        Reads("1, 4 or 9 positive numbers", lambda v, _: v if np.size(v) in (1, 4, 9) else None),
     ] = ()
     per_session: bool = False
 
