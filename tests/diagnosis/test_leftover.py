@@ -41,6 +41,9 @@ def test_noisy_readings_are_recognised_and_noise_of_the_instrument_is_not_taken_
     assert found.share > 0.8
     assert joint_noise(fitted(case)) is None
     assert joint_noise(fitted(replace(case, data=replace(case.data, rotation=None)))) is None
+    depth = 4e-4 * np.random.default_rng(seed).standard_normal(len(case.data))  # as a camera sees it
+    seen = replace(case.data, position=case.data.position + np.outer(depth, [0, 0, 1]), rotation=None)
+    assert joint_noise(fitted(replace(case, data=seen))) is None
 
 
 def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
@@ -93,5 +96,5 @@ def test_variances_that_floating_point_makes_indefinite_cost_infinity():
     table = _Residuals(
         rng.standard_normal((5, 3)), 1e-30 * ones, ones > 0.0, by_joint, ones[:, :1], np.zeros(3, int)
     )
-    assert _cost([table], np.array([0.0, 0.0, 1.0]))[0] == np.inf
-    assert np.isfinite(_cost([table], np.array([1.0, 1.0, 1.0]))[0])
+    assert _cost([table], np.array([0.0, 0.0, 0.0, 0.0, 1.0]))[0] == np.inf
+    assert np.isfinite(_cost([table], np.ones(5))[0])
