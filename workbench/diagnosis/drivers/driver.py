@@ -435,7 +435,7 @@ def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterato
 
 
 def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
-    """An unstated payload, or with 0 kg the known load, acts through soft joints by some shape over the rows."""
+    """A payload more, or with 0 kg the load itself, times some shape over the rows, through soft joints."""
     if rows.arm.has_masses:
         more = rows.wrenches_of(rows.arm, kg) - (rows.wrenches if kg else 0.0)
         loads = own(rows.chain, range(rows.chain.dof), more)
