@@ -151,8 +151,7 @@ def with_joint_readings(
         white: The most likely standard deviations if readings are exact.
         stated: Whether rows state standard deviations.
     """
-    tables = _tables(problem, residual)
-    scale = _scale(tables)
+    scale = _scale(tables := _tables(problem, residual))
     joints = np.flatnonzero((scale[CHANNELS:] > 0.0) & (scale[CHANNELS:] < MAX_READING_ERROR**2))
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - CHANNELS)])
     found = _likeliest(tables, scale, joints, turning, stated)
@@ -171,8 +170,7 @@ def with_joint_readings(
 
 def alike_readings(problem: Problem, residual: Float[np.ndarray, " m"]) -> Noise:
     """The most likely standard deviations if all joints have equally noisy readings."""
-    tables = _tables(problem, residual)
-    scale = _scale(tables)
+    scale = _scale(tables := _tables(problem, residual))
     found = _fit(tables, _members(scale, [np.arange(len(scale) - CHANNELS)]), np.ones(3), False)
     position, rotation, *joints = np.sqrt(found.variances[2:]).tolist()
     return Noise(position, rotation, tuple(joints))
@@ -308,8 +306,7 @@ def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.
 def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Negative log likelihood, its gradient in the variances, and their Fisher information; infinite for
     variances whose covariances are indefinite in floating point."""
-    value, slope = 0.0, np.zeros(len(variances))
-    information = np.zeros((len(variances), len(variances)))
+    value, slope, information = 0.0, np.zeros(n := len(variances)), np.zeros((n, n))
     try:
         whitened = [_whitened(table, variances) for table in tables]
     except np.linalg.LinAlgError:
