@@ -466,7 +466,7 @@ def _temperatures(rows: _Rows) -> Iterator[Follower]:
         wave = smooth((warm - warm.min()) / np.ptp(warm), WARM_LENGTH)
         yield from _through_all(rows, Driver.TEMPERATURE, "the temperature", wave)
         softer = "the temperature, as where a joint gives way more when warm, in {}"
-        yield from _payloads(rows, Driver.TEMPERATURE, softer, wave, kg=0.0)
+        yield from _payloads(rows, Driver.TEMPERATURE, softer, wave - wave.mean(0), kg=0.0)
 
 
 def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iterator[Follower]:
