@@ -9,12 +9,9 @@ from conditions import CONDITIONS, under
 from judge import error_of
 from problems import fitted
 
-from workbench.arm.effects.axes import own
-from workbench.arm.motion import Motion
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Verdict
-from workbench.diagnosis.search.candidate_columns import known_wrenches
 from workbench.identification.joint_reading_noise import _cost, _Residuals, readings
 from workbench.identification.noise import components
 
@@ -43,10 +40,10 @@ def test_noisy_readings_are_recognised_and_noise_of_the_instrument_is_not_taken_
     np.testing.assert_allclose(found.sigma, READINGS, rtol=0.15)
     assert found.share > 0.8
     assert joint_noise(fitted(case)) is None
-    assert joint_noise(fitted(replace(case, data=replace(case.data, rotation=None)))) is None
-    depth = 4e-4 * np.random.default_rng(seed).standard_normal(len(case.data))  # as a camera sees it
-    seen = replace(case.data, position=case.data.position + np.outer(depth, [0, 0, 1]), rotation=None)
-    assert joint_noise(fitted(replace(case, data=seen))) is None
+    deep = case.data.position + [0, 0, 4e-4] * np.random.default_rng(seed).standard_normal(
+        (len(case.data), 1)
+    )
+    assert joint_noise(fitted(replace(case, data=replace(case.data, position=deep, rotation=None)))) is None
 
 
 def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
@@ -101,15 +98,3 @@ def test_variances_that_floating_point_makes_indefinite_cost_infinity():
     )
     assert _cost([table], np.array([0.0, 0.0, 0.0, 0.0, 1.0]))[0] == np.inf
     assert np.isfinite(_cost([table], np.ones(5))[0])
-
-
-def test_a_joint_that_gives_way_more_when_warm_follows_the_temperature():
-    """The order of rows was named, as certain."""
-    case = make("none", 2)
-    q, rows = case.data.q.copy(), np.arange(len(case.data))
-    warm = 26.0 + 8.0 * np.sin(rows / 15.0) + np.random.default_rng(2).standard_normal(len(rows))
-    load = own(case.robot.chain, (1,), known_wrenches(case.robot, Motion.of(case.data)))[:, 0]
-    q[:, 1] += 1e-3 * load / np.abs(load).max() * (1.0 + 0.06 * (warm - 26.0))
-    found = diagnose(case.robot, replace(case.data, q=q, temperature=warm, time=None, direction=None))
-    assert [c.kind for c in found.causes] == ["joint-compliance"]
-    assert "The error follows the temperature, as where a joint gives way more when warm" in found.message

@@ -19,7 +19,6 @@ BIMODAL = 0.2
 they leave 0.36, of uniform ones 0.25."""
 MIN_ROWS, MIN_SHARE = 30, 0.1
 """Minimum number of rows, and their minimum share in either group: fewer are outliers."""
-OTHERWISE = "tell them apart by a column 'session'"
 ROUNDS = 8
 """Maximum number of refits, so that geometry takes no part of the vector."""
 
@@ -59,12 +58,12 @@ def two_places(fit: Fit, data: Dataset) -> str:
     shift = left[few].mean(0) - left[~few].mean(0)
     known = [(n, v) for n in ("payload", "temperature") if (v := getattr(data, n)) is not None]
     told = [n for n, v in known if (v[few].min() - v[~few].max()) * (v[few].max() - v[~few].min()) > 0.0]
-    more = "".join(f"the {n} tells them apart: look for what changes with it" for n in told)
+    more = f"the {told[0]} tells them apart" if told else "tell them apart by a column 'session'"
     return (
         f"{few.sum()} of {len(few)} rows ({_which(data.row, few)}) lie "
         f"{in_mm(float(np.linalg.norm(shift)))} off the others together, by "
         f"{', '.join(f'{1e3 * v:.2f}' for v in shift)} mm in x, y, z of {axes}: "
-        f"another reflector, seat, station or tool, or a knock? {more or OTHERWISE}"
+        f"another reflector, seat, station or tool, or a knock? {more}"
     )
 
 
