@@ -40,9 +40,7 @@ def test_noisy_readings_are_recognised_and_noise_of_the_instrument_is_not_taken_
     np.testing.assert_allclose(found.sigma, READINGS, rtol=0.15)
     assert found.share > 0.8
     assert joint_noise(fitted(case)) is None
-    deep = case.data.position + [0, 0, 4e-4] * np.random.default_rng(seed).standard_normal(
-        (len(case.data), 1)
-    )
+    deep = case.data.position + np.random.default_rng(seed).normal(0, 4e-4, (len(case.data), 1)) * [0, 0, 1]
     assert joint_noise(fitted(replace(case, data=replace(case.data, position=deep, rotation=None)))) is None
 
 
