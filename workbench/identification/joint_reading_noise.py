@@ -6,19 +6,20 @@ are independent of each other, the components of a row are not:
     C = diag(sigma_row² + s²) + B diag(sigma_q²) Bᵀ
 
 s per channel and sigma_q per joint maximise the likelihood of the residuals r of a fit, with r² scaled by
-N/(N−p) for its p parameters. The likelihood is Student's t of a row's d² = rᵀ C⁻¹ r, so that a mis-seated row
-does not affect the joints' noise:
+N/(N−p) for its p parameters. Positions have one s, or one per axis of the measuring frame, as a camera sees
+depth worse. The likelihood is Student's t of a row's d² = rᵀ C⁻¹ r, so that a mis-seated row does not affect
+the joints' noise:
 
     min  ½ Σ log|C| + (ν+m) log(1 + d² / (ν k²))
 
-Readings count as exact unless the Bayesian information criterion prefers noise by at least `MIN_GAIN`. Joints
-of one kind share a variance or have their own, whichever that criterion prefers. An effect that the model
-lacks lies along the joints' columns too. Until it is found it counts as noise of the readings, unless the
-errors of a joint are a smooth function of its angle: then readings count as exact, and the effect is looked
-for first.
+Readings count as exact unless the Bayesian information criterion prefers noise by at least `MIN_GAIN`. Axes
+and joints of one kind share a variance or have their own, whichever that criterion prefers. An effect that
+the model lacks lies along the joints' columns too. Until it is found it counts as noise of the readings,
+unless the errors of a joint are a smooth function of its angle: then readings count as exact, and the effect
+is looked for first.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -36,6 +37,9 @@ STUDENT_FREEDOM = 5.0
 """Degrees of freedom ν of Student's t for residuals."""
 MIN_GAIN = 3.0
 """Gain in log likelihood that noise of joint readings must have beyond the information criterion."""
+TOGETHER, APART = ([0, 1, 2], [3]), ([0], [1], [2], [3])
+"""Channels, three axes of positions and rotations, that share a variance."""
+CHANNELS = 4
 MAX_NOISE_ROWS = 2000
 """Maximum number of rows for the variances, evenly spread; more would hardly change them."""
 MIN_VARIANCE_SHARE = 1e-4
@@ -98,7 +102,7 @@ class _Residuals(NamedTuple):
     by_joint: Float[np.ndarray, "rows m n"]
     q: Float[np.ndarray, "rows n"]
     channel: np.ndarray
-    """0 for positions, 1 for rotations."""
+    """0, 1, 2 for the axes of positions, 3 for rotations."""
 
     @property
     def room(self) -> Float[np.ndarray, " rows"]:
@@ -107,8 +111,7 @@ class _Residuals(NamedTuple):
 
 
 class _Answer(NamedTuple):
-    """The most likely variance components, the variances they imply (two channels, then joints), and the
-    cost."""
+    """The most likely variance components, the variances they imply (channels, then joints), and the cost."""
 
     size: np.ndarray
     variances: np.ndarray
@@ -148,56 +151,56 @@ def with_joint_readings(
         white: The most likely standard deviations if readings are exact.
         stated: Whether rows state standard deviations.
     """
-    tables = _tables(problem, residual)
-    scale = _scale(tables)
-    joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < MAX_READING_ERROR**2))
-    turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - 2)])
+    scale = _scale(tables := _tables(problem, residual))
+    joints = np.flatnonzero((scale[CHANNELS:] > 0.0) & (scale[CHANNELS:] < MAX_READING_ERROR**2))
+    turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - CHANNELS)])
     found = _likeliest(tables, scale, joints, turning, stated)
-    if found is None:
-        return white
-    noisy = [int(j) for j in joints if found.variances[2 + j] > 0.0]
-    if any(_is_smooth(tables, found.variances, j) for j in noisy):
+    noisy = [int(j) for j in joints if found.variances[CHANNELS + j] > 0.0]
+    if not noisy or any(_is_smooth(tables, found.variances, j) for j in noisy):
         return white
     variances = found.variances.copy()
-    variances[2:] *= variances[2:] > MIN_READING_VARIANCE * scale[2:]
+    variances[CHANNELS:] *= variances[CHANNELS:] > MIN_READING_VARIANCE * scale[CHANNELS:]
     if not stated:  # residuals keep their size, whatever their tails
         sizes = [_whitened(t, variances)[2] ** 2 for t in tables]
         variances = variances * (sum(s.sum() for s in sizes) / sum(t.live.sum() for t in tables))
-    there = scale[:2] > 0.0
-    channels = np.where(there, np.sqrt(variances[:2]), white[:2]).tolist()
-    return Noise(channels[0], channels[1], tuple(np.sqrt(variances[2:]).tolist()), tilt=white.tilt)
+    size = np.sqrt([variances[:3].mean(), *variances[3:]])
+    position, rotation = np.where(scale[[0, 3]] > 0.0, size[:2], white[:2]).tolist()
+    return Noise(position, rotation, tuple(size[2:].tolist()), tilt=white.tilt)
 
 
 def alike_readings(problem: Problem, residual: Float[np.ndarray, " m"]) -> Noise:
     """The most likely standard deviations if all joints have equally noisy readings."""
-    tables = _tables(problem, residual)
-    scale = _scale(tables)
-    found = _fit(tables, _members(scale, [np.arange(len(scale) - 2)]), np.ones(3), False)
-    position, rotation, *joints = np.sqrt(found.variances).tolist()
+    scale = _scale(tables := _tables(problem, residual))
+    found = _fit(tables, _members(scale, [np.arange(len(scale) - CHANNELS)]), np.ones(3), False)
+    position, rotation, *joints = np.sqrt(found.variances[2:]).tolist()
     return Noise(position, rotation, tuple(joints))
 
 
 def _likeliest(
     tables: Sequence[_Residuals], scale: np.ndarray, joints: np.ndarray, turning: np.ndarray, stated: bool
-) -> _Answer | None:
-    """The most likely variances if some joints have noisy readings; None if rows don't clearly show any."""
-    if not len(joints):
-        return None
-    plain = _fit(tables, _members(scale, []), np.ones(2), stated)
-    kinds = turning[joints]
-    alike = _members(scale, [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()])
-    found = _fit(tables, alike, np.append(plain.size, np.full(alike.shape[1] - 2, 0.1)), stated)
-    single = _members(scale, joints[:, None])
-    begin = np.append(
-        found.size[:2], np.maximum(found.variances[2 + joints] / scale[2 + joints], MIN_READING_VARIANCE)
-    )
-    each = _fit(tables, single, begin, stated)
-    charge = 0.5 * np.log(sum(len(t.residual) for t in tables))
-    gains = [
-        plain.cost - a.cost - charge * (a.size[2:] > MIN_READING_VARIANCE).sum() - MIN_GAIN
-        for a in (found, each)
-    ]
-    return (found, each)[int(np.argmax(gains))] if max(gains) > 0.0 else None
+) -> _Answer:
+    """The most likely variances: of joints only if rows clearly show that their readings are noisy."""
+    kinds, charge = turning[joints], 0.5 * np.log(sum(len(t.residual) for t in tables))
+    alike = [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()]
+    tried = list[tuple[float, _Answer]]()
+    for axes in (TOGETHER, APART):
+        count, some = len(axes), joints
+        plain = _fit(tables, _members(scale, [], axes), np.ones(count), stated)
+        if tried and plain.cost + charge * count >= tried[0][0]:
+            break
+        begin = np.append(plain.size, np.full(len(alike), 0.1))
+        answers = [plain, _fit(tables, _members(scale, alike, axes), begin, stated)]
+        sizes = answers[-1].variances[CHANNELS + some] / scale[CHANNELS + some]
+        while len(some):  # the one that explains least becomes exact
+            begin = np.append(answers[-1].size[:count], sizes)
+            answers.append(_fit(tables, _members(scale, some[:, None], axes), begin, stated))
+            sizes = answers[-1].size[count:]
+            stays = sizes > max(sizes.min(), MIN_READING_VARIANCE)
+            some, sizes = some[stays], sizes[stays]
+        for each in answers:
+            noisy = (each.size[count:] > MIN_READING_VARIANCE).sum()
+            tried.append((each.cost + charge * (count + noisy) + MIN_GAIN * (each is not plain), each))
+    return min(tried, key=lambda pair: pair[0])[1]
 
 
 def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) -> bool:
@@ -215,7 +218,7 @@ def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
     """At most `MAX_NOISE_ROWS` rows, grouped by their components."""
     every = slice(None, None, max(1, -(-len(problem.data) // MAX_NOISE_ROWS)))
-    alike: dict[tuple[bool, ...], list[tuple[np.ndarray, ...]]] = {}
+    alike: dict[tuple[int, ...], list[tuple[np.ndarray, ...]]] = {}
     for block in problem.blocks:
         if Channel.TILT in block.observation.channels:
             continue
@@ -225,11 +228,11 @@ def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
             for values in (residual, problem.own_sigma**2)
         )
         part = left, own, live, block.by_joint[every] * live[..., None], block.q[every]
-        turned = tuple(channel is Channel.ROTATION for channel in block.observation.channels)
-        alike.setdefault(turned, []).append(part)
+        axes = tuple(3 if c is Channel.ROTATION else k % 3 for k, c in enumerate(block.observation.channels))
+        alike.setdefault(axes, []).append(part)
     return [
-        _Residuals._make([*map(np.concatenate, zip(*parts, strict=True)), np.array(turned, int)])
-        for turned, parts in alike.items()
+        _Residuals._make([*map(np.concatenate, zip(*parts, strict=True)), np.array(axes)])
+        for axes, parts in alike.items()
     ]
 
 
@@ -238,21 +241,21 @@ def _scale(tables: Sequence[_Residuals]) -> Float[np.ndarray, " v"]:
     unobservable joints."""
     square, count = np.zeros(2), np.zeros(2)
     for t in tables:
-        square += np.bincount(t.channel, (t.residual**2).sum(0), 2)
-        count += np.bincount(t.channel, t.live.sum(0), 2)
-    mean = np.where(count > 0, np.maximum(square, 1e-300) / np.maximum(count, 1.0), 0.0)
+        square += np.bincount(t.channel // 3, (t.residual**2).sum(0), 2)
+        count += np.bincount(t.channel // 3, t.live.sum(0), 2)
+    mean = np.where(count > 0, np.maximum(square, 1e-300) / np.maximum(count, 1.0), 0.0)[[0, 0, 0, 1]]
     weigh = 1.0 / np.where(mean > 0.0, mean, 1.0)
     power = sum((t.by_joint**2 * weigh[t.channel][:, None]).sum((0, 1)) for t in tables)
     shown = power > 1e-12 * max(float(np.max(power)), 1e-300)
     return np.append(mean, np.where(shown, count.sum() / np.where(shown, power, 1.0), 0.0))
 
 
-def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Float[np.ndarray, "v k"]:
-    """Which variances share a component: each channel its own, each group of joints one."""
-    out = np.zeros((len(scale), 2 + len(groups)))
-    out[[0, 1], [0, 1]] = scale[:2]
-    for k, group in enumerate(groups):
-        out[2 + group, 2 + k] = scale[2 + group].min()
+def _members(scale: np.ndarray, groups: Iterable[np.ndarray], axes=TOGETHER) -> Float[np.ndarray, "v k"]:
+    """Which variances share a component: axes of positions, rotations, each group of joints."""
+    every = [*axes, *(CHANNELS + group for group in groups)]
+    out = np.zeros((len(scale), len(every)))
+    for k, group in enumerate(every):
+        out[group, k] = scale[group].min()
     return out
 
 
@@ -260,7 +263,7 @@ def _fit(tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray, st
     """The most likely components ≥ 0 by Fisher scoring: each step is a non-negative least-squares problem."""
     from scipy import optimize
 
-    minimum = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
+    minimum = 0.0 if stated else MIN_VARIANCE_SHARE * members[:CHANNELS].any(0)
     size = np.maximum(size, minimum)
     cost, slope, information = _cost(tables, members @ size)
     for _ in range(MAX_SCORING_STEPS if np.isfinite(cost) else 0):
@@ -290,7 +293,7 @@ def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.
         LinAlgError: a covariance is indefinite in floating point.
     """
     alone = np.where(table.live, np.maximum(table.stated + variances[table.channel], 1e-300), 1.0)
-    scaled = table.by_joint * np.sqrt(variances[2:])
+    scaled = table.by_joint * np.sqrt(variances[CHANNELS:])
     covariance = scaled @ scaled.transpose(0, 2, 1)
     diagonal = np.arange(alone.shape[1])
     covariance[:, diagonal, diagonal] += alone
@@ -303,8 +306,7 @@ def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.
 def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Negative log likelihood, its gradient in the variances, and their Fisher information; infinite for
     variances whose covariances are indefinite in floating point."""
-    value, slope = 0.0, np.zeros(len(variances))
-    information = np.zeros((len(variances), len(variances)))
+    value, slope, information = 0.0, np.zeros(n := len(variances)), np.zeros((n, n))
     try:
         whitened = [_whitened(table, variances) for table in tables]
     except np.linalg.LinAlgError:
@@ -319,18 +321,16 @@ def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, n
         alone = np.diagonal(precision, axis1=1, axis2=2)
         along = (white[:, None] @ columns)[:, 0]
         each = ((alone - weight[:, None] * back**2) * table.live).sum(0)
-        slope[:2] += 0.5 * np.bincount(table.channel, each, 2)
-        slope[2:] += 0.5 * ((columns**2).sum((0, 1)) - weight @ along**2)
+        by_joint = (columns**2).sum((0, 1)) - weight @ along**2
+        slope += 0.5 * np.append(np.bincount(table.channel, each, CHANNELS), by_joint)
         share = 0.5 / (STUDENT_FREEDOM + count + 2.0)
         maximum = (STUDENT_FREEDOM + count) * share
-        channel = np.eye(2)[table.channel]
+        channel = np.eye(CHANNELS)[table.channel]
         seen = np.tensordot(maximum, precision**2 * table.live[:, :, None] * table.live[:, None], 1)
         mixed = channel.T @ np.tensordot(maximum, (transposed @ columns) ** 2, 1)
-        information[:2, :2] += channel.T @ seen @ channel
-        information[:2, 2:] += mixed
-        information[2:, :2] += mixed.T
-        information[2:, 2:] += np.tensordot(maximum, (columns.transpose(0, 2, 1) @ columns) ** 2, 1)
+        joints = np.tensordot(maximum, (columns.transpose(0, 2, 1) @ columns) ** 2, 1)
         trace = np.concatenate([(alone * table.live) @ channel, (columns**2).sum(1)], axis=1)
+        information += np.block([[channel.T @ seen @ channel, mixed], [mixed.T, joints]])
         information -= trace.T @ (trace * share[:, None])
     return value, slope, information
 
@@ -354,8 +354,5 @@ def consistent(components: int) -> float:
 def check_joint_noise(noise: Noise | None, joints: int) -> None:
     """Raise unless noise of joint readings is that of as many joints, or of none."""
     if noise is not None and len(noise.joints) not in (0, joints):
-        raise ShapeError(
-            f"noise of joint readings must be given for each of the {joints} joints, got {len(noise.joints)}",
-            expected=joints,
-            found=len(noise.joints),
-        )
+        text = f"noise of joint readings must be given for each of the {joints} joints"
+        raise ShapeError(f"{text}, got {len(noise.joints)}", expected=joints, found=len(noise.joints))

@@ -264,8 +264,6 @@ class _Rows:
     def stated(self) -> np.ndarray:
         """The same with the file's masses, where the fit has others: these suit its own laws."""
         mine = [i for i, p in enumerate(self.problem.parameters) if p.is_inertia]
-        if not mine:
-            return self.wrenches
         x = self.x.copy()
         x[mine] = [self.problem.parameters[i].nominal for i in mine]
         return self.wrenches_of(self.problem.frames.placed(self.problem.robot_at(x), self.data.sessions))
@@ -436,10 +434,10 @@ def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterato
         yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", wandering(t), moved=free)
 
 
-def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features) -> Iterator[Follower]:
-    """A payload that the file doesn't state, by some shape over the rows, acts through soft joints."""
+def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
+    """A payload more, or with 0 kg the load itself, times some shape over the rows, through soft joints."""
     if rows.arm.has_masses:
-        more = rows.wrenches_of(rows.arm, 1.0) - rows.wrenches
+        more = rows.wrenches_of(rows.arm, kg) - (rows.wrenches if kg else 0.0)
         loads = own(rows.chain, range(rows.chain.dof), more)
         for j in rows.varied(loads[:, :, None]):
             heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
@@ -465,8 +463,10 @@ def _gravities(rows: _Rows) -> Iterator[Follower]:
 def _temperatures(rows: _Rows) -> Iterator[Follower]:
     warm = rows.motion.temperature
     if warm is not None and np.isfinite(warm).all() and np.ptp(warm) > MIN_WARMING:
-        t = (warm - warm.min()) / np.ptp(warm)
-        yield from _through_all(rows, Driver.TEMPERATURE, "the temperature", smooth(t, WARM_LENGTH))
+        wave = smooth((warm - warm.min()) / np.ptp(warm), WARM_LENGTH)
+        yield from _through_all(rows, Driver.TEMPERATURE, "the temperature", wave)
+        softer = "the temperature, as where a joint gives way more when warm, in {}"
+        yield from _payloads(rows, Driver.TEMPERATURE, softer, wave - wave.mean(0), kg=0.0)
 
 
 def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iterator[Follower]:

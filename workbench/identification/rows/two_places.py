@@ -56,11 +56,14 @@ def two_places(fit: Fit, data: Dataset) -> str:
     if share > BIMODAL or few.mean() < MIN_SHARE:
         return ""
     shift = left[few].mean(0) - left[~few].mean(0)
+    known = [(n, v) for n in ("payload", "temperature") if (v := getattr(data, n)) is not None]
+    told = [n for n, v in known if (v[few].min() - v[~few].max()) * (v[few].max() - v[~few].min()) > 0.0]
+    more = f"the {told[0]} tells them apart" if told else "tell them apart by a column 'session'"
     return (
         f"{few.sum()} of {len(few)} rows ({_which(data.row, few)}) lie "
         f"{in_mm(float(np.linalg.norm(shift)))} off the others together, by "
         f"{', '.join(f'{1e3 * v:.2f}' for v in shift)} mm in x, y, z of {axes}: "
-        "another reflector, seat, station or tool, or a knock? tell them apart by a column 'session'"
+        f"another reflector, seat, station or tool, or a knock? {more}"
     )
 
 
