@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
+from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
 
@@ -37,6 +38,14 @@ class Prior:
         count = len(self.names)
         if self.values.shape != (count,) or self.information.shape != (count, count):
             raise OptionError(f"a prior of {count} constants needs as many values, and their information")
+
+    @classmethod
+    def of(cls, fit: Fit) -> "Prior":
+        """Knowledge of the arm's constants from a fit, frames and instruments marginalised."""
+        information = fit.rows_factor.information() / max(fit.variance_factor, 1e-300)
+        everything = cls(fit.problem.names, fit.x, information)
+        geometry = {p.name for p in fit.parameters if p.is_geometry}
+        return everything.keep(lambda name: name in geometry)
 
     def keep(self, wanted: Callable[[str], bool]) -> "Prior":
         """Knowledge of the given constants; the others become unknown."""
