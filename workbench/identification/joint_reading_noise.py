@@ -184,23 +184,28 @@ def _likeliest(
     alike = [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()]
     tried = list[tuple[float, _Answer]]()
     for axes in (TOGETHER, APART):
-        count, some = len(axes), joints
+        count, some, groups = len(axes), joints, alike
         plain = _fit(tables, _members(scale, [], axes), np.ones(count), stated)
-        if tried and plain.cost + charge * count >= tried[0][0]:
+        own = [(plain.cost + charge * count, plain)]
+        if tried and own[0][0] >= tried[0][0]:
             break
         begin = np.append(plain.size, np.full(len(alike), 0.1))
-        answers = [plain, _fit(tables, _members(scale, alike, axes), begin, stated)]
-        sizes = answers[-1].variances[CHANNELS + some] / scale[CHANNELS + some]
-        while len(some):  # the one that explains least becomes exact
-            begin = np.append(answers[-1].size[:count], sizes)
-            answers.append(_fit(tables, _members(scale, some[:, None], axes), begin, stated))
-            sizes = answers[-1].size[count:]
-            stays = sizes > max(sizes.min(), MIN_READING_VARIANCE)
-            some, sizes = some[stays], sizes[stays]
-        for each in answers:
-            noisy = (each.size[count:] > MIN_READING_VARIANCE).sum()
-            tried.append((each.cost + charge * (count + noisy) + MIN_GAIN * (each is not plain), each))
-    return min(tried, key=lambda pair: pair[0])[1]
+        while len(groups):
+            answer = _fit(tables, _members(scale, groups, axes), begin, stated)
+            noisy = (answer.size[count:] > MIN_READING_VARIANCE).sum()
+            own.append((answer.cost + charge * (count + noisy) + MIN_GAIN, answer))
+            sizes = answer.variances[CHANNELS + some] / scale[CHANNELS + some]
+            if groups is not alike:  # if all together show noise, the one that explains least becomes exact
+                stays = (sizes > max(sizes.min(), MIN_READING_VARIANCE)) & (own[0] is not _best(own))
+                some, sizes = some[stays], sizes[stays]
+            begin = np.append(answer.size[:count], np.maximum(sizes, MIN_READING_VARIANCE))
+            groups = list(some[:, None])
+        tried += own
+    return _best(tried)[1]
+
+
+def _best(answers: Sequence[tuple[float, _Answer]]) -> tuple[float, _Answer]:
+    return min(answers, key=lambda pair: pair[0])
 
 
 def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) -> bool:
