@@ -58,8 +58,8 @@ _NUMBER, _GAP = re.compile(r"(^|_)\d+$"), re.compile(r"[_ ./]+")
 _TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
 _PLACE = re.compile(r"translation|position", re.I)
 WANTED = (
-    "give a robot pose and the target's pose in the camera in each row: x[m], y[m], z[m], qx, qy, qz, qw, "
-    "target_x[m], …, target_qw; or samples of easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
+    "give the robot's and the target's pose in each row (x[m] … qw, target_x[m] … target_qw), samples of "
+    "easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
 )
 SIDES = ("robot", "target")
 
@@ -81,7 +81,7 @@ def read_pairs(path: Path) -> tuple[Any, ...]:
         grid = table_of(arrays, path) if arrays else read_grid(path)
         sides = [_poses(grid, seen) for seen in (False, True)]
     except (ValueError, OSError, EOFError, zipfile.BadZipFile, WorkbenchError) as error:
-        why = re.split("[:;]", str(error).split(": ", 1)[-1])[0]  # the rest is advice on other files
+        why = re.split("[:;(,]", str(error).split(": ", 1)[-1])[0].strip()  # the rest is advice on other files
         raise FileError(f"it holds no pairs of poses ({why}); {WANTED}", path=str(path)) from None
     numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)
