@@ -133,7 +133,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 
     scaled = square / (STUDENT_FREEDOM * consistent(1))
 
-    def slope(log_s: float | np.ndarray) -> np.ndarray:
+    def slope(log_s: float | np.ndarray) -> np.ndarray | np.floating:
         added = np.exp(2.0 * np.asarray(log_s))[..., None]
         variance = own + added
         excess = 1.0 - (STUDENT_FREEDOM + 1.0) * scaled / (variance + scaled)
