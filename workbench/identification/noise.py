@@ -14,6 +14,8 @@ others look uncertain; `consistent` makes both agree on normal residuals:
 Rows without a sigma have sigma_row = 0, and s is then the root mean square of the residuals.
 """
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
@@ -133,7 +135,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 
     scaled = square / (STUDENT_FREEDOM * consistent(1))
 
-    def slope(log_s: float | np.ndarray) -> np.ndarray | np.floating:
+    def slope(log_s: float | np.ndarray) -> Any:
         added = np.exp(2.0 * np.asarray(log_s))[..., None]
         variance = own + added
         excess = 1.0 - (STUDENT_FREEDOM + 1.0) * scaled / (variance + scaled)
