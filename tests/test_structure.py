@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 9_487,
     "data": 5_088,
     "plate": 5_706,
-    "identification": 9_647,
+    "identification": 9_643,
     "diagnosis": 7_151,
     "exports": 330,
     "session": 6_695,

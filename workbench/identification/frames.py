@@ -345,10 +345,10 @@ def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> 
     for name, alone in (("base", FrameFreedom(base)), ("tool", FrameFreedom(tool=tool))):
         arm = align(robot, data, alone)
         if not moved and Spread.of(row_errors(arm, data).position).rms < ALIKE * best:
-            shift = (predict(arm, data) - predict(robot, data))[:, :3, 3].mean(0)
-            shift = (
-                shift if name == "base" else arm.in_first_session.tool.xyz - robot.in_first_session.tool.xyz
-            )
+            if name == "base":
+                shift = (predict(arm, data) - predict(robot, data))[:, :3, 3].mean(0)
+            else:
+                shift = arm.in_first_session.tool.xyz - robot.in_first_session.tool.xyz
             size = ", ".join(f"{1e3 * v:z.2f}" for v in shift)
             moved = f" (another {name} does: {size} mm in x, y, z from the file's)"
     text = f"the best base and tool leave {in_mm(best)} rms{moved}, not {in_mm(off)}; fit them: --frames fit"

@@ -50,14 +50,10 @@ class PlacedReadings:
     @property
     def apart(self) -> Bool[np.ndarray, "s rows"]:
         """Rows that stand off, about a fifth at most."""
-        count = self.error.shape[1]
-        if count < MIN_ROWS:
+        if self.error.shape[1] < MIN_ROWS:
             return np.zeros(self.error.shape, bool)
-        ordered = np.sort(self.error, axis=1)
-        twice = ordered[:, (count - 1) // 2] + ordered[:, count // 2]
-        below, share = int(0.8 * (count - 1)), 0.8 * (count - 1) % 1.0
-        most = (1.0 - share) * ordered[:, below] + share * ordered[:, below + 1]
-        return self.error > np.maximum(2.5 * twice, most)[:, None]
+        usual = np.median(self.error, axis=1), np.quantile(self.error, 0.8, axis=1)
+        return self.error > np.maximum(5.0 * usual[0], usual[1])[:, None]
 
 
 def place(
