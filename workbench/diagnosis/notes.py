@@ -1,14 +1,13 @@
 """Notes of a diagnosis beside its verdict."""
 
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 from jaxtyping import Int
 
 from workbench.arm.effects import extrapolation_notes
 from workbench.arm.robot import Robot
-from workbench.base.advice import ask, beside
+from workbench.base.advice import beside
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.coverage import coverage
 from workbench.diagnosis.gravity_direction import standing_notes
@@ -64,8 +63,6 @@ def notes(
     yield from _weights_that_differ(saved.fit, given)
     yield from standing_notes(saved.fit, given)
     motion = last.stage.motion
-    caveats = (ask(f"the caveat of {e.name}", partial(e.caveat, motion), "") for e in effects)
-    yield from filter(None, caveats)
     if given.has_masses and any(e.loads for e in effects):
         yield MASSES.format(max(j.mass_tolerance for j in given.joints))
         yield from [NO_PAYLOAD] if motion.payload is None else []

@@ -98,10 +98,6 @@ class Backlash(AbstractEffect):
             return f"has width = {self.width:g}; give a moment of at least 0, and 0 with by = 'motion'"
         return None
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        cause = "last motion" if self.by == "motion" else "load"
-        return f"{self.where} has backlash of ±{self.size(chain)}; the flank depends on its {cause}"
-
     @classmethod
     def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)

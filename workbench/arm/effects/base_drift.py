@@ -24,8 +24,6 @@ from workbench.arm.motion import Motion
 if TYPE_CHECKING:
     from workbench.arm.robot import Robot
 
-HOUR = 3600.0
-"""Of an hour."""
 SAME, LATER, RETURNS = 0.01, 0.2, 3
 """Share of each joint's range within which two postures are the same, share of the total time by which they
 must be apart, and minimum number of such repeated rows to separate time from posture."""
@@ -79,6 +77,10 @@ class BaseDrift(AbstractEffect):
     def units(self, chain: Chain) -> tuple[str, ...]:
         return PART_UNITS if self.by_row else tuple(f"{unit}/s" for unit in PART_UNITS)
 
+    @property
+    def variant(self) -> str:
+        return "by row" if self.by_row else ""
+
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
 
@@ -87,19 +89,6 @@ class BaseDrift(AbstractEffect):
         if not self.by_row:
             return motion.need("time", self.name)
         return np.full(len(motion), self.reference) if motion.row is None else motion.row.astype(float)
-
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        if self.by_row:
-            rows = float(np.ptp(self._clock(motion)))
-            over = f" over the {rows + 1:.0f} rows"
-            return f"The measuring frame drifts from row to row: {self._sizes(rows, ' mm', '°')}{over}"
-        return f"The measuring frame drifts with time: {self._sizes(HOUR, ' mm/h', ' °/h')}"
-
-    def _sizes(self, span: float, *units: str) -> str:
-        """How far it moves and turns meanwhile, as far as it does."""
-        moved, turned = (span * float(np.linalg.norm(c)) for c in np.split(np.array(self.coefficients), 2))
-        parts = zip((1e3 * moved, np.rad2deg(turned)), units, strict=True)
-        return " and ".join(f"{size:.3g}{unit}" for size, unit in parts if size > 0.0) or f"0{units[0]}"
 
     def doubt(self, motion: Motion) -> str | None:
         """Only repeated postures separate time from posture."""

@@ -254,9 +254,10 @@ class AbstractEffect(ABC):
         """Names of its fields other than joints and coefficients."""
         return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
 
-    @abstractmethod
     def sentence(self, chain: Chain, motion: Motion) -> str:
         """Description with its coefficients, in plain English with readable units, without a full stop."""
+        variant = f" ({self.variant})" if self.variant and any(self.does) else ""
+        return f"{capital(self.plain)}{variant}: {self.size(chain)}"
 
     def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """The sentence given the covariance of its coefficients [SI²]; usually significant sizes only."""
@@ -308,10 +309,6 @@ class AbstractEffect(ABC):
         maximum = np.array(self.credible)[np.array(slides, int)]
         return tuple((maximum[:, None] / np.maximum(law, 1.0 if self.loads else MIN_LAW)).min(0).tolist())
 
-    def caveat(self, motion: Motion) -> str | None:
-        """A limitation due to the rows used for identification, one sentence; empty by default."""
-        return None
-
     def doubt(self, motion: Motion) -> str | None:
         """Why no cause in these rows can be certain, as a clause; None, by default, if one can."""
         return None
@@ -348,10 +345,12 @@ class AbstractEffect(ABC):
         return capital(joint_list(self.joints)) if self.joints else "The arm"
 
     def size(self, chain: Chain) -> str:
-        """Its largest coefficient in readable units."""
-        values = np.abs(self.coefficients)
-        largest = int(np.argmax(values))
-        return readable(float(values[largest]), self.units(chain)[largest])
+        """Its coefficient in readable units; of several the largest one of each unit."""
+        units, largest = self.units(chain), dict[str, float]()
+        for unit, value in sorted(zip(units, self.coefficients, strict=True), key=lambda pair: abs(pair[1])):
+            largest[unit] = value
+        shown = [readable(largest[u], u) for u in dict.fromkeys(units) if largest[u] or len(largest) == 1]
+        return f"{'up to ' * (len(units) > 1)}{' and '.join(shown) or readable(0.0, units[0])}"
 
     def error_phrase(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """Maximum error of its joint over the rows, without the part that the joint's zero may take if that

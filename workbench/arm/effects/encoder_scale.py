@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Wrenches, diagonal, turns
+from workbench.arm.effects.axes import Wrenches, diagonal
 from workbench.arm.effects.effect import AbstractEffect, Law
 from workbench.arm.motion import Motion
 
@@ -18,7 +18,7 @@ class EncoderScale(AbstractEffect):
     """One coefficient per joint."""
 
     name = "encoder-scale"
-    does = "{} moves too far or too little", "{} move too far or too little"
+    does = "{} moves farther than it counts", "{} move farther than they count"
     coefficient = "scale"
     unit = ("1", "1")
     largest = 0.03
@@ -27,8 +27,3 @@ class EncoderScale(AbstractEffect):
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
         return diagonal(motion.q[:, list(self.joints)])
-
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        moves = "turns" if turns(chain, self.joints[0]) else "slides"
-        much = "far" if self.coefficients[0] > 0 else "little"
-        return f"{self.where} {moves} {self.size(chain)} too {much}"

@@ -133,9 +133,6 @@ class AbstractEvent(AbstractEffect):
         size = " and ".join(self._sizes(chain, np.sqrt(np.diagonal(covariance))))
         return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        return self.stated(chain, motion, np.full(2 * (len(self.names),), np.nan))
-
     def _sizes(self, chain: Chain, std: np.ndarray) -> list[str]:
         """Lengths of its translation and of its rotation, with standard errors."""
         values, units = np.array(self.coefficients), np.array(self.units(chain))

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import Wrenches, diagonal, own, turns
+from workbench.arm.effects.axes import Wrenches, diagonal, own
 from workbench.arm.effects.effect import AbstractEffect, Law, Loads, Slope
 from workbench.arm.motion import Motion
 
@@ -34,9 +34,3 @@ class JointCompliance(AbstractEffect):
 
     def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Slope:
         return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))
-
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        load = "moment about" if turns(chain, self.joints[0]) else "force along"
-        if len(self.joints) > 1:
-            return f"{self.where} deflect by up to {self.size(chain)} under the {load} their axes"
-        return f"{self.where} deflects by {self.size(chain)} under the {load} its axis"

@@ -55,11 +55,6 @@ class JointCoupling(AbstractEffect):
         moved, by = (j + 1 for j in self.joints)
         return f"joint {moved} moves along with joint {by}"
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        moved, by = (j + 1 for j in self.joints)
-        kind = "angle" if turns(chain, self.joints[1]) else "travel"
-        return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {kind}"
-
     @classmethod
     def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:
         last = arm.dof - WRIST_JOINTS

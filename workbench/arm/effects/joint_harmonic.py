@@ -109,9 +109,6 @@ class JointHarmonic(AbstractEffect):
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
         return f"needs revolute joints, but joint {slides[0]} is prismatic" if slides else None
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        return self.stated(chain, motion, np.zeros(2 * (len(self.names),)))
-
     def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """With periods per turn only if the rows cover a whole period, and the covered part of a turn."""
         span = float(np.ptp(motion.q[:, list(self.joints)], axis=0).max())
@@ -142,16 +139,6 @@ class JointHarmonic(AbstractEffect):
     def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
         sizes = (max(self.credible[0] / k, self.tooth) for k in self.orders)
         return tuple(size for size in sizes for _ in "cs") * len(self.joints)
-
-    def caveat(self, motion: Motion) -> str | None:
-        """A band that was learned on a part of a turn fades out beyond."""
-        if not self.range:
-            return None
-        low, high = np.rad2deg(self.range)
-        return (
-            f"the harmonics of joint {self.joints[0] + 1} were identified from {low:.0f}° to {high:.0f}°; "
-            "beyond, they fade out"
-        )
 
     @classmethod
     def offers(cls, arm: "Robot", motion: Motion) -> Iterator[Candidate | str]:

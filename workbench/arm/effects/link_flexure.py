@@ -52,10 +52,6 @@ class LinkFlexure(AbstractEffect):
         mine = np.array([turns(chain, j) * (constants == chain.driven[j]) for j in self.joints])
         return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        link = f"link after {self.where.lower()}"
-        return f"The {link} bends by {self.size(chain)} under the moment that it carries"
-
     @classmethod
     def example(cls, arm: "Robot", joint: int, rng: np.random.Generator) -> "LinkFlexure":
         return cls((joint,), (0.5, 1.0))

@@ -93,9 +93,6 @@ class LocalJointError(AbstractEffect):
             return f"has the range {low:g} … {high:g} beyond its knots {self.knots[0]:g} … {self.knots[-1]:g}"
         return None
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        return self.stated(chain, motion, np.zeros(2 * (len(self.names),)))
-
     def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         error = self.error_phrase(chain, motion, covariance).replace("an error", "a smooth error", 1)
         return f"{self.where} has {error} that no other effect explains"

@@ -16,7 +16,6 @@ from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import BASE, Wrenches
 from workbench.arm.effects.effect import AbstractEffect, Growth, Law
 from workbench.arm.motion import Motion
-from workbench.report.numbers import readable
 
 
 @final
@@ -55,9 +54,6 @@ class ThermalGrowth(AbstractEffect):
     ) -> Growth:
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
-
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
 
     def _warmer(self, motion: Motion) -> Float[np.ndarray, " rows"]:
         return motion.need("temperature", self.name) - self.reference

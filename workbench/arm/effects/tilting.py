@@ -100,11 +100,6 @@ class BearingCompliance(AbstractTilting):
     unit = ("rad/(N*m)", "")
     tilt = staticmethod(proportional)
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        if len(self.joints) > 1:
-            return f"{self.where} tilt by up to {self.size(chain)} under the moments across their axes"
-        return f"{self.where} tilts by {self.size(chain)} under the moment across its axis"
-
 
 @final
 @dataclass(frozen=True)
@@ -116,11 +111,6 @@ class ClearanceTilt(AbstractTilting):
     has_play = True
     tilt = staticmethod(directed)
 
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        if len(self.joints) > 1:
-            return f"{self.where} have bearing clearance: they tilt with the load by up to {self.size(chain)}"
-        return f"{self.where} has bearing clearance: it tilts with the load by {self.size(chain)}"
-
 
 @final
 @dataclass(frozen=True)
@@ -129,10 +119,6 @@ class ExtensionCompliance(AbstractExtension):
     does = "{} tips under load as it extends", "{} tip under load as they extend"
     unit = ("rad/(N*m*m)", "")
     tilt = staticmethod(proportional)
-
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad/(N·m)"
-        return f"{self.where} tilts by {size} per metre of extension under its load"
 
 
 @final
@@ -143,7 +129,3 @@ class ExtensionClearance(AbstractExtension):
     unit = ("rad/m", "")
     has_play = True
     tilt = staticmethod(directed)
-
-    def sentence(self, chain: Chain, motion: Motion) -> str:
-        size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad"
-        return f"{self.where} has clearance of ±{size} per metre of extension"

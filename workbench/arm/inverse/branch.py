@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from workbench.arm.inverse.damped_newton import Reached, Task
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
+from workbench.base.wording import in_mm
 
 TURN = 2.0 * np.pi
 LIMIT_MARGIN = float(np.deg2rad(10.0))
@@ -91,27 +92,31 @@ class InverseResult:
         branches: Those within the limits first, best manipulability first among them; of infinitely many (a
             redundant arm or task, a singular pose) representatives.
         task: Which part of the pose was required.
-        explain: Computes `nearest` and `reason` on first use: without a solution within the limits, this
-            takes longer than the branches.
+        find_nearest: Computes `nearest` on first use, which takes longer than the branches.
     """
 
     branches: tuple[Branch, ...]
     task: Task
-    explain: Callable[[], tuple[Reached, str | None]]
+    find_nearest: Callable[[], Reached]
 
     @cached_property
-    def _explained(self) -> tuple[Reached, str | None]:
-        return self.explain()
-
-    @property
     def nearest(self) -> Reached:
         """The best branch within the limits, or the geometry's nearest posture within them."""
-        return self._explained[0]
+        return self.find_nearest()
 
     @property
     def reason(self) -> str | None:
         """Why no branch is within the limits; None if one is."""
-        return None if self.reachable else self._explained[1]
+        if self.reachable:
+            return None
+        if not self.branches:
+            distance, angle = float(self.nearest.position_error), np.degrees(self.nearest.rotation_error)
+            return f"out of reach: the nearest posture is {in_mm(distance)} and {angle:.2g}° off"
+        best = max(self.branches, key=lambda branch: branch.margin)
+        (low, high), needs = best.limits.T, best.q
+        beyond = np.flatnonzero((needs < low) | (needs > high)).tolist()
+        parts = (f"joint {k + 1} (needs {needs[k]:.4g}, has {low[k]:.4g} to {high[k]:.4g})" for k in beyond)
+        return f"reachable only outside the limits of {' and '.join(parts)}"
 
     @property
     def reachable(self) -> bool:

@@ -6,14 +6,12 @@ limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, s
 exactly.
 
 A deflected arm (`Robot.effects`) has the branches of its geometry, each refined so that the deflected arm
-reaches the target (`refine_deflected`); reasons, and nearest configurations, are the geometry's. A branch
-keeps its turn: with an effect that does not repeat every turn, use `follow` from another one.
+reaches the target (`refine_deflected`); nearest configurations are the geometry's. A branch keeps its turn:
+with an effect that does not repeat every turn, use `follow` from another one.
 
-Where no branch is within the limits, the nearest posture minimises |p* − p|² + w² |ρ|² from many starts
-(`damped_newton`).
+Where no branch is within the limits, the nearest posture minimises |p* − p|² + w² |ρ|² (`damped_newton`).
 """
 
-from copy import deepcopy
 from functools import partial
 
 import numpy as np
@@ -34,13 +32,12 @@ from workbench.arm.inverse.branch_names import branch_names
 from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Reached, Task, refine, unlimited
 from workbench.arm.inverse.follow import follow, follow_many, refine_deflected
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.inverse.solutions import all_solutions, random_starts, smallest_singular_value
+from workbench.arm.inverse.solutions import STARTS, all_solutions, nearby_starts, smallest_singular_value
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.array_checks import as_pose, check_rotations, numbers
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
-from workbench.base.wording import in_mm
 
 __all__ = [
     "Branch",
@@ -56,20 +53,11 @@ __all__ = [
 ]
 
 
-NEAREST_STARTS = 96
-"""Random starts of a search for the nearest posture."""
-LIGHT = 2e-3
-"""Weight w that gives priority to the position, as a share of the arm's length."""
-SAME_ANGLE = 1e-4
-"""Orientation that is met [rad]."""
-
-
 def solve(
     robot: Robot,
     pose: ArrayLike,
     *,
     task: Task | None = None,
-    rng: np.random.Generator | None = None,
     limits: ArrayLike | None = None,
     motion: Motion | None = None,
 ) -> InverseResult:
@@ -78,7 +66,6 @@ def solve(
     Args:
         pose: Tool pose in the measuring frame, a 4×4 matrix [m].
         task: Which part must be met; by default as much as the number of joints allows.
-        rng: For the random starts in addition to the algebraic ones; seeded with 0 if None.
         limits: Limits to use instead of the robot's [rad or m]; infinite to ignore limits.
         motion: Drivers of the robot's effects, one row; its q is ignored.
 
@@ -86,7 +73,7 @@ def solve(
         DataError: the pose is not finite or not a rigid motion, or an effect lacks its driver.
         ShapeError: the pose is not a 4×4 matrix, or limits have another number of joints than the robot.
     """
-    return solve_many(robot, as_pose(pose)[None], task=task, rng=rng, limits=limits, motion=motion)[0]
+    return solve_many(robot, as_pose(pose)[None], task=task, limits=limits, motion=motion)[0]
 
 
 def solve_many(
@@ -94,19 +81,16 @@ def solve_many(
     poses: Float[np.ndarray, "rows 4 4"],
     *,
     task: Task | None = None,
-    rng: np.random.Generator | None = None,
     limits: ArrayLike | None = None,
     motion: Motion | None = None,
 ) -> list[InverseResult]:
     """`solve` for several poses at once, at less than half the time each; `motion` has one row per pose."""
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
-    rng = np.random.default_rng(0) if rng is None else rng
     targets, limits = check_poses(poses), _limits(robot, limits)
-    solutions = all_solutions(arm, targets, task=task, limits=limits, rng=rng)
+    solutions = all_solutions(arm, targets, task=task, limits=limits)
     states = [None if motion is None else motion.take(np.array([i])) for i in range(len(targets))]
-    later = deepcopy(rng)  # for `_explain`, whatever the order of use
     return [
-        _result(robot, target, x, task=task, limits=limits, rng=later, motion=state)
+        _result(robot, target, x, task=task, limits=limits, motion=state)
         for target, x, state in zip(targets, solutions, states, strict=True)
     ]
 
@@ -146,14 +130,7 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
 
 
 def _result(
-    robot: Robot,
-    target: np.ndarray,
-    x: np.ndarray,
-    *,
-    task: Task,
-    limits: np.ndarray,
-    rng: np.random.Generator,
-    motion: Motion | None,
+    robot: Robot, target: np.ndarray, x: np.ndarray, *, task: Task, limits: np.ndarray, motion: Motion | None
 ) -> InverseResult:
     """The branches of a target, from the solutions of the geometry alone."""
     arm = compile_arm(robot)
@@ -179,85 +156,15 @@ def _result(
         for row, name, margin, size in zip(q, names, room, manipulability, strict=True)
     )
     branches = tuple(sorted(branches, key=lambda b: (not b.within_limits, -b.manipulability)))
-    return InverseResult(branches, task, partial(_explain, arm, target, branches, task, limits, rng))
-
-
-def _explain(
-    arm: ReducedArm,
-    target: np.ndarray,
-    branches: tuple[Branch, ...],
-    task: Task,
-    limits: np.ndarray,
-    rng: np.random.Generator,
-) -> tuple[Reached, str | None]:
-    """The nearest posture, and why no branch is within the limits."""
-    q = np.array([b.q for b in branches]).reshape(-1, arm.dof)
-    if inside := [b for b in branches if b.within_limits]:
-        best = max(inside, key=quality)
-        return refine(arm, target[None], best.q[None], task=task, limits=limits).row(0), None
-    rng = deepcopy(rng)
-    found = _nearest(arm, target, q, task=task, limits=limits, rng=rng)
-    if branches:
-        return found, _limits_reason(q, limits, arm.slides)
-    return found, _geometry_reason(arm, target, task, limits, rng)
+    return InverseResult(branches, task, partial(_nearest, arm, target, branches, task, limits))
 
 
 def _nearest(
-    arm: ReducedArm,
-    target: Float[np.ndarray, "4 4"],
-    starts: Float[np.ndarray, "rows n"],
-    *,
-    task: Task,
-    limits: Float[np.ndarray, "n 2"],
-    rng: np.random.Generator,
-    weight: float = ROTATION_WEIGHT,
+    arm: ReducedArm, target: np.ndarray, branches: tuple[Branch, ...], task: Task, limits: np.ndarray
 ) -> Reached:
-    """The nearest posture within the limits.
-
-    Args:
-        starts: Postures to start from beside random ones, such as solutions outside the limits.
-        weight: w of the objective, as a share of the arm's length [1/rad].
-    """
-    weight *= arm.length
-    starts = np.concatenate([starts, random_starts(arm, (NEAREST_STARTS,), rng, limits=limits)])
-    found = refine(arm, target[None], starts, task=task, limits=limits, weight=weight, iterations=200)
-    return found.row(int(np.argmin(found.cost(weight))))
-
-
-def _limits_reason(
-    q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], slides: Float[np.ndarray, " n"]
-) -> str:
-    """The limits that exclude the existing solutions: those with the smallest violation.
-
-    Args:
-        q: Solutions outside the limits, at their best turn.
-    """
-    beyond = np.minimum(margins(q, limits), 0.0)
-    best = int(np.argmax(beyond.sum(1)))
-    parts = []
-    for k in np.flatnonzero(beyond[best]).tolist():
-        unit, value = "m" if slides[k] else "rad", q[best, k]
-        limit = limits[k, 0] if value < limits[k, 0] else limits[k, 1]
-        digits = 2 if abs(value - limit) >= 0.01 else 4
-        parts.append(f"joint {k + 1} (needs {value:.{digits}f} {unit}, limit {limit:.{digits}f} {unit})")
-    sentence = f"reachable only outside the limits of {' and '.join(parts)}"
-    return sentence if len(q) == 1 else f"{sentence}, the closest of {len(q)} solutions"
-
-
-def _geometry_reason(
-    arm: ReducedArm,
-    target: Float[np.ndarray, "4 4"],
-    task: Task,
-    limits: Float[np.ndarray, "n 2"],
-    rng: np.random.Generator,
-) -> str:
-    """Why no joint positions at all, or for a redundant arm none within the limits, reach the target."""
-    free, none = np.where(arm.slides[:, None], limits, unlimited(arm.dof)), np.empty((0, arm.dof))
-    placed = _nearest(arm, target, none, task=Task.POSITION, limits=free, rng=rng)
-    if not placed.converged:
-        return f"the target is {in_mm(float(placed.position_error))} out of the arm's reach"
-    turned = _nearest(arm, target, none, task=task, limits=free, rng=rng, weight=LIGHT)
-    if turned.rotation_error < SAME_ANGLE:
-        return "reachable only outside the joint limits"
-    off = f"the nearest is about {np.degrees(turned.rotation_error):.2g}° off"
-    return f"the position is reachable, but not in this orientation: {off}"
+    """The best branch within the limits, or the posture there that is nearest to the target."""
+    if inside := [b for b in branches if b.within_limits]:
+        return Reached(max(inside, key=quality).q, np.zeros(()), np.zeros(()))
+    starts = np.array([*(b.q for b in branches), *nearby_starts(arm, target[None], task, STARTS)[0]])
+    found = refine(arm, target[None], starts, task=task, limits=limits, iterations=200)
+    return found.row(int(np.argmin(found.cost(ROTATION_WEIGHT * arm.length))))
