@@ -131,11 +131,11 @@ def check_jacobian(
     return float(error[column])
 
 
-def joint_wrenches(robot: Robot, q: JointRows, *, payload_com=None, values=None, shift=NO_SHIFT, **rows):
+def joint_wrenches(robot: Robot, q: JointRows, *, values=None, shift=NO_SHIFT, **rows):
     """`motion_wrenches` of joint positions; further rows, such as payload or wrench, as `Motion` has them."""
     chain = robot.chain if values is None else robot.chain.with_values(values)
     arm = TrialArm(robot, chain, robot.effects)
-    return motion_wrenches(arm, Motion(q, **rows), payload_com=payload_com, shift=shift)
+    return motion_wrenches(arm, Motion(q, **rows), shift=shift)
 
 
 def holding(wrenches, robot):

@@ -27,11 +27,7 @@ def test_meshes_of_the_robot_are_found(urdf, name):
         meshes.find_mesh("package://robot_description/visual/meshes/base.stl", urdf)
 
 
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [("near.obj", b"v 0 0 0\n" + b"f 1 1 1\n" * 400_001), ("near.stl", bytes(84 + 50 * 400_001))],
-)
-def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf, name, content):
-    (urdf.parent / name).write_bytes(content)
-    with refuses(FileError, 400000):
-        meshes.find_mesh(name, urdf)
+def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf):
+    (urdf.parent / "near.stl").write_bytes(bytes(84 + 50 * 400_001))
+    with refuses(FileError, "larger than 20 MB"):
+        meshes.find_mesh("near.stl", urdf)

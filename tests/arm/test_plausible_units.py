@@ -86,9 +86,8 @@ def test_degrees_for_joints_are_refused_where_the_limits_tell():
         )
 
 
-@pytest.mark.parametrize("words", ["", " ur_type:=ur5e"])
-def test_a_xacro_is_never_run(words, tmp_path):
+def test_a_xacro_is_never_run(tmp_path):
     path = tmp_path / "arm.urdf.xacro"
     path.write_text("<robot")
-    with refuses(FileError, f"xacro arm.urdf.xacro{words} > arm.urdf"):
-        load_robot(f"{path}{words}")
+    with refuses(FileError, "xacro arm.urdf.xacro > arm.urdf"):
+        load_robot(path)

@@ -6,7 +6,7 @@ from checks import joint_wrenches
 from rigid_body import rigid_body
 
 from workbench import Frame, Motion, load_robot
-from workbench.arm.statics.wrenches import inertia_regressor
+from workbench.arm.statics.wrenches import load_regressor
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.types import frozen
@@ -89,7 +89,8 @@ def test_masses_of_fixed_links_count(tmp_path):
     q = np.array([[0.4]])
     fixed = arm('[[joint]]\ntype = "fixed"\ntheta = 0.3\na = 0.7\nmass = 2.0\ncom = [0.1, 0.0, 0.0]\n')
     bare = arm('[[joint]]\ntype = "fixed"\ntheta = 0.3\na = 0.7\n')
-    loaded = joint_wrenches(bare, q, payload=np.array([2.0]), payload_com=np.array([0.1, 0.0, 0.0]))
+    held = bare.with_frames(tool=Frame(np.array([0.1, 0.0, 0.0])))
+    loaded = joint_wrenches(held, q, payload=np.array([2.0]))
     np.testing.assert_allclose(joint_wrenches(fixed, q), loaded, atol=1e-13)
     check_against_pinocchio(fixed)
 
@@ -107,7 +108,7 @@ def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
     """By every mass and centre, also of rows that move; of each weight alone, as wrenches add up."""
     q, speed, change = (rows(mixed, seed=s) for s in range(3))
     motion = Motion(q, velocity=speed, acceleration=change)
-    found = inertia_regressor(mixed, motion)
+    found = load_regressor(mixed, motion, np.arange(len(mixed.inertia)))
     step = 1e-3
     for column, (name, value) in enumerate(mixed.inertia.items()):
         ends = (rigid_body(mixed.with_values({name: value + s})) for s in (step, -step))

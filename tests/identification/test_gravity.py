@@ -14,7 +14,7 @@ from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.gravity import GRAVITY, angles_between, tilted
 from workbench.arm.kinematics.forward import watched_poses
 from workbench.arm.robot_toml import read_toml, robot_to_table
-from workbench.arm.statics.wrenches import TrialArm, gravity_regressor, masses, motion_wrenches
+from workbench.arm.statics.wrenches import TrialArm, load_regressor, masses, motion_wrenches
 from workbench.data.observations.tilt import reading, seen_from
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Problem
@@ -59,7 +59,7 @@ def test_wrenches_by_the_angles_of_gravity(gravity, at, tolerance):
     here = TrialArm(robot, robot.chain, (), replace(masses(robot), gravity=tilted(gravity, np.array(at))))
     check_jacobian(
         lambda a: motion_wrenches(robot.under(tilted(gravity, a)), motion),
-        gravity_regressor(here, motion),
+        load_regressor(here, motion, len(robot.inertia) + np.arange(2)),
         np.array(at),
         tolerance=tolerance,
     )

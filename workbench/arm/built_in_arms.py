@@ -59,15 +59,9 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
 
 def refuse_xacro(path: Path) -> None:
     """Raise for a xacro: it is a program, which only its owner should run."""
-    stem, xacro, arguments = str(path).partition(".xacro")
-    if xacro and arguments[:1] in ("", " "):
-        name = Path(stem).name
-        command, urdf = f"{name}.xacro{arguments}", f"{name.removesuffix('.urdf')}.urdf"
-        raise FileError(
-            f"is a xacro; expand it first: 'xacro {command} > {urdf}' (ROS), or 'xacrodoc {command} -o "
-            f"{urdf}' (from PyPI)",
-            path=str(path),
-        )
+    if path.suffix.lower() == ".xacro":
+        urdf = path.with_suffix("").name
+        raise FileError(f"is a xacro; expand it first: 'xacro {path.name} > {urdf}' (ROS)", path=str(path))
 
 
 def _refuse_tip(tip: str | None, source: Path | str) -> None:

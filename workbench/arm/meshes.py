@@ -20,8 +20,8 @@ from workbench.base.errors import FileError
 GREY = (200, 204, 210)
 MAX_FACES = 400_000
 """Maximum number of triangles; larger arms are drawn from their geometry."""
-MAX_MESH_BYTES = 100 * 2**20
-"""Maximum size of a mesh file [bytes]."""
+MAX_MESH_BYTES = 50 * MAX_FACES
+"""Maximum size of a mesh file [bytes]: that of an STL of so many triangles."""
 SCHEME = "package://"
 
 
@@ -76,23 +76,11 @@ def find_mesh(name: str, urdf: Path) -> str:
     for folder, candidate in places:
         path = candidate.resolve()
         if path.is_relative_to(folder) and path.is_file():
-            size = path.stat().st_size
-            if size > MAX_MESH_BYTES:
-                most = MAX_MESH_BYTES // 2**20
-                raise FileError(f"is larger than {most} MiB; give a coarser mesh", path=str(path))
-            if _faces(path, size) > MAX_FACES:
-                raise FileError(f"has more than {MAX_FACES} triangles; give a coarser mesh", path=str(path))
+            if path.stat().st_size > MAX_MESH_BYTES:
+                most = MAX_MESH_BYTES // 10**6
+                raise FileError(f"is larger than {most} MB; give a coarser mesh", path=str(path))
             return str(path)
     raise FileError("no such mesh in the robot's folders; add it", path=name)
-
-
-def _faces(path: Path, size: int) -> int:
-    """Approximate number of triangles in a mesh file, without loading it, which needs far more memory."""
-    if path.suffix.lower() == ".obj":
-        return path.read_bytes().count(b"\nf")
-    with path.open("rb") as file:
-        is_text = file.read(5) == b"solid" and b"\0" not in file.read(200)
-    return size // 50 if path.suffix.lower() == ".stl" and not is_text else 0
 
 
 def _found(name: str, urdf: Path) -> str:

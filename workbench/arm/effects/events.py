@@ -22,7 +22,6 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import PARTS, Insertion, Wrenches
 from workbench.arm.effects.effect import AbstractEffect, Candidate, Law
 from workbench.arm.motion import Motion
-from workbench.base.wording import plural
 from workbench.report.numbers import readable, with_error
 
 if TYPE_CHECKING:
@@ -147,17 +146,6 @@ class AbstractEvent(AbstractEffect):
         return out or [readable(float(np.abs(values).max()), str(units[0]))]
 
 
-def _rows(rows: np.ndarray) -> str:
-    """`rows 62–119`, or their number and the first one if they aren't consecutive in the file."""
-    low, high = (int(rows.min()), int(rows.max())) if len(rows) else (0, 0)
-    if low == high:
-        return f"row {low}"
-    spread = high - low + 1
-    if spread <= 2 * len(rows):
-        return f"rows {low}–{high}"
-    return f"the {plural(len(rows), 'row')} measured from row {rows[0]} to row {rows[-1]}"
-
-
 @dataclass(frozen=True)
 class AbstractStep(AbstractEvent):
     """An event between two rows.
@@ -173,20 +161,7 @@ class AbstractStep(AbstractEvent):
         return (clock < self.moment) - float(self.known_before)
 
     def when(self, motion: Motion) -> str:
-        before, after = self._sides(motion)
-        if not len(before) or not len(after):
-            return f"at row {self.row}"
-        at = f" (at {self.time_s / 60.0:.3g} min)" if self.is_timed else ""
-        return f"between rows {before[-1]} and {after[0]}{at}"
-
-    def _sides(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of the rows before and after it, in measuring order."""
-        clock = self.clock(motion)
-        if clock is None or motion.row is None:
-            return np.zeros(0, np.int64), np.zeros(0, np.int64)
-        order = np.argsort(clock, kind="stable")
-        is_after = clock[order] >= self.moment
-        return motion.row[order][~is_after], motion.row[order][is_after]
+        return f"at row {self.row}" + (f" ({self.time_s / 60.0:.3g} min)" if self.is_timed else "")
 
     def doubt(self, motion: Motion) -> str | None:
         """Whether the postures changed for good as well, which may be what differs."""
@@ -203,10 +178,9 @@ class AbstractStep(AbstractEvent):
         return "no pose before it resembles one after it, so it may be an effect of posture"
 
     def remedy(self, motion: Motion) -> str:
-        before, after = self._sides(motion)
         if self.joints:  # no session has a joint of its own
-            return f"re-measure {_rows(before)}, or exclude them"
-        return f"re-measure {_rows(after)}, or fit them as a second session"
+            return "re-measure the rows before it, or exclude them"
+        return "re-measure the rows from it on, or fit them as a second session"
 
 
 @final

@@ -99,8 +99,8 @@ class GravitySag(AbstractEffect):
         return "without masses, compliance of bearings and links can't be tried as an alternative"
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
-        rigid = _rigid(self, chain, motion)
-        return np.einsum("ri,rti->rt", rigid.pull, rigid.levers)[:, None]
+        _, _, pull, _, levers, *_ = _rigid(self, chain, motion)
+        return np.einsum("ri,rti->rt", pull, levers)[:, None]
 
     def growth(
         self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
@@ -111,15 +111,15 @@ class GravitySag(AbstractEffect):
         `arm/statics/load_derivatives.py`).
         """
         sizes = np.array(self.coefficients)
-        rigid = _rigid(self, chain, motion, constants)
-        axes, points = rigid.axes, rigid.points - rigid.point[:, None]
+        axis, point, pull, links, levers, axes, points, payload = _rigid(self, chain, motion, constants)
+        points = points - point[:, None]
         turning = (chain.axes[constants] < 3)[:, None]
-        load = (rigid.payload * sizes[[t == PAYLOAD for t in self._terms]].sum())[:, None, None]
-        carried = np.einsum("pt,rti->rpi", constants[:, None] <= rigid.links, rigid.levers * sizes[:, None])
+        load = (payload * sizes[[t == PAYLOAD for t in self._terms]].sum())[:, None, None]
+        carried = np.einsum("pt,rti->rpi", constants[:, None] <= links, levers * sizes[:, None])
         moved = np.where(turning, np.cross(axes, carried - load * points), load * axes)
-        whole = np.einsum("rti,t->ri", rigid.levers, sizes)
-        turned = np.where(turning, np.cross(self._down, np.cross(whole, rigid.axis))[:, None] * axes, 0.0)
-        behind = np.einsum("ri,rpi->rp", rigid.pull, moved)
+        whole = np.einsum("rti,t->ri", levers, sizes)
+        turned = np.where(turning, np.cross(self._down, np.cross(whole, axis))[:, None] * axes, 0.0)
+        behind = np.einsum("ri,rpi->rp", pull, moved)
         grown = np.where(constants >= chain.driven[self.joints[0]], behind, turned.sum(2))
         return np.where(constants >= _base_size(chain), grown, 0.0)[:, None]
 
@@ -188,35 +188,15 @@ def sags(arm: "Robot", motion: Motion) -> list[GravitySag]:
     return [GravitySag((j,), terms=terms_of(arm.chain, j, payload=varies), gravity=down) for j in turning]
 
 
-@dataclass(frozen=True, eq=False)
-class _RigidArm:
-    """The undeflected arm, from its base's frame.
-
-    Args:
-        axis: Axis of the joint.
-        point: A point on it [m].
-        pull: d × u.
-        links: Last element of the chain that moves each term.
-        levers: w of each term.
-        axes: Axes of the requested elements.
-        points: Points on these [m].
-        payload: Payload of each row [kg].
-    """
-
-    axis: Float[np.ndarray, "rows 3"]
-    point: Float[np.ndarray, "rows 3"]
-    pull: Float[np.ndarray, "rows 3"]
-    links: Int[np.ndarray, " t"]
-    levers: Float[np.ndarray, "rows t 3"]
-    axes: Float[np.ndarray, "rows p 3"]
-    points: Float[np.ndarray, "rows p 3"]
-    payload: Float[np.ndarray, " rows"]
-
-
 def _rigid(
     effect: GravitySag, chain: Chain, motion: Motion, constants: Int[np.ndarray, " p"] = NO_CONSTANTS
-) -> _RigidArm:
-    """Frames, axes and lever arms of an effect's terms and of some elements, in every row."""
+) -> tuple[np.ndarray, ...]:
+    """The undeflected arm in every row, from its base's frame.
+
+    Returns:
+        Axis of the joint (rows, 3), a point on it [m], d × u; the last element that moves each term (t,), w
+        of each (rows, t, 3); axes of the constants' elements (rows, p, 3), points on these [m]; payload [kg].
+    """
     joint, terms = int(chain.driven[effect.joints[0]]), effect._terms
     links = np.array([len(chain.elements) - 1 if t == PAYLOAD else chain.driven[_link(t)] for t in terms])
     at = _frames(chain, motion.q, np.concatenate([[joint], links, constants]))
@@ -234,7 +214,7 @@ def _rigid(
     requested = at[:, 1 + len(terms) :, :3]
     axes = np.take_along_axis(requested, (chain.axes[constants] % 3)[None, :, None, None], axis=3)[..., 0]
     across = np.cross(effect._down, axis)
-    return _RigidArm(axis, point, across, links, levers, axes, requested[..., 3], payload)
+    return axis, point, across, links, levers, axes, requested[..., 3], payload
 
 
 def _link(term: str) -> int:

@@ -24,7 +24,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import effect_columns, no_equilibrium, shift_of
 from workbench.base import se3
 from workbench.base.array_checks import numbers
-from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.errors import DataError, OptionError
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,15 +182,8 @@ def _rows(robot: Robot, at: ArrayLike | Motion) -> tuple[Motion, bool]:
         robot.check_joints(at.q)
         return at, False
     q = numbers(at, "joint positions [rad or m]")
-    if q.ndim not in (1, 2) or q.shape[-1] != robot.dof:
-        found = q.shape[-1] if q.ndim else 1
-        rows = "" if q.ndim < 2 else " per row" if q.ndim == 2 else f" in an array of {q.ndim} axes"
-        raise ShapeError(
-            f"robot '{robot.name}' has {robot.dof} joints, got {found} joint positions{rows}",
-            expected=robot.dof,
-            found=found,
-        )
-    one, q = q.ndim == 1, np.atleast_2d(q)
+    one, q = q.ndim < 2, np.atleast_2d(q)
+    robot.check_joints(q)
     if (found := implausible_joint(q, robot.limits)) is not None:
         joint, unit, bound = found
         looks = f": these look like {unit}; give {'m' if unit == 'mm' else 'radians'}" if unit else ""

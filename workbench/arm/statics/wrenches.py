@@ -21,7 +21,7 @@ tool adds its negative to every joint's.
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple, no_type_check
+from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -122,18 +122,13 @@ class TrialArm:
 
 
 def motion_wrenches(
-    arm: Robot | TrialArm,
-    motion: Motion,
-    *,
-    payload_com: Vector3 | None = None,
-    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    arm: Robot | TrialArm, motion: Motion, *, shift: Float[np.ndarray, "_ _"] = NO_SHIFT
 ) -> Float[np.ndarray, "rows n 6"]:
     """Wrench [f; τ] that the link before each joint exerts on the link after it, in the joint's own axes.
 
     Args:
         arm: With masses.
         motion: Rows with payload, wrench at the tool and motion if known.
-        payload_com: Centre of the payload in the tool frame [m]; the tool's origin if None.
         shift: What effects add to each element's value; an empty array for nothing.
 
     Returns:
@@ -141,33 +136,7 @@ def motion_wrenches(
         `own_axis` gives the component along the joint's axis.
     """
     arm = TrialArm.of(arm)
-    return _summed(arm, motion, arm.masses, shift, payload_com=payload_com)[:, 0]
-
-
-def inertia_regressor(
-    arm: Robot | TrialArm, motion: Motion, *, shift: Float[np.ndarray, "_ _"] = NO_SHIFT
-) -> Float[np.ndarray, "rows n 6 links4"]:
-    """Derivative of `motion_wrenches` in every link's mass and centre, in the order of `Robot.inertia`.
-
-    Wrenches are proportional to a point mass, linear in its position at rest and quadratic in motion, so that
-    the differences below are exact. Payload and external wrench do not depend on them.
-
-    Pinocchio's regressors are those of the drives' own torques, without deflection; here the moments across
-    the joints' axes are needed too. The tests compare the two where both apply.
-    """
-    arm = TrialArm.of(arm)
-    known, still = arm.masses, motion.velocity is None and motion.acceleration is None
-    steps = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])[: 4 if still else 7]
-    points = known.com[:, None] + steps
-    mass = np.where(steps.any(1), known.mass[:, None], 1.0)
-    parts = Masses(np.repeat(known.after, len(steps)), mass.ravel(), points.reshape(-1, 3), known.gravity)
-    bare = replace(motion, payload=None, wrench=None)
-    found = _summed(arm, bare, parts, shift, separate=True)
-    table = found.reshape(len(motion), len(points), len(steps), arm.robot.dof, 6)
-    here = known.mass[:, None, None, None] * table[:, :, :1]
-    by_com = table[:, :, 1:4] - here if still else 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
-    out = np.concatenate([table[:, :, :1], by_com], axis=2)
-    return np.moveaxis(out.reshape(len(motion), 4 * len(points), arm.robot.dof, 6), 1, 3)
+    return _summed(arm, motion, arm.masses, shift)[:, 0]
 
 
 def load_regressor(
@@ -177,40 +146,42 @@ def load_regressor(
     *,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows n 6 w"]:
-    """Derivative of `motion_wrenches` in masses and centres, and in the angles of gravity.
+    """Derivative of `motion_wrenches` in masses and centres, and in the two angles of gravity.
+
+    Wrenches are linear in gravity, proportional to a point mass, linear in its position at rest and quadratic
+    in motion, so that the differences below are exact. Payload and external wrench depend on gravity alone.
+
+    Pinocchio's regressors are those of the drives' own torques, without deflection; here the moments across
+    the joints' axes are needed too. The tests compare the two where both apply.
 
     Args:
         varying: Which columns to compute, ascending: indices in `Robot.inertia`, followed by the two angles.
     """
     arm = TrialArm.of(arm)
-    size = 4 * len(arm.masses.mass)
-    parts = [np.zeros((len(motion), arm.robot.dof, 6, 0))]
-    if (varying < size).any():
-        parts.append(inertia_regressor(arm, motion, shift=shift)[..., varying[varying < size]])
-    if (varying >= size).any():
-        parts.append(gravity_regressor(arm, motion, shift=shift)[..., varying[varying >= size] - size])
-    return np.concatenate(parts, axis=3)
-
-
-def gravity_regressor(
-    arm: Robot | TrialArm, motion: Motion, *, shift: Float[np.ndarray, "_ _"] = NO_SHIFT
-) -> Float[np.ndarray, "rows n 6 2"]:
-    """Derivative of `motion_wrenches` in the two angles of gravity (`arm/gravity.py`): it is linear in g."""
-    arm = TrialArm.of(arm)
-    still = replace(motion, wrench=None, velocity=None, acceleration=None)
-    turned = np.cross(level_axes(arm.robot.gravity)[:2], arm.masses.gravity)
-    parts = [_summed(arm, still, replace(arm.masses, gravity=gravity), shift)[:, 0] for gravity in turned]
-    return np.stack(parts, axis=-1)
+    known, is_weight = arm.masses, varying < 4 * len(arm.masses.mass)
+    found = [np.zeros((len(motion), arm.robot.dof, 6, 0))]
+    if is_weight.any():
+        still = motion.velocity is None and motion.acceleration is None
+        steps = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])[: 4 if still else 7]
+        points = known.com[:, None] + steps
+        mass = np.where(steps.any(1), known.mass[:, None], 1.0)
+        parts = Masses(np.repeat(known.after, len(steps)), mass.ravel(), points.reshape(-1, 3), known.gravity)
+        each = _summed(arm, replace(motion, payload=None, wrench=None), parts, shift, separate=True)
+        table = each.reshape(len(motion), len(points), len(steps), arm.robot.dof, 6)
+        here = known.mass[:, None, None, None] * table[:, :, :1]
+        by_com = table[:, :, 1:4] - here if still else 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
+        table = np.concatenate([table[:, :, :1], by_com], axis=2).reshape(len(motion), -1, arm.robot.dof, 6)
+        found.append(np.moveaxis(table, 1, 3)[..., varying[is_weight]])
+    if not is_weight.all():
+        rest = replace(motion, wrench=None, velocity=None, acceleration=None)
+        turned = np.cross(level_axes(arm.robot.gravity)[:2], known.gravity)
+        sums = [_summed(arm, rest, replace(known, gravity=gravity), shift)[:, 0] for gravity in turned]
+        found.append(np.stack(sums, axis=-1)[..., varying[~is_weight] - 4 * len(known.mass)])
+    return np.concatenate(found, axis=3)
 
 
 def _summed(
-    arm: TrialArm,
-    motion: Motion,
-    weights: Masses,
-    shift: Float[np.ndarray, "_ _"],
-    *,
-    separate: bool = False,
-    payload_com: Vector3 | None = None,
+    arm: TrialArm, motion: Motion, weights: Masses, shift: Float[np.ndarray, "_ _"], *, separate: bool = False
 ) -> Float[np.ndarray, "rows sums n 6"]:
     """Wrenches of all point masses together, with payload and external wrench, or of each separately."""
     robot, chain, rates = arm.robot, arm.chain, (motion.velocity, motion.acceleration)
@@ -221,59 +192,45 @@ def _summed(
     mass, com, after = weights.mass[None], weights.com, weights.after
     if motion.payload is not None:  # one more mass, behind all joints
         mass = np.column_stack([np.tile(mass, (len(motion), 1)), motion.payload])
-        com = np.vstack([com, np.zeros(3) if payload_com is None else payload_com])
+        com = np.vstack([com, np.zeros(3)])
         after = np.append(after, len(chain.elements) - 1)
-    stops = _stops(robot, after.tobytes())
-    frames = chains.frames(chain, motion.q, stops.ends, first=robot.base_size, shift=shift)
+    ends, mounted, placed, drives, bodies = _stops(robot, after.tobytes())
+    frames = chains.frames(chain, motion.q, ends, first=robot.base_size, shift=shift)
     acceleration = np.zeros((0, 0, 3))
     if any(rows is not None for rows in rates):
-        acceleration = _accelerations(
-            chain, motion, frames, stops, se3.apply(frames[:, stops.masses], com), after
-        )
+        points = se3.apply(frames[:, placed], com)
+        acceleration = _accelerations(chain, motion, frames[:, drives], points, after)
     pull = NO_PULL if motion.wrench is None else motion.wrench
     out = np.zeros((len(motion), len(weights.mass) if separate else 1, robot.dof, 6))
     arrays = (frozen(part) for part in (mass, com, weights.gravity, acceleration, pull))
-    _wrenches(frames, stops.mounts, stops.masses, stops.bodies, *arrays, separate, out)
+    _wrenches(frames, mounted, placed, bodies, *arrays, separate, out)
     return out
 
 
-class _Stops(NamedTuple):
-    """Frames that statics asks of a chain.
-
-    Args:
-        ends: Elements after which they lie, increasing; the last one is the tool's.
-        mounts: Numbers of the frames of the joints' mounts.
-        masses: Of those of the masses.
-        drives: Of those right before the driven elements.
-        bodies: How many joints carry each mass.
-    """
-
-    ends: Int[np.ndarray, " f"]
-    mounts: Int[np.ndarray, " n"]
-    masses: Int[np.ndarray, " m"]
-    drives: Int[np.ndarray, " d"]
-    bodies: Int[np.ndarray, " m"]
-
-
 @lru_cache(maxsize=64)
-def _stops(robot: Robot, after: bytes) -> _Stops:
-    """For masses after these elements; kept, as a fixed point asks for them again and again."""
+def _stops(robot: Robot, after: bytes) -> tuple[Int[np.ndarray, "_"], ...]:
+    """Frames of a chain for masses after these elements; kept, as a fixed point asks again and again.
+
+    Returns:
+        Elements after which they lie, increasing, the last one the tool's; which of them are the joints'
+        mounts, the masses', and those right before the driven elements; how many joints carry each mass.
+    """
     chain, mount, behind = robot.chain, mounts(robot), np.frombuffer(after, np.int64)
     parts = (mount - 1, behind, np.flatnonzero(chain.drivers >= 0) - 1, [len(chain.elements) - 1])
     ends, where = np.unique(np.concatenate(parts), return_inverse=True)
     mounted, placed, driven, _ = np.split(where, np.cumsum([len(part) for part in parts[:3]]))
-    return _Stops(ends, mounted, placed, driven, np.searchsorted(mount, behind, side="right"))
+    return ends, mounted, placed, driven, np.searchsorted(mount, behind, side="right")
 
 
 def _accelerations(
     chain: Chain,
     motion: Motion,
-    frames: Float[np.ndarray, "rows f 4 4"],
-    stops: _Stops,
+    drives: Float[np.ndarray, "rows d 4 4"],
     points: Float[np.ndarray, "rows m 3"],
     after: Int[np.ndarray, " m"],
 ) -> Float[np.ndarray, "rows m 3"]:
-    """Accelerations of points after some elements, body by body from the base outwards.
+    """Accelerations of points after some elements, body by body from the base outwards, by the frames right
+    before the driven elements.
 
     A point at r from a body's origin o has a_o + α × r + ω × (ω × r). A joint about z adds ω × z q̇ + z q̈
     to α and z q̇ to ω, one along z adds 2 ω × z q̇ + z q̈ to a_o.
@@ -289,8 +246,8 @@ def _accelerations(
         return start - se3.cross(away, change) + se3.cross(se3.cross(away, spin), spin)
 
     out = np.zeros(points.shape)
-    for element, place in zip(np.flatnonzero(chain.drivers >= 0), stops.drives, strict=True):
-        frame, column = frames[:, place, None, :3], chain.drivers[element]
+    for k, element in enumerate(np.flatnonzero(chain.drivers >= 0)):
+        frame, column = drives[:, k, None, :3], chain.drivers[element]
         z, moved, pushed = frame[..., chain.axes[element] % 3], speed[:, column], rate[:, column]
         turned = se3.cross(spin, z) * moved[:, None, None]
         start, origin = at(frame[..., 3]), frame[..., 3]
