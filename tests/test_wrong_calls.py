@@ -80,7 +80,6 @@ def right():
         "tcp": (aria, rows),
         "frame": (aria, rows),
         "try_plate": (aria, plate.with_joints(wb.score(aria, plate).measured.q, ("auto",) * 10)),
-        "identification_jacobian_blocks": (aria, q, ("joint1.theta",)),
         "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
         "find_convention": ((), ()),
         "read_rig": (None, folder / "target.toml"),

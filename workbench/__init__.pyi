@@ -5,7 +5,6 @@ from workbench.arm.frame import Frame as Frame
 from workbench.arm.inverse.solve import follow as follow
 from workbench.arm.inverse.solve import solve as solve
 from workbench.arm.kinematics.forward import identification_jacobian as identification_jacobian
-from workbench.arm.kinematics.forward import identification_jacobian_blocks as identification_jacobian_blocks
 from workbench.arm.kinematics.forward import link_frames as link_frames
 from workbench.arm.kinematics.forward import tool_poses as tool_poses
 from workbench.arm.motion import Motion as Motion

@@ -22,9 +22,6 @@ def test_one_pose_gives_one_answer(aria, given):
         wb.identification_jacobian(aria, given), wb.identification_jacobian(aria, rows), strict=True
     ):
         assert np.array_equal(one, many[0])
-    ((_, poses, twists),) = wb.identification_jacobian_blocks(aria, given, aria.default_free)
-    assert np.array_equal(poses[0], wb.tool_poses(aria, given))
-    assert twists.shape == (1, 6, len(aria.default_free))
 
 
 def test_what_drives_an_effect_is_said_by_a_motion(aria):

@@ -45,14 +45,14 @@ def middle(*series):
 
 def growth():
     from workbench.arm.built_in_arms import load_robot
-    from workbench.arm.kinematics.forward import identification_jacobian_blocks
+    from workbench.arm.kinematics.forward import identification_jacobian
 
     robot = load_robot("aria")
     rng = np.random.default_rng(0)
 
     def through(q):
-        for _ in identification_jacobian_blocks(robot, Motion(q), robot.default_free):
-            pass
+        for start in range(0, len(q), 1024):
+            identification_jacobian(robot, Motion(q[start : start + 1024]), robot.default_free)
 
     through(rng.uniform(-1, 1, (100, robot.dof)))
     report = []

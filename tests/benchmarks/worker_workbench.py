@@ -5,7 +5,7 @@ import task
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import identification_jacobian_blocks, tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
@@ -17,7 +17,7 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 NOISE = Noise(task.SIGMA_POSITION, task.SIGMA_ROTATION)
 FREE = FrameFreedom(base=FRAME_PARTS, tool=FRAME_PARTS)
 PER_REPEAT = 20
-ROWS = 100_000
+ROWS, BLOCK = 100_000, 1024
 
 
 def nominal():
@@ -73,8 +73,8 @@ def body(arrays, folder, repeats):
     many = np.tile(q, (ROWS // len(q), 1))
 
     def derivative():
-        for _ in identification_jacobian_blocks(robot, Motion(many), problem.names):
-            pass
+        for start in range(0, len(many), BLOCK):
+            identification_jacobian(robot, Motion(many[start : start + BLOCK]), problem.names)
 
     count = len(problem.names)
     whole = len(run.best.fit.problem.names)
@@ -90,10 +90,7 @@ def body(arrays, folder, repeats):
         ],
         "rates": [
             task.rate(
-                "identification_jacobian_blocks",
-                f"{count} columns",
-                len(many),
-                task.repeat(derivative, repeats)[0],
+                "identification_jacobian", f"{count} columns", len(many), task.repeat(derivative, repeats)[0]
             )
         ],
     }

@@ -225,7 +225,6 @@ def twists(
     columns: Int[np.ndarray, " p"],
     *,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
-    out: tuple[np.ndarray, np.ndarray] | None = None,
     part: slice = WHOLE,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:
     """Poses, and the twist of the tool per unit of each chosen element.
@@ -235,14 +234,13 @@ def twists(
         q: Joint coordinates [rad or m].
         columns: Elements to differentiate by.
         shift: Increments by effects, per element; an empty array for none.
-        out: Arrays to write into, for loops over blocks of rows.
         part: Elements between the first frame and the one observed instead of the tool, if not all; elements
             outside have no twist.
 
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes.
     """
-    pose_out, twist_out = out or (np.empty((len(q), 4, 4)), np.empty((len(q), 6, len(columns))))
+    pose_out, twist_out = np.empty((len(q), 4, 4)), np.empty((len(q), 6, len(columns)))
     place = np.full(len(chain.elements), -1, np.int64)
     place[columns] = np.arange(len(columns))
     here = place[part]

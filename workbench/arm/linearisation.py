@@ -133,11 +133,8 @@ def linearise(
     Returns:
         Six rows per pose (or three per point): position first, then rotation, base axes.
     """
-    for what, value in (
-        ("sigma_position", sigma_position),
-        ("sigma_rotation", sigma_rotation),
-        ("length", length),
-    ):
+    given = {"sigma_position": sigma_position, "sigma_rotation": sigma_rotation, "length": length}
+    for what, value in given.items():
         if value is not None and not value > 0:
             raise OptionError(f"{what} is {value:g}; give a positive number")
     names = robot.default_free if names is None else names

@@ -218,7 +218,8 @@ def away_text(
     """
     if max(left.position_max, left.rotation_max) < NO_DIFFERENCE:
         return ()
-    mean, maximum = off_text(robot, left)
+    turned, sizes = _observed(robot)[1], np.reshape(left, (2, 2)).T.tolist()
+    mean, maximum = (in_mm(size) + f" and {_in_degrees(angle)}" * turned for size, angle in sizes)
     at = f"{mean} on average from the calibrated model, up to {maximum}, over {poses} poses"
     if robot.calibration is None or (own := robot.calibration.error) is None:
         return (f"the {name} is {at}",)
@@ -227,16 +228,6 @@ def away_text(
     if alone is not None and alone.position > NOTICED_RISE * used:
         used, loads = alone.position, " at the loads and temperatures that were measured"
     return (f"{name} about {in_mm(used)}{loads} · TOML {in_mm(own.position)}: the {name} is {at}",)
-
-
-def off_text(robot: Robot, left: PoseErrors) -> tuple[str, str]:
-    """Mean and maximum difference from a calibrated arm, in orientation only if observed."""
-    if not _observed(robot)[1]:
-        return in_mm(left.position_mean), in_mm(left.position_max)
-    return (
-        f"{in_mm(left.position_mean)} and {_in_degrees(left.rotation_mean)}",
-        f"{in_mm(left.position_max)} and {_in_degrees(left.rotation_max)}",
-    )
 
 
 def expected_error(robot: Robot, left: PoseErrors) -> Expected | None:

@@ -7,12 +7,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.chain import Axis, Chain, Element
+from workbench.arm.frame import FRAME_PARTS
 
 Wrenches = Float[np.ndarray, "_ _ 6"]
-BASE = -1
-"""Link number of the base's elements."""
-PARTS, PART_UNITS = ("x", "y", "z", "roll", "pitch", "yaw"), ("m",) * 3 + ("rad",) * 3
-"""Translations and rotations of a moved frame, and their units."""
+PART_UNITS = ("m",) * 3 + ("rad",) * 3
+"""Units of `FRAME_PARTS`."""
 
 
 class Insertion(IntEnum):
@@ -41,7 +40,7 @@ class Insertion(IntEnum):
     def frame(self) -> tuple[str, ...]:
         """Elements of a drifting base or a slipping tool: its own translations, the inserted rotations."""
         owner, own = "base" if self is Insertion.DRIFT else "tool", self.name.lower()
-        return (*(f"{owner}.{p}" for p in PARTS[:3]), *(f"{owner}.{own}_{p}" for p in PARTS[3:]))
+        return (*(f"{owner}.{p}" for p in FRAME_PARTS[:3]), *(f"{owner}.{own}_{p}" for p in FRAME_PARTS[3:]))
 
 
 def driven(chain: Chain, joint: int) -> Element:

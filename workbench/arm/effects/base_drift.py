@@ -17,8 +17,9 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import PART_UNITS, PARTS, Insertion, Wrenches
+from workbench.arm.effects.axes import PART_UNITS, Insertion, Wrenches
 from workbench.arm.effects.effect import AbstractEffect, Candidate, Law, offered
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.motion import Motion
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class BaseDrift(AbstractEffect):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        return tuple(f"drift.{part}" for part in PARTS)
+        return tuple(f"drift.{part}" for part in FRAME_PARTS)
 
     def units(self, chain: Chain) -> tuple[str, ...]:
         return PART_UNITS if self.by_row else tuple(f"{unit}/s" for unit in PART_UNITS)
@@ -82,7 +83,7 @@ class BaseDrift(AbstractEffect):
         return "by row" if self.by_row else ""
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
-        return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
+        return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(FRAME_PARTS))
 
     def _clock(self, motion: Motion) -> Float[np.ndarray, " rows"]:
         """Its driver [s, or rows]."""

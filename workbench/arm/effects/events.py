@@ -19,8 +19,9 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import PARTS, Insertion, Wrenches
+from workbench.arm.effects.axes import Insertion, Wrenches
 from workbench.arm.effects.effect import AbstractEffect, Candidate, Law
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.motion import Motion
 from workbench.report.numbers import readable, with_error
 
@@ -195,7 +196,7 @@ class FrameStep(AbstractStep):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
+        return tuple(f"frame_step{self.row}.{part}" for part in FRAME_PARTS)
 
 
 @final
@@ -215,7 +216,7 @@ class ToolStep(AbstractStep):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
+        return tuple(f"tool_step{self.row}.{part}" for part in FRAME_PARTS[: 6 if self.turns else 3])
 
 
 @final
@@ -254,7 +255,7 @@ class WarmUp(AbstractEvent):
     def names(self) -> tuple[str, ...]:
         tail = f"{self.pace:.4g}".replace(".", "_").replace("+", "")
         if not self.joints:
-            return tuple(f"warm_up{tail}.{part}" for part in PARTS)
+            return tuple(f"warm_up{tail}.{part}" for part in FRAME_PARTS)
         return tuple(f"joint{j + 1}.warm_up{tail}" for j in self.joints)
 
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:

@@ -30,7 +30,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
-from workbench.arm.effects.axes import BASE, Wrenches, across_axes, turns
+from workbench.arm.effects.axes import Wrenches, across_axes, turns
 from workbench.arm.effects.effect import (
     AbstractEffect,
     Candidate,
@@ -39,6 +39,7 @@ from workbench.arm.effects.effect import (
     has_complete_payload,
     has_complete_torques,
 )
+from workbench.arm.frame import BASE
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable

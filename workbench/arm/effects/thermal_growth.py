@@ -13,8 +13,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.chain import Axis, Chain
-from workbench.arm.effects.axes import BASE, Wrenches
+from workbench.arm.effects.axes import Wrenches
 from workbench.arm.effects.effect import AbstractEffect, Growth, Law
+from workbench.arm.frame import BASE
 from workbench.arm.motion import Motion
 
 

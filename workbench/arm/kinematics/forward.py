@@ -8,7 +8,6 @@ the elements of the arm up to the link, without base and tool: gravity is given 
 so that the base rotates both.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,7 +23,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import effect_columns, no_equilibrium, shift_of
 from workbench.base import se3
 from workbench.base.array_checks import numbers
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +75,6 @@ def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.nd
     return view.turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
 
-ROWS_PER_BLOCK = 1024
-"""Rows per block of a long computation: its Jacobian stays in the processor's cache."""
-
-
 def tool_poses(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows 4 4"]:
     """Poses of the tool in the measuring frame, T_b^0 T_0^n(q) T_n^e (ARIA eq. 6).
 
@@ -102,42 +97,12 @@ def link_frames(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*row
     return frames[0] if one else frames
 
 
-def identification_jacobian_blocks(
-    robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = ROWS_PER_BLOCK
-) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    """Poses and identification Jacobians block by block, with memory independent of the number of rows.
-
-    Args:
-        names: Constants to differentiate by, P of them.
-        block: Rows per block.
-
-    Yields:
-        The rows, their poses (b, 4, 4) and their twists [v; w] per constant (b, 6, P). The arrays are
-        overwritten by the next block: copy what you keep.
-    """
-    if block < 1:
-        raise OptionError(f"block must be at least 1, got {block}", option="block", found=block)
-    motion, _ = _rows(robot, at)
-    size = len(motion)
-    if robot.effects:
-        for start in range(0, size, block):
-            rows = slice(start, min(start + block, size))
-            yield (rows, *_deflected_jacobian(robot, motion.take(rows), names))
-        return
-    columns = robot.chain.indices(names)
-    block = min(block, max(size, 1))
-    poses, twists = np.empty((block, 4, 4)), np.empty((block, 6, len(columns)))
-    for start in range(0, size, block):
-        rows = slice(start, min(start + block, size))
-        length = rows.stop - rows.start
-        out = (poses[:length], twists[:length])
-        yield (rows, *chains.twists(robot.chain, motion.q[rows], columns, out=out))
-
-
 def identification_jacobian(
     robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...] | None = None
 ) -> tuple[Float[np.ndarray, "*rows 4 4"], Float[np.ndarray, "*rows 6 p"]]:
     """Tool poses and the identification Jacobian: the tool's twist per constant.
+
+    Of many rows ask for a thousand at a time (`Motion.take`): their Jacobian stays in the processor's cache.
 
     Args:
         names: Constants and coefficients to differentiate by; the robot's default free constants if None.

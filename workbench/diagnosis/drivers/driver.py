@@ -28,10 +28,11 @@ from jaxtyping import Float
 
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects import AbstractEffect, Candidate
-from workbench.arm.effects.axes import BASE, Insertion, across, driven_names, inserted_names, own, turns
+from workbench.arm.effects.axes import Insertion, across, driven_names, inserted_names, own, turns
 from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import moved_joints
 from workbench.arm.effects.tilting import AbstractTilting
+from workbench.arm.frame import BASE
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
