@@ -14,7 +14,7 @@ def test_points_lie_where_their_values_are_and_lead_where_they_say():
     marks = Marks(
         np.array([0.0, 1.0, 4.0]), np.array([2.0, np.nan, 6.0]), "#123", ["<a>", "b", "c"], ["/x", "", ""]
     )
-    svg = Chart([marks], 100.0, ("first", "last"), floor=0.0).svg()
+    svg = Chart([marks], 100.0, floor=0.0).svg()
     places = [(float(x), float(y)) for x, y in re.findall(r'cx="([\d.]+)" cy="([\d.]+)"', svg)]
     assert places == [
         pytest.approx((LEFT + MARGIN, MARGIN + (100.0 - 2 * MARGIN) * (1.0 - 2.0 / 6.0)), abs=0.06),

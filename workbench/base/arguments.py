@@ -249,25 +249,36 @@ Seed = Annotated[int, Reads("a whole number of at least 0", not_negative)]
 """Where random numbers begin."""
 
 
-def _finite(value: Any) -> Any:
-    several = value if isinstance(value, tuple) else (value,)
-    if not all(isfinite(v) for v in several if isinstance(v, float)):
-        raise ValueError
-    return value
-
-
 def _size_of(quantity: Quantity) -> Callable[[Any, Given], Any]:
     def read(value: Any, given: Given) -> Any:
         try:
-            return _finite(parse_quantity(value, quantity) if isinstance(value, str) else value)
+            value = parse_quantity(value, quantity) if isinstance(value, str) else value
         except UnitError:
             raise ValueError from None
+        if isinstance(value, float) and not isfinite(value):
+            raise ValueError
+        return value
 
     return read
 
 
 Length = Annotated[float, Reads('a length in m, or text such as "0.5mm"', _size_of(Quantity.LENGTH))]
 Angle = Annotated[float, Reads('an angle in rad, or text such as "0.02deg"', _size_of(Quantity.ANGLE))]
+LengthAndAngle = Annotated[
+    tuple[Length, Angle],
+    Reads(
+        'a length in m and an angle in rad, such as (1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
+        lambda value, given: value,
+    ),
+]
+LengthAndOptionalAngle = Annotated[
+    tuple[Length, Angle | None],
+    Reads(
+        "a length in m and an angle in rad, or the length alone where no rotation is read, such as "
+        '(1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
+        lambda value, given: (*_several(value, given), None)[:2],
+    ),
+]
 
 
 def pair_of(value: Any) -> tuple[float, ...] | None:
@@ -284,23 +295,6 @@ def pair_of(value: Any) -> tuple[float, ...] | None:
         value = [value]
     is_pair = len(value) in (1, 2) and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)
     return tuple(float(v) for v in value) if is_pair else None
-
-
-LengthAndAngle = Annotated[
-    tuple[float, float],
-    Reads(
-        'a length in m and an angle in rad, such as (1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
-        lambda value, given: _finite(pair_of(value) or value),
-    ),
-]
-LengthAndOptionalAngle = Annotated[
-    tuple[float, float | None],
-    Reads(
-        "a length in m and an angle in rad, or the length alone where no rotation is read, such as "
-        '(1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
-        lambda value, given: _finite((*(pair_of(value) or (value,)), None)[:2]),
-    ),
-]
 
 
 def _documented(text: str | None, record: type | None) -> str | None:

@@ -72,7 +72,7 @@ class Marks:
 
 @dataclass(frozen=True)
 class Upright:
-    """A dashed upright line with words beside its top."""
+    """A dashed upright line with words beside its top, if any."""
 
     x: float
     text: str
@@ -84,20 +84,16 @@ class Chart:
     """Marks in one frame.
 
     Args:
-        ends: Words below the left and the right end.
         ticks: Places [x] with words below them.
         floor: Where the upright axis begins; None: at the smallest value.
-        now: Place of an upright line [x], if any.
         uprights: Lines that mark where something happened, over the marks.
     """
 
     marks: Sequence[Marks]
     height: float = 90.0
-    ends: tuple[str, str] = ("", "")
     ticks: Sequence[tuple[float, str]] = ()
     is_log: bool = False
     floor: float | None = None
-    now: float | None = None
     uprights: Sequence[Upright] = ()
     title: str = field(default="", kw_only=True)
     testid: str = field(default="chart", kw_only=True)
@@ -113,8 +109,6 @@ class Chart:
         parts += [
             text(LEFT - 4, MARGIN + 6, top, anchor="end"),
             text(LEFT - 4, self.height, bottom, anchor="end"),
-            text(LEFT, self.height + FOOT - 2, self.ends[0]),
-            text(WIDTH - 2, self.height + FOOT - 2, self.ends[1], anchor="end"),
         ]
         first, last = float(x.min()), float(x.max())
         for place, label in self.ticks:
@@ -126,9 +120,6 @@ class Chart:
         for one in self.marks:
             across = self._across(one.x, first, last)
             parts.append(_drawn(one, across, self._up(one.y, float(low), float(high))))
-        if self.now is not None:
-            at = self._across(self.now, first, last)
-            parts.append(f'<path d="M{at:.1f} 0V{self.height:.0f}" {_ink("stroke", 0.8)}/>')
         for k, line in enumerate(self.uprights):
             at = self._across(line.x, first, last)
             anchor, aside = ("end", -4) if at > 0.5 * (LEFT + WIDTH) else ("start", 4)

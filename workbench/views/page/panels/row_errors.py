@@ -74,11 +74,11 @@ def chart(
         ink, name = css(STAGE_COLOURS[stage]), words[stage].capitalize()
         marks.append(Marks(x, np.where(is_out, np.nan, y), ink, titles, leads, name=name))
         marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
-    ends = (f"row {int(x.min())}", str(int(x.max())))
+    ends = [(x.min(), f"row {int(x.min())}"), (x.max(), str(int(x.max())))]
     now = float(rows.number[row])
     uprights = [Upright(event.row - 0.5, event.mark, css(EVENT)) for event in happened]
     if is_out.any():
         marks[-1] = replace(marks[-1], name="Excluded")
-    at = now if x.min() <= now <= x.max() else None
-    drawing = Chart(marks, 90.0, ends, floor=0.0, now=at, uprights=uprights).svg()
+    uprights += [Upright(now, "", "currentColor")] if x.min() <= now <= x.max() else []
+    drawing = Chart(marks, 90.0, ends, floor=0.0, uprights=uprights).svg()
     return heading("Remaining error by row, from 0 [mm]; a click puts the arm there") + drawing
