@@ -38,9 +38,9 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 LONGEST = 600
 BUDGETS = {
     "root": 254,
-    "base": 2_169,
-    "report": 833,
-    "arm": 9_487,
+    "base": 2_163,
+    "report": 824,
+    "arm": 8_896,
     "data": 5_088,
     "plate": 5_706,
     "identification": 9_643,
@@ -64,10 +64,10 @@ BUDGETS = {
     "extras/service": 1_227,
     "extras/trajectories": 1_339,
     "extras/workshop": 910,
-    "tests": 39_782,
+    "tests": 39_762,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 19_306
+READING_SET = 18_976
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

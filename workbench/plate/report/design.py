@@ -48,8 +48,7 @@ def design_blocks(design: PlateDesign) -> Iterator[Block]:
     errors = 1e3 * np.array(design.history)
     line = Marks(np.arange(len(errors), dtype=float), errors, CALIBRATED, is_line=True)
     title = "Predicted position error after every round of the search, rms [mm]"
-    ends = [(0.0, "start"), (len(errors) - 1.0, str(len(errors) - 1))]
-    yield Chart([line], ticks=ends, floor=0.0, title=title)
+    yield Chart([line], ticks=[(0.0, "start"), (line.x[-1], f"{line.x[-1]:.0f}")], floor=0.0, title=title)
     yield Sentence(
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear: clearance; limits: margins"
     )
