@@ -15,7 +15,7 @@ from workbench.base.advice import beside, failures
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
-from workbench.identification.checks.arm_match import ArmMatch, arm_match, sister
+from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.checks.parted_rows import parted_by_column
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
@@ -32,13 +32,13 @@ from workbench.identification.errors.row_errors import (
     why_unusable,
 )
 from workbench.identification.errors.saved_arm import SavedArm
-from workbench.identification.fit import MAX_NAMED_ROWS, Fit
+from workbench.identification.fit import Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.rows.excluded_outliers import suspect_note, suspects
+from workbench.identification.rows.excluded_outliers import MAX_NAMED_ROWS, suspect_note, suspects
 from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.identification.rows.two_places import two_places
 from workbench.report.result_display import AbstractReported
@@ -273,7 +273,7 @@ class Identification(AbstractReported, AbstractSplit):
 
         Held-out rows take no part in this choice.
         """
-        runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
+        runs = list(self.runs.values())
         plain = min(runs, key=lambda run: run.fit.cost)
         minimum = plain.fit.cost
         chance = CHANCE * min(1.0, 2.0 * minimum / max(plain.fit.spare, 1.0))
@@ -403,11 +403,9 @@ class Identification(AbstractReported, AbstractSplit):
         if self.match is not None and self.match.is_foreign:
             yield self.match.text
         yield implausible_text(best.implausible)
-        found = zip(best.fit.parameters, best.fit.x.tolist(), best.fit.std, strict=True)
-        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
-        yield sister(self.nominal_robot, lengths)
         for run in self.runs.values():
-            yield from run.fit.warnings
+            if not run.fit.outcome.ok:
+                yield f"{run.fit.algorithm.title}: {run.fit.outcome}"
         yield from best.fit.cautions
         if own is None:
             if explains_little(before, after, self.nominal_robot.reach):

@@ -135,11 +135,6 @@ class Factor:
             return self.units[:, None] * self.inverse
         return self.units[:, None] * (self.vt[self.seen] / self.s[self.seen, None]).T
 
-    def information(self) -> Float[np.ndarray, "p p"]:
-        """JᵀJ: information matrix of the rows, zero along unobservable directions."""
-        half = self.r / self.units
-        return half.T @ half
-
     @property
     def condition(self) -> float:
         """Ratio of the largest to the smallest singular value that counts, in natural units."""

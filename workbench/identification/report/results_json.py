@@ -125,5 +125,4 @@ def _run(run: Run) -> Json:
         "condition": fit.rows_factor.condition,
         "parameters": IDENTIFIED.each(identified(fit)),
         "implausible": list(run.implausible),
-        "suspicious_rows": fit.problem.data.row[fit.suspicious],
     }
