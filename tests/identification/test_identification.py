@@ -162,8 +162,8 @@ def test_a_joint_that_never_moved_makes_the_model_doubtful_elsewhere(arm):
     run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(60), position=position, rotation=rotation))
     tried = arm.random(rng, 400)
     off = tool_poses(run.best.calibrated, Motion(tried))[:, :3, 3] - arm.pose(tried)[:, :3, 3]
-    assert run.transfer.anywhere.position > 0.5 * np.sqrt((off**2).sum(1).mean())
-    assert run.transfer.anywhere.position > 3 * run.transfer.near.position
+    assert run.best.transfer.anywhere.position > 0.5 * np.sqrt((off**2).sum(1).mean())
+    assert run.best.transfer.anywhere.position > 3 * run.best.transfer.near.position
 
 
 def test_sigma_of_rows_reaches_every_observation(arm):

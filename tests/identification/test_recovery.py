@@ -117,7 +117,8 @@ def test_opt1_keeps_constants_within_their_bounds():
     ols, opt1 = (algorithm.search(problem).x for algorithm in (Ols(), Opt1()))
     lower, upper = problem.bounds
     assert (ols > upper + 0.05).any()
-    assert (opt1 >= lower).all() and (opt1 <= upper).all() and (opt1 == upper).any()
+    assert ((opt1 >= lower) & (opt1 <= upper)).all()
+    assert (opt1 == upper).any()
 
 
 def test_repeats_of_a_posture_weigh_as_one_pose_and_move_no_arm():

@@ -23,7 +23,7 @@ from workbench.identification.consider_covariance import Considered, covariance
 from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.tool_observability import observed_by
-from workbench.identification.undetermined_combinations import Factor, factorise_pieces
+from workbench.identification.undetermined_combinations import Factor
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
@@ -168,23 +168,7 @@ class Fit(AbstractReported):
     @cached_property
     def unidentifiable(self) -> tuple[Combination, ...]:
         """Unobservable combinations of parameters, kept as near to nominal as possible."""
-        return combinations(self._unseen, self.parameters)
-
-    @property
-    def _unseen(self) -> Float[np.ndarray, "p n"]:
-        """Unobservable directions [natural units], without those held by prior knowledge."""
-        problem, plain = self.problem.without_deviation(), np.array([p.is_plain for p in self.parameters])
-        if self.problem.deviation is None or not len(problem.prior) or plain.all():
-            return self.rows_factor.null_space
-        held = problem.prior[:, ~plain] * problem.units[~plain]
-        alone = not problem.prior[np.ix_(held.any(1), plain)].any()
-        if not alone or np.linalg.matrix_rank(held) < held.shape[1]:
-            return self.rows_factor.null_space
-        pieces = (piece for _, piece in problem.pieces(self.x, only=plain))
-        found = factorise_pieces(pieces, problem.units[plain]).null_space
-        out = np.zeros((len(plain), found.shape[1]))
-        out[plain] = found
-        return out
+        return combinations(self.rows_factor.null_space, self.parameters)
 
     @cached_property
     def weakly_observable(self) -> tuple[Combination, ...]:

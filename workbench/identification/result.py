@@ -12,7 +12,6 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import off_nominal, sampled
 from workbench.base.advice import beside, failures
-from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
@@ -25,7 +24,6 @@ from workbench.identification.errors.row_errors import (
     Errors,
     RowErrors,
     Validation,
-    errors_frame,
     explains_little,
     residuals_frame,
     row_errors,
@@ -313,11 +311,6 @@ class Identification(AbstractReported, AbstractSplit):
         """Errors before and after, of the best run."""
         return BeforeAfter(self.nominal.judged, self.best.judged)
 
-    @property
-    def transfer(self) -> Transfer:
-        """Expected errors of the best run near the measured poses, and anywhere within the limits."""
-        return self.best.transfer
-
     @cached_property
     def instrument(self) -> Noise | None:
         """Standard deviations stated per row, or estimated from repeats; None without either."""
@@ -349,11 +342,6 @@ class Identification(AbstractReported, AbstractSplit):
         """The same where it leaves the arm much of nominal's error."""
         before, after = self.error
         return self.parted if after.main.mean > MUCH * before.main.mean else ""
-
-    def to_frame(self) -> "DataFrame":
-        """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""
-        numbers = (self.data.row[self.train_rows], self.held_out_data.row)
-        return errors_frame(numbers, {"nominal": self.nominal, "calibrated": self.best})
 
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""
@@ -423,11 +411,11 @@ class Identification(AbstractReported, AbstractSplit):
     @beside("the expected error elsewhere", "")
     def transfer_warning(self) -> str:
         """That the arm is less certain where it was not measured; empty where it is not."""
-        is_known = self.best.fit.is_assessed and not self.frames.base_per_session
-        if not is_known or self.frames.tool_per_session or self.transfer.ratio <= WARNING_RATIO:
+        best, found = self.best, self.best.transfer
+        is_known = best.fit.is_assessed and not (self.frames.base_per_session or self.frames.tool_per_session)
+        if not is_known or found.ratio <= WARNING_RATIO or found.anywhere.position <= ROUNDING:
             return ""
-        is_large = self.transfer.anywhere.position > ROUNDING
-        return transfer_note(self.transfer, self.best.fit.problem.sees_rotation) if is_large else ""
+        return transfer_note(found, best.fit.problem.sees_rotation)
 
 
 def order_of_measuring(result: Identification) -> np.ndarray:
@@ -458,16 +446,8 @@ class Evaluation(AbstractReported):
     warnings: tuple[str, ...] = ()
 
     @property
-    def row_numbers(self) -> np.ndarray:
-        return self.data.row
-
-    @property
     def errors(self) -> Errors:
         return Errors.of(self.rows)
-
-    def to_frame(self) -> "DataFrame":
-        """Errors by row as a data frame."""
-        return data_frame({"row": self.row_numbers, **self.rows.columns}, index="row")
 
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""

@@ -141,18 +141,6 @@ class Factor:
         return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
 
 
-def independent_columns(columns: Float[np.ndarray, "m p"], minimum: Float[np.ndarray, " p"]) -> list[int]:
-    """Columns whose part orthogonal to those kept before exceeds a minimum length, in their order."""
-    basis, kept = np.zeros((len(columns), 0)), []
-    for i, rest in enumerate(columns.T):
-        for _ in range(2):  # once more against rounding
-            rest = rest - basis @ (basis.T @ rest)
-        if (length := float(np.linalg.norm(rest))) > minimum[i]:
-            basis = np.column_stack([basis, rest / length])
-            kept.append(i)
-    return kept
-
-
 def factorise(
     jacobian: Float[np.ndarray, "m p"],
     residual: Float[np.ndarray, " m"],

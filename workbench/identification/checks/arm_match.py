@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -61,17 +60,9 @@ class ArmMatch:
         return self.meaning is not None and not self.rival and is_misread(self.meaning)
 
     @property
-    def rival_name(self) -> str:
-        return load_robot(self.rival).name if self.rival else ""
-
-    @property
     def text(self) -> str:
         rows, arm = self.joints
         head = f"{rows} joints in the file, {arm} in the arm: " if rows != arm else ""
-        if self.rival and self.meaning is not None:
-            given = self.meaning.plain
-            own = f"the nominal arm is {given.size} off with the best base and tool, " if given else ""
-            return f"{head}{own}{self.rival_name} fits to {self.meaning.best.size}"
         if self.meaning is None:
             return f"{head}these rows don't belong to {self.robot}"
         return head + misread_text(self.meaning)
