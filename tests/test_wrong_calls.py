@@ -262,9 +262,9 @@ def test_what_is_wrong_is_refused_in_one_sentence(kind, option, call, tmp_path, 
 
 def test_rows_are_kept_out_by_zeros_and_ones_too():
     kept = data(exclude=[0] * 39 + [1])
-    assert wb.evaluate(arm(), kept).row_numbers.tolist() == list(range(39))
+    assert wb.evaluate(arm(), kept).data.row.tolist() == list(range(39))
     unknown = data(q=one_unknown(), exclude=np.arange(N) == 7)
-    assert len(wb.evaluate(arm(), unknown).row_numbers) == 39
+    assert len(wb.evaluate(arm(), unknown).data.row) == 39
 
 
 def test_labels_are_texts():

@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-import arms
 import numpy as np
 import pytest
 import round_trip
@@ -30,7 +29,6 @@ from workbench.identification.errors.file_errors import file_text, refitted_erro
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.identification.rows.undecided_rows import MAX_BESIDE_STEP, UNDECIDED
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from events import CASES, NEAR, judge, make
@@ -110,24 +108,6 @@ def test_a_temperature_that_changes_with_a_knock_does_not_hide_it():
     found = diagnose(made.robot, replace(made.data, temperature=warm), held_out=0.2)
     assert [c.kind for c in found.causes] == ["frame-step"]
     assert re.search(r"temperature.*, or a step between rows \d+ and \d+.*\(cannot tell\)", found.message)
-
-
-@pytest.mark.parametrize(("size", "some"), [(5e-3, False), (1e-5, True)])
-def test_rows_about_a_step_are_left_out_where_they_do_not_show_it(size, some):
-    """An arm's frame moved along x before row `at`, which the arm's effect puts some rows off."""
-    case, at = arms.make("none", 3), 60
-    order, position = np.argsort(case.data.time), case.data.position.copy()
-    position[order[:at], 0] -= size
-    row, time = int(case.data.row[order[at]]), float(case.data.time[order[at]])
-    step = EFFECTS["frame-step"](
-        row=row, time_s=time, is_timed=True, coefficients=(size, 0.0, 0.0, 0.0, 0.0, 0.0)
-    )
-    data = replace(case.data, position=position)
-    assert step.clock(Motion.of(data)) is not None
-    found = identify(case.robot.with_effects(step), data, held_out=0.2)
-    rows = {row for row, reason in found.excluded if reason == UNDECIDED}
-    assert bool(rows) is some
-    assert rows <= set(data.row[order[at - MAX_BESIDE_STEP : at + MAX_BESIDE_STEP]].tolist())
 
 
 def left_by_files(arm, data, folder):

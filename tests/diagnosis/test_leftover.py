@@ -12,8 +12,7 @@ from problems import fitted
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Verdict
-from workbench.identification.joint_reading_noise import _cost, _Residuals, readings
-from workbench.identification.noise import components
+from workbench.identification.joint_reading_noise import _cost, _Residuals, readings, with_joint_readings
 
 READINGS = np.deg2rad(0.03)
 """Noise of joint readings [rad]: 0.5 mrad, some five times what the instrument brings at a metre."""
@@ -22,7 +21,7 @@ READINGS = np.deg2rad(0.03)
 def joint_noise(fitted):
     """What a fit says of joint readings."""
     fit = fitted.fit
-    return readings(fit.problem.with_noise(components(fit.problem, fit.x, fit.factor)))
+    return readings(fit.problem.with_noise(with_joint_readings(fit.problem, fit.x, fit.factor)))
 
 
 def trembling(case, sigma, seed):

@@ -9,6 +9,7 @@ from workbench.arm.calibration_record import Calibration, Expected, Observed
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.usable_arm import sampled
 from workbench.base import se3
 from workbench.identification.controller_parameters import controller_numbers
 
@@ -66,8 +67,7 @@ def test_frames_are_taken_from_the_calibrated_arm_and_corrected(nominal):
 def test_the_answer_is_a_minimum(nominal):
     rng = np.random.default_rng(5)
     calibrated = with_errors(nominal, rng.normal(0, 3e-3, len(nominal.default_free)))
-    q = rng.uniform(-1.5, 1.5, (60, 6))
-    found = controller_numbers(calibrated, nominal, q=q)
+    q, found = sampled(calibrated), controller_numbers(calibrated, nominal)
     wanted = tool_poses(calibrated, Motion(q))
 
     def cost(robot):

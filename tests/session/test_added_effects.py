@@ -50,9 +50,9 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
     expected = evaluate(run.before_refit, read_measurements(path))
     errors = rows.stage_errors[:, 2]
-    place = {int(number): i for i, number in enumerate(expected.row_numbers)}
+    place = {int(number): i for i, number in enumerate(expected.data.row)}
     by_row = expected.rows.position[[place[int(number)] for number in rows.number]]
-    assert len(rows) == len(expected.row_numbers) == 90
+    assert len(rows) == len(expected.data.row) == 90
     np.testing.assert_allclose(errors, by_row, atol=1e-12)
     assert 1e3 * errors[rows.held_out].mean() == pytest.approx(run.held_out.position_mm.mean, rel=1e-9)
     saved = evaluate(run.calibrated, read_measurements(path)).errors

@@ -1,15 +1,11 @@
 """Parameters of an identification: names, meanings and bounds."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.arm.frame import revised
-from workbench.base.errors import OptionError
-
 MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
-"""Default bounds of a geometric constant about its nominal value [rad], [m]: wide enough for a joint mounted
+"""Bounds of a geometric constant about its nominal value [rad], [m]: wide enough for a joint mounted
 45° off, narrow enough to exclude mirror solutions."""
 
 FRAMES = ("base", "tool", "gravity")
@@ -25,8 +21,6 @@ class Parameter:
         name: `joint2.alpha`, `base.x`, `base[front].yaw`, `anchor[A].z` …
         unit: `rad` or `m`; `kg` for a mass.
         nominal: Nominal value, where the search starts, in that unit.
-        lower: Minimum value for bounded algorithms.
-        upper: Maximum value for bounded algorithms.
         is_coefficient: Whether it is a coefficient of an effect, in its own unit.
         is_inertia: Whether it is a link's mass, a coordinate of its centre, or an angle of gravity, which act
             through loads only.
@@ -36,33 +30,15 @@ class Parameter:
     name: str
     unit: str
     nominal: float
-    lower: float = -np.inf
-    upper: float = np.inf
     is_coefficient: bool = False
     is_inertia: bool = False
     is_instrument: bool = False
 
-    @classmethod
-    def bounded(
-        cls,
-        name: str,
-        unit: str,
-        nominal: float,
-        bounds: Mapping[str, tuple[float, float]] | None,
-        **kind: bool,
-    ) -> "Parameter":
-        """The parameter with given bounds; else `MAX_…` about nominal for the arm's constants."""
-        free = cls(name, unit, nominal, **kind)
-        width = (MAX_ANGLE if unit == "rad" else MAX_LENGTH) if free.is_geometry else np.inf
-        lower, upper = (bounds or {}).get(name) or (nominal - width, nominal + width)
-        if not lower <= nominal <= upper:
-            raise OptionError(
-                f"the bounds [{lower:g}, {upper:g}] of {name} exclude its nominal value {nominal:g}; "
-                "widen them",
-                option="bounds",
-                found=name,
-            )
-        return revised(free, lower=lower, upper=upper)
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Minimum and maximum value for bounded algorithms: `MAX_…` about nominal for the arm's constants."""
+        width = (MAX_ANGLE if self.unit == "rad" else MAX_LENGTH) if self.is_geometry else np.inf
+        return self.nominal - width, self.nominal + width
 
     @property
     def text(self) -> str:

@@ -26,9 +26,6 @@ def identify(
         str | None, option("ols, opt1, opt2, influence, several separated by commas, or all.")
     ] = None,
     level: Annotated[int, option("1: joint offsets only; 2: the whole geometry.", min=1, max=2)] = 2,
-    bounds: Annotated[
-        list[str] | None, option("Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
-    ] = None,
     loss: Annotated[str, option("Outliers: set-apart (exclude), or squares (full weight).")] = "set-apart",
     deviation: Annotated[
         str, option("Expected deviation of the arm's constants from nominal, in mm and mrad; auto; or none.")
@@ -57,7 +54,6 @@ def identify(
             rows,
             choices if level == 2 else replace(choices, free=arm.joint_offsets),
             algorithms=_algorithms(algorithm),
-            bounds=opt.bounds_of(bounds or []),
             loss=loss,
             deviation=_deviation(deviation),
         )

@@ -218,19 +218,6 @@ def numbers(text: str):
     return found if np.isfinite(found).all() else np.zeros(0)
 
 
-def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
-    """Bounds by name from NAME=LOW:HIGH."""
-    bounds = {}
-    for text in texts:
-        try:
-            name, interval = text.split("=")
-            low, high = (float(part) for part in interval.split(":"))
-        except ValueError:
-            raise OptionError(f"--bounds must be NAME=LOW:HIGH in rad or m, got '{text}'") from None
-        bounds[name.strip()] = (low, high)
-    return bounds
-
-
 def noise_of(text: Any):
     """Standard deviations from values with units."""
     from workbench.identification.fit_choices import FitChoices

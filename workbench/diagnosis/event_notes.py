@@ -12,7 +12,8 @@ from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.rows.row_selection import without_held_out
-from workbench.identification.rows.undecided_rows import UNDECIDED
+
+UNDECIDED = "measured at a step: on which side is undecided"
 
 
 def without_undecided(ready: Prepared, last: Searched) -> Prepared:

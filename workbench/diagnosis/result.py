@@ -23,7 +23,7 @@ from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors, RowErrors, Validation
 from workbench.identification.fit import Fit
-from workbench.identification.joint_reading_noise import STUDENT_FREEDOM
+from workbench.identification.noise import STUDENT_FREEDOM
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run
 from workbench.identification.rows.row_selection import AbstractSplit
@@ -283,7 +283,3 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
     def residuals(self) -> "DataFrame":
         """Measured − predicted with the accepted effects, as `Identification.residuals`."""
         return self.identification().residuals()
-
-    def to_frame(self) -> "DataFrame":
-        """Errors by row: of the nominal arm and with the accepted effects, fitted rows first."""
-        return self.identification().to_frame()

@@ -1,8 +1,7 @@
 """Initial alignment of base and tool, before anything else is known: closed forms, then a short fit.
 
 With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) both come from `hand_eye`.
-With points alone the base (Arun's rigid fit) and the tool point (linear) are found alternately; repeated
-visits to one place give the tool point directly.
+With points alone the base (Arun's rigid fit) and the tool point (linear) are found alternately.
 """
 
 from collections.abc import Iterator, Mapping
@@ -28,8 +27,6 @@ MAX_FIRST_ROWS = 1_500
 MIN_CERTAIN_ROWS, UNEXPLAINED = 10, 0.02
 """Rows, and share of the scatter of their points left, at which one start is enough: no other base and tool
 explain so many points so well."""
-SAME_PLACE = 1e-9
-"""Measured points closer than this [m] count as visits to one place."""
 
 
 def align(
@@ -119,44 +116,24 @@ def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot
         bases = [mean_base(arm[g] @ tool, se3.pose(rotations[g], data.position[g])) for g in groups]
         yield _with_frames(robot, data, freedom, bases, tool)
         return
-    for point in _tool_points(robot, data, arm, groups, freedom):
-        bases = [se3.best_fit(se3.apply(arm[g], point[None]), data.position[g]) for g in groups]
-        yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
+    point = _tool_point(robot, data, arm, groups, freedom)
+    bases = [se3.best_fit(se3.apply(arm[g], point[None]), data.position[g]) for g in groups]
+    yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
 
 
-def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray, "3"]]:
-    """Initial guesses of the tool point from points alone."""
+def _tool_point(robot, data, arm, groups, freedom) -> Float[np.ndarray, "3"]:
+    """Initial guess of the tool point from points alone."""
     if not freedom.tool:
-        yield np.array(robot.tool.xyz)
-        return
-    repeated = _from_repeated_places(data, arm)
-    starts = [np.array(robot.tool.xyz)] if repeated is None else [repeated, np.array(robot.tool.xyz)]
-    for point in starts:
-        for _ in range(MAX_ALTERNATIONS):
-            rows, right = [], []
-            for g in groups:
-                base = se3.best_fit(se3.apply(arm[g], point[None]), data.position[g])
-                rows.append((base[:3, :3] @ arm[g, :3, :3]).reshape(-1, 3))
-                right.append((data.position[g] - se3.apply(base, arm[g, :3, 3])).ravel())
-            point = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0]
-        yield point
-
-
-def _from_repeated_places(data: Dataset, arm: np.ndarray) -> Float[np.ndarray, "3"] | None:
-    """Tool point for which all visits to one measured place coincide: linear, independent of the base."""
-    session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
-    position = np.asarray(data.position)
-    seen = np.isfinite(position).all(-1)
-    key = np.column_stack([session, np.round(position / SAME_PLACE)])[seen]
-    arm = arm[seen]
-    _, place = np.unique(key, axis=0, return_inverse=True)
-    rows, right = [], []
-    for k in range(place.max() + 1):
-        visits = arm[place == k]
-        if len(visits) > 3:
-            rows.append((visits[:, :3, :3] - visits[:, :3, :3].mean(0)).reshape(-1, 3))
-            right.append(-(visits[:, :3, 3] - visits[:, :3, 3].mean(0)).ravel())
-    return np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0] if rows else None
+        return robot.tool.xyz
+    point = np.array(robot.tool.xyz)
+    for _ in range(MAX_ALTERNATIONS):
+        rows, right = [], []
+        for g in groups:
+            base = se3.best_fit(se3.apply(arm[g], point[None]), data.position[g])
+            rows.append((base[:3, :3] @ arm[g, :3, :3]).reshape(-1, 3))
+            right.append((data.position[g] - se3.apply(base, arm[g, :3, 3])).ravel())
+        point = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0]
+    return point
 
 
 def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool) -> Robot:

@@ -17,7 +17,6 @@ a number that is redundant given the earlier ones keeps its value and is listed.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float
@@ -40,7 +39,6 @@ from workbench.arm.usable_arm import (
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
-from workbench.identification.undetermined_combinations import independent_columns
 
 UNSEEN_LEVER = 0.03
 """Lever where orientations were not measured [m]: it only keeps them near where they are."""
@@ -48,19 +46,10 @@ WORSE_RATIO, WORSE_AMOUNT = 1.02, 1e-6
 """A mean error is worse if it exceeds another by this factor and this amount [m or rad]."""
 NOTICED = POSITION_SIGMA / LEVER
 """That amount for orientations that were not measured [rad]."""
+PARTS = OFFSETS, *FRAMES = "offsets", "tool", "base"
+"""What a controller accepts, first the joint offsets."""
 MIN_OWN_SHARE = 1e-8
 """A number is redundant if earlier ones leave less than this share of its effect."""
-
-
-class ControllerPart(StrEnum):
-    """The parts that a controller accepts."""
-
-    OFFSETS = "offsets"
-    TOOL = "tool"
-    BASE = "base"
-
-
-FRAMES = (ControllerPart.TOOL, ControllerPart.BASE)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,7 +69,7 @@ class ControllerNumbers:
         notes: What was not observed, one sentence each.
     """
 
-    parts: tuple[ControllerPart, ...]
+    parts: tuple[str, ...]
     offsets: Float[np.ndarray, " n"]
     robot: Robot
     held: tuple[str, ...]
@@ -99,14 +88,7 @@ class ControllerNumbers:
         return helps and not self.losses
 
 
-def controller_numbers(
-    calibrated: Robot,
-    nominal: Robot,
-    *,
-    q: Float[np.ndarray, "rows n"] | None = None,
-    parts: Sequence[ControllerPart] = tuple(ControllerPart),
-    session: str = "",
-) -> ControllerNumbers:
+def controller_numbers(calibrated: Robot, nominal: Robot, parts: Sequence[str] = PARTS) -> ControllerNumbers:
     """The joint offsets, tool and base with which the nominal arm comes closest to the calibrated one.
 
     The search starts from the nominal arm with the best base and tool, as far as these were identified; parts
@@ -115,13 +97,11 @@ def controller_numbers(
     Args:
         calibrated: The arm as identified.
         nominal: The arm as the controller computes it.
-        q: Joint positions to compare at [rad or m]; uniform samples within the limits if None.
-        parts: What the controller accepts.
-        session: Session whose base and tool are used, where the calibrated arm has several.
+        parts: What the controller accepts, of `PARTS`.
     """
-    usable = usable_arm(calibrated.in_session(session))
+    usable = usable_arm(calibrated.in_first_session)
     actual = usable.robot
-    here = Motion(np.ascontiguousarray(usable.q if q is None else q))
+    here = Motion(usable.q)
     wanted = usable.wanted(here.q)
     start = nominal.with_frames(base=actual.base, tool=actual.tool)
     weight = np.array([1.0] * 3 + [LEVER if usable.sees_rotation else UNSEEN_LEVER] * 3)
@@ -137,9 +117,10 @@ def controller_numbers(
     start = nearest(start, usable.free_frames)
     offsets = [start.chain.elements[i].name for i in start.chain.driven]
     frames = [f"{f}.{piece}" for f in FRAMES if f in parts for piece in FRAME_PARTS]
-    names = offsets * (ControllerPart.OFFSETS in parts) + frames
+    names = offsets * (OFFSETS in parts) + frames
     jacobian = at(start, tuple(names))[1]
-    own = independent_columns(jacobian, MIN_OWN_SHARE * np.linalg.norm(jacobian, axis=0))
+    rest = np.abs(np.diagonal(np.linalg.qr(jacobian, mode="r")))  # orthogonal to the columns before
+    own = np.flatnonzero(rest > MIN_OWN_SHARE * np.linalg.norm(jacobian, axis=0)[: len(rest)]).tolist()
     arm = nearest(start, tuple(names[i] for i in own))
     drives = arm.chain.driven
     before, after = (PoseErrors.of(se3.pose_error(wanted, tool_poses(a, here))) for a in (start, arm))

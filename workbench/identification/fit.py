@@ -18,29 +18,20 @@ from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.frames import data_frame
 from workbench.base.types import Outcome, frozen
-from workbench.base.wording import first_of
 from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome
 from workbench.identification.consider_covariance import Considered, covariance
 from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.tool_observability import idle_constants, observed_by
-from workbench.identification.undetermined_combinations import Factor, factorise_pieces
+from workbench.identification.tool_observability import observed_by
+from workbench.identification.undetermined_combinations import Factor
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-SUSPICIOUS_RATIO = 5.0
-"""Ratio of a row's residual to that expected from the others, above which the row is listed."""
-UNINFORMATIVE_RATIO = 0.8
-"""Ratio of a standard error to the prior's above which the rows carried no information."""
-POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
-"""Standard errors above which an observable parameter is called poorly determined [rad], [m]."""
 NUMBERS_PER_CONSTANT = 1.5
 """Measured numbers for each constant below which residuals don't tell the noise: with six poses of an arm
 from a URDF, errors of the tool are 2 to 30 times those expected."""
-MAX_NAMED_ROWS = 10
-"""Maximum number of rows named in one sentence."""
 
 
 @final
@@ -53,7 +44,6 @@ class Fit(AbstractReported):
         problem: The problem.
         search: How it went.
         seconds: Time of the search.
-        warnings: For the user, one sentence each.
         actual: Actual scatter of the readings, where all were weighted equally.
         considered: Uncertain constants that were held at nominal.
     """
@@ -62,7 +52,6 @@ class Fit(AbstractReported):
     problem: Problem
     search: SearchOutcome
     seconds: float = 0.0
-    warnings: tuple[str, ...] = ()
     actual: Noise | None = None
     considered: Considered | None = None
 
@@ -179,66 +168,12 @@ class Fit(AbstractReported):
     @cached_property
     def unidentifiable(self) -> tuple[Combination, ...]:
         """Unobservable combinations of parameters, kept as near to nominal as possible."""
-        return combinations(self._unseen, self.parameters)
-
-    @property
-    def _unseen(self) -> Float[np.ndarray, "p n"]:
-        """Unobservable directions [natural units], without those held by prior knowledge."""
-        problem, plain = self.problem.without_deviation(), np.array([p.is_plain for p in self.parameters])
-        if self.problem.deviation is None or not len(problem.prior) or plain.all():
-            return self.rows_factor.null_space
-        held = problem.prior[:, ~plain] * problem.units[~plain]
-        alone = not problem.prior[np.ix_(held.any(1), plain)].any()
-        if not alone or np.linalg.matrix_rank(held) < held.shape[1]:
-            return self.rows_factor.null_space
-        pieces = (piece for _, piece in problem.pieces(self.x, only=plain))
-        found = factorise_pieces(pieces, problem.units[plain]).null_space
-        out = np.zeros((len(plain), found.shape[1]))
-        out[plain] = found
-        return out
+        return combinations(self.rows_factor.null_space, self.parameters)
 
     @cached_property
     def weakly_observable(self) -> tuple[Combination, ...]:
         """Combinations that are too weakly observable to identify; they too were kept near nominal."""
         return combinations(self.rows_factor.weak, self.parameters)
-
-    @cached_property
-    def only_expected(self) -> frozenset[str]:
-        """Constants for which the rows add almost nothing to the prior."""
-        if self.problem.deviation is None:
-            return frozenset()
-        limit = UNINFORMATIVE_RATIO * self.problem.deviation * np.sqrt(self.variance_factor)
-        known = zip(self.parameters, self.std, strict=True)
-        return frozenset(p.name for p, s in known if p.is_geometry and s > limit)
-
-    @cached_property
-    def poorly_determined(self) -> tuple[str, ...]:
-        """Constants that are observable, but with a standard error above 1° or 5 mm."""
-        limits = {"rad": POOR_ANGLE, "m": POOR_LENGTH}
-        known = [(p, s) for p, s in zip(self.parameters, self.std, strict=True) if p.is_plain]
-        open_ones = {n for c in (*self.unidentifiable, *self.weakly_observable) for n in c.names}
-        return tuple(p.text for p, s in known if s > limits.get(p.unit, np.inf) and p.name not in open_ones)
-
-    @cached_property
-    def idle(self) -> frozenset[str]:
-        """Those of them for which others compensate, such as a residual map: the tool's pose doesn't depend
-        on them."""
-        return idle_constants(self)
-
-    @cached_property
-    def at_bounds(self) -> tuple[str, ...]:
-        """Parameters that ended on a bound."""
-        lower, upper = self.problem.bounds
-        on = (np.abs(self.x - lower) <= 1e-12) | (np.abs(self.x - upper) <= 1e-12)
-        return tuple(p.text for p, b in zip(self.parameters, on, strict=True) if b)
-
-    @cached_property
-    def beyond_bounds(self) -> tuple[str, ...]:
-        """Parameters outside bounds given by the user, which only bounded algorithms keep."""
-        lower, upper = self.problem.bounds
-        beyond = (self.x < lower - 1e-12) | (self.x > upper + 1e-12)
-        given = self.problem.bounded
-        return tuple(p.text for p, b in zip(self.parameters, beyond, strict=True) if b and p.name in given)
 
     @property
     @beside("cautions about the fit", ())
@@ -250,11 +185,6 @@ class Fit(AbstractReported):
         if self.weakly_observable:
             hidden = "; ".join(c.text for c in self.weakly_observable)
             found.append(f"barely observable, kept near nominal: {hidden}")
-        if uncertain := [text for text in self.poorly_determined if text not in self.idle]:
-            found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")
-        if len(self.suspicious):
-            shown = first_of(self.problem.data.row[self.suspicious], MAX_NAMED_ROWS)
-            found.append(f"rows that differ from the others, check them: {shown}")
         return tuple(found)
 
     @cached_property
@@ -266,11 +196,3 @@ class Fit(AbstractReported):
         square = np.bincount(plain.component_rows, components**2, size)
         measured = np.bincount(plain.component_rows, plain.inverse_sigma > 0.0, minlength=size)
         return np.sqrt(square / np.maximum(measured, 1.0))
-
-    @cached_property
-    def suspicious(self) -> np.ndarray:
-        """Rows (of the problem's data) that stand out from the others, worst first."""
-        residuals = self.row_residuals
-        typical = max(float(np.median(residuals)), 1e-12)
-        found = np.flatnonzero(residuals > SUSPICIOUS_RATIO * typical)
-        return found[np.argsort(-residuals[found])]

@@ -66,9 +66,7 @@ def gravity_names(session: str, freedom: FrameFreedom) -> tuple[str, str]:
     return x, y
 
 
-def frame_parameters(
-    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, bounds: Mapping | None
-) -> list[Parameter]:
+def frame_parameters(robot: Robot, sessions: Sequence[str], frames: FrameFreedom) -> list[Parameter]:
     """The unknown parts of base and tool, per session where they differ."""
     parameters = []
     for kind, parts, own in frames.by_frame:
@@ -77,8 +75,7 @@ def frame_parameters(
             for part in sorted(parts, key=FRAME_PARTS.index):
                 place = FRAME_PARTS.index(part)
                 nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
-                name = f"{frame_name(kind, own, session)}.{part}"
-                parameters.append(Parameter.bounded(name, unit, nominal, bounds))
+                parameters.append(Parameter(f"{frame_name(kind, own, session)}.{part}", unit, nominal))
     return parameters
 
 

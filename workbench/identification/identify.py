@@ -1,6 +1,6 @@
 """Identification from end to end: choose rows, decide frames, estimate noise, fit, judge on held-out rows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any, Unpack
@@ -43,7 +43,6 @@ def identify(
     choices: FitChoices | None = None,
     *,
     algorithms: Sequence[str] = DEFAULT_ALGORITHMS,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
     loss: Like[Loss] = Loss.SET_APART,
     deviation: float | str = AUTO,
     prior: Prior | None = None,
@@ -60,8 +59,7 @@ def identify(
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`,
             where `choices` does not set them.
         algorithms: Names from `ALGORITHMS`. The default is joined by OPT1 and OPT2 where it does not
-            converge, or ends outside the bounds.
-        bounds: Minimum and maximum value by name, for OPT1.
+            converge.
         loss: Whether outliers are excluded, or weighed as all other rows.
         deviation: Expected deviation of the arm's constants from nominal [rad, m]; `auto`: estimated from the
             rows; infinite: no prior, so that only unobservable constants stay nominal.
@@ -80,7 +78,7 @@ def identify(
     choices = with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
-    options: dict[str, Any] = {"bounds": bounds, "prior": prior, "effects": effects}
+    options: dict[str, Any] = {"prior": prior, "effects": effects}
     with part_of(0.0, 0.4):
         if loss is Loss.SET_APART:
             ready, outlying = prepare_without_outliers(robot, data, choices, **options)
@@ -95,7 +93,7 @@ def identify(
             begin = first.x  # several are compared, and what is hardly observable stays where it starts
     runs = _runs(ready, problem, chosen, begin)
     alone = next(iter(runs.values())).fit
-    if tuple(algorithms) == DEFAULT_ALGORITHMS and (not alone.outcome.ok or alone.beyond_bounds):
+    if tuple(algorithms) == DEFAULT_ALGORITHMS and not alone.outcome.ok:
         runs |= _runs(ready, problem, _algorithms(FURTHER_ALGORITHMS))
     progress(1.0, "done")
     return Identification(
@@ -127,7 +125,9 @@ def _runs(
             break
         share = 0.4 + 0.5 * k / len(algorithms)
         progress(share, f"{algorithm.title}: fitting {plural(len(problem.names), 'parameter')}")
-        fit, decided = _fit(problem, algorithm, begin), ready.identifiability
+        began, decided = perf_counter(), ready.identifiability
+        search = algorithm.search(problem, begin=begin)
+        fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
         found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
         errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
         if decided is not None:
@@ -153,23 +153,3 @@ def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:
         what = f"unknown algorithm '{wrong[0]}'" if wrong else "no algorithm is given"
         raise OptionError(f"{what}; choose from {', '.join(ALGORITHMS)}", option="algorithms", found=names)
     return [ALGORITHMS[name] for name in names]
-
-
-def _fit(problem, algorithm, begin) -> Fit:
-    began = perf_counter()
-    search = algorithm.search(problem, begin=begin)
-    fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
-    return replace(fit, warnings=_warnings(fit))
-
-
-@beside("warnings about the search", ())
-def _warnings(fit: Fit) -> tuple[str, ...]:
-    """Warnings about one algorithm's search."""
-    found, title = [], fit.algorithm.title
-    if not fit.outcome.ok:
-        found.append(f"{title}: {fit.outcome}")
-    if fit.at_bounds:
-        found.append(f"{title}: at a bound: {', '.join(fit.at_bounds)}; widen the bounds if too tight")
-    if fit.beyond_bounds:
-        found.append(f"{title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
-    return tuple(found)

@@ -20,7 +20,6 @@ is looked for first.
 """
 
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -31,10 +30,12 @@ from workbench.arm.effects.axes import turns
 from workbench.base.errors import ShapeError
 from workbench.base.wording import joint_list
 from workbench.data.observations import Channel
+from workbench.identification.noise import STUDENT_FREEDOM, beyond_stated, consistent, spare_share
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.undetermined_combinations import Factor
 
-STUDENT_FREEDOM = 5.0
-"""Degrees of freedom ν of Student's t for residuals."""
+MIN_SPARE_FREEDOM = 10.0
+"""Degrees of freedom below which noise of joint readings is not separated from that of the instrument."""
 MIN_GAIN = 3.0
 """Gain in log likelihood that noise of joint readings must have beyond the information criterion."""
 TOGETHER, APART = ([0, 1, 2], [3]), ([0], [1], [2], [3])
@@ -140,18 +141,19 @@ def _last_digit(problem: Problem) -> float:
     return 0.0
 
 
-def with_joint_readings(
-    problem: Problem, residual: Float[np.ndarray, " m"], white: Noise, *, stated: bool
-) -> Noise:
-    """Standard deviations with those of joint readings if these are clearly noisy; else unchanged.
+def with_joint_readings(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor) -> Noise | None:
+    """Those of `beyond_stated`, with noise of joint readings if these are clearly noisy.
 
     Args:
         problem: What was fitted.
-        residual: Residual of the fit, scaled for its N−p degrees of freedom [m or rad].
-        white: The most likely standard deviations if readings are exact.
-        stated: Whether rows state standard deviations.
+        x: Its solution.
+        factor: Linearisation there.
     """
-    scale = _scale(tables := _tables(problem, residual))
+    white, share = beyond_stated(problem, x, factor), spare_share(problem, x, factor)
+    if white is None or share is None or share * problem.count < MIN_SPARE_FREEDOM:
+        return white
+    stated = bool((problem.own_sigma > 0.0).any())
+    scale = _scale(tables := _tables(problem, x, share))
     joints = np.flatnonzero((scale[CHANNELS:] > 0.0) & (scale[CHANNELS:] < MAX_READING_ERROR**2))
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - CHANNELS)])
     found = _likeliest(tables, scale, joints, turning, stated)
@@ -168,9 +170,9 @@ def with_joint_readings(
     return Noise(position, rotation, tuple(size[2:].tolist()), tilt=white.tilt)
 
 
-def alike_readings(problem: Problem, residual: Float[np.ndarray, " m"]) -> Noise:
-    """The most likely standard deviations if all joints have equally noisy readings."""
-    scale = _scale(tables := _tables(problem, residual))
+def alike_readings(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
+    """The most likely standard deviations where joint readings certainly scatter, all with equal noise."""
+    scale = _scale(tables := _tables(problem, x, spare_share(problem, x) or 1.0))
     found = _fit(tables, _members(scale, [np.arange(len(scale) - CHANNELS)]), np.ones(3), False)
     position, rotation, *joints = np.sqrt(found.variances[2:]).tolist()
     return Noise(position, rotation, tuple(joints))
@@ -220,8 +222,9 @@ def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) 
     return bool(pairs.sum() > SMOOTH_DEVIATIONS * np.sqrt((pairs**2).sum()))
 
 
-def _tables(problem: Problem, residual: np.ndarray) -> list[_Residuals]:
-    """At most `MAX_NOISE_ROWS` rows, grouped by their components."""
+def _tables(problem: Problem, x: np.ndarray, share: float) -> list[_Residuals]:
+    """At most `MAX_NOISE_ROWS` rows, grouped by their components; residuals scaled for the spare share."""
+    residual = problem.physical(problem.residual(x)) / np.sqrt(share)
     every = slice(None, None, max(1, -(-len(problem.data) // MAX_NOISE_ROWS)))
     alike: dict[tuple[int, ...], list[tuple[np.ndarray, ...]]] = {}
     for block in problem.blocks:
@@ -338,22 +341,6 @@ def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, n
         information += np.block([[channel.T @ seen @ channel, mixed], [mixed.T, joints]])
         information -= trace.T @ (trace * share[:, None])
     return value, slope, information
-
-
-@lru_cache(maxsize=64)
-def consistent(components: int) -> float:
-    """k² for which normal residuals of variance 1 have that variance under Student's law too."""
-    from scipy import optimize, special
-
-    if components == 0:
-        return 1.0
-    square = 2.0 * special.gammaincinv(components / 2.0, (np.arange(2000) + 0.5) / 2000)  # χ², components
-
-    def off(k2: float) -> float:
-        weight = (STUDENT_FREEDOM + components) / (STUDENT_FREEDOM * k2 + square)
-        return float((weight * square).mean() - components)
-
-    return float(optimize.brentq(off, 0.05, 2.0))
 
 
 def check_joint_noise(noise: Noise | None, joints: int) -> None:

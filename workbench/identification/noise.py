@@ -14,6 +14,7 @@ others look uncertain; `consistent` makes both agree on normal residuals:
 Rows without a sigma have sigma_row = 0, and s is then the root mean square of the residuals.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,12 +23,6 @@ from jaxtyping import Float
 from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.identification.column_products import inner_products
-from workbench.identification.joint_reading_noise import (
-    STUDENT_FREEDOM,
-    alike_readings,
-    consistent,
-    with_joint_readings,
-)
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor, factorise_pieces, factorise_products
 
@@ -35,8 +30,8 @@ SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
 MIN_REPEAT_FREEDOM = 8
 """Minimum degrees of freedom of repeats."""
-MIN_SPARE_FREEDOM = 10.0
-"""Degrees of freedom below which noise of joint readings is not separated from that of the instrument."""
+STUDENT_FREEDOM = 5.0
+"""Degrees of freedom ν of Student's t for residuals."""
 MAX_QUICK_PRODUCTS = 1e9
 """Number of products of Jacobian columns above which a factorisation takes long."""
 MIN_PART = 1e-3
@@ -112,7 +107,7 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
 
 def _of_channels(problem, x, factor, old, size_of) -> Noise | None:
     """Size of each channel from squares of its residuals and variances that rows state, else the old one."""
-    share = _spare_share(problem, x, factor)
+    share = spare_share(problem, x, factor)
     if share is None:
         return None
     square, own = problem.physical(problem.residual(x)) ** 2 / share, problem.own_sigma**2
@@ -120,13 +115,20 @@ def _of_channels(problem, x, factor, old, size_of) -> Noise | None:
     return Noise(found[0], found[1], tilt=found[2])
 
 
-def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """The same with noise of joint readings, if the rows clearly show any (`joint_readings`)."""
-    white, share = beyond_stated(problem, x, factor), _spare_share(problem, x, factor)
-    if white is None or share is None or share * problem.count < MIN_SPARE_FREEDOM:
-        return white
-    residual = problem.physical(problem.residual(x)) / np.sqrt(share)
-    return with_joint_readings(problem, residual, white, stated=bool((problem.own_sigma > 0.0).any()))
+@lru_cache(maxsize=64)
+def consistent(components: int) -> float:
+    """k² for which normal residuals of variance 1 have that variance under Student's law too."""
+    from scipy import optimize, special
+
+    if components == 0:
+        return 1.0
+    square = 2.0 * special.gammaincinv(components / 2.0, (np.arange(2000) + 0.5) / 2000)  # χ², components
+
+    def off(k2: float) -> float:
+        weight = (STUDENT_FREEDOM + components) / (STUDENT_FREEDOM * k2 + square)
+        return float((weight * square).mean() - components)
+
+    return float(optimize.brentq(off, 0.05, 2.0))
 
 
 def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:
@@ -155,7 +157,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
     return 0.0 if best == tried[0] and (own > 0.0).all() else float(np.exp(best))
 
 
-def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> float | None:
+def spare_share(problem: Problem, x: np.ndarray, factor: Factor | None = None) -> float | None:
     """Degrees of freedom as a share of the components; None if none is left."""
     free = degrees_of_freedom(problem, factor_at(problem, x) if factor is None else factor)
     return None if free < 1.0 else max(free / problem.count, 0.02)
@@ -174,9 +176,3 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
 def degrees_of_freedom(problem: Problem, factor: Factor) -> float:
     """Measured numbers less the trace of their hat matrix, which is how many parameters they determine."""
     return problem.count - (factor.rank - float(((problem.prior @ factor.root) ** 2).sum()))
-
-
-def with_alike_readings(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
-    """The same where joint readings certainly scatter, all with equal noise."""
-    share = _spare_share(problem, x, None) or 1.0
-    return alike_readings(problem, problem.physical(problem.residual(x)) / np.sqrt(share))

@@ -3,9 +3,6 @@
 A covariance can't represent "unknown"; its inverse can, with a zero. Unknowns that do not carry over (frames,
 instruments, a joint that was replaced) are eliminated by the Schur complement, so that knowledge correlated
 with them is discounted.
-
-Base, tool and the places of instruments are omitted, as the arm may have been moved; so may be a replaced
-joint, which a few poses identify again.
 """
 
 from collections.abc import Callable
@@ -16,7 +13,6 @@ from jaxtyping import Float
 
 from workbench.base.arguments import admit
 from workbench.base.errors import OptionError
-from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
 
@@ -38,14 +34,6 @@ class Prior:
         count = len(self.names)
         if self.values.shape != (count,) or self.information.shape != (count, count):
             raise OptionError(f"a prior of {count} constants needs as many values, and their information")
-
-    @classmethod
-    def of(cls, fit: Fit) -> "Prior":
-        """Knowledge of the arm's constants from a fit, frames and instruments marginalised."""
-        information = fit.rows_factor.information() / max(fit.variance_factor, 1e-300)
-        everything = cls(fit.problem.names, fit.x, information)
-        geometry = {p.name for p in fit.parameters if p.is_geometry}
-        return everything.keep(lambda name: name in geometry)
 
     def keep(self, wanted: Callable[[str], bool]) -> "Prior":
         """Knowledge of the given constants; the others become unknown."""

@@ -68,7 +68,6 @@ class Problem:
         parameters: The unknowns.
         noise: Standard deviations on top of the rows' own.
         frames: Which parts of base and tool are unknown.
-        bounded: Unknowns with bounds given by the user.
         prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
         prior_centre: Prior mean of the unknowns.
         deviation: Prior standard deviation of the arm's constants about nominal [rad, m]; the last rows of
@@ -87,7 +86,6 @@ class Problem:
     blocks: tuple[RowBlock, ...]
     prior: Float[np.ndarray, "k p"]
     prior_centre: Float[np.ndarray, " p"]
-    bounded: frozenset[str] = frozenset()
     deviation: float | None = None
     row_weights: Float[np.ndarray, " rows"] | None = None
     shares: Float[np.ndarray, " rows"] | None = None
@@ -103,7 +101,6 @@ class Problem:
         free: Sequence[str] | None = None,
         frames: FrameFreedom | None = None,
         noise: Noise | None = None,
-        bounds: Mapping[str, tuple[float, float]] | None = None,
         known: Mapping[str, float] | None = None,
         effects: Sequence[str] = (),
         inertia: bool = False,
@@ -115,7 +112,6 @@ class Problem:
             free: Constants of the arm that are unknown; the robot's default ones if None.
             frames: Which parts of base and tool are unknown; none if None.
             noise: Standard deviations [m], [rad] on top of the rows' own.
-            bounds: Minimum and maximum value by name, for bounded algorithms.
             known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
                 others keep their values.
@@ -127,7 +123,7 @@ class Problem:
         noise, known = noise or Noise(), dict(known or {})
         names = tuple(robot.default_free if free is None else free)
         kinds = observed_kinds(data)
-        parameters = _arm_parameters(robot, names, effects, bounds)
+        parameters = _arm_parameters(robot, names, effects)
         free_masses = tuple(robot.inertia) if inertia else ()
         parameters += [
             Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
@@ -140,16 +136,13 @@ class Problem:
         free_gravity = ((bool(free_masses) and has_loads) or has_tilts) and np.any(robot.gravity)
         angles = dict.fromkeys(n for s in data.sessions for n in gravity_names(s, frames) if free_gravity)
         parameters += [Parameter(n, "rad", 0.0, is_inertia=not has_tilts) for n in angles]
-        parameters += frame_parameters(robot, data.sessions, frames, bounds)
+        parameters += frame_parameters(robot, data.sessions, frames)
         unknown_start, facts = instrument_start(robot, data, kinds, frames)
         parameters += [
-            Parameter.bounded(n, facts[n].unit, v, bounds, is_instrument=True)
+            Parameter(n, facts[n].unit, v, is_instrument=True)
             for n, v in unknown_start.items()
             if n not in known
         ]
-        if bounds and (stray := set(bounds) - {p.name for p in parameters}):
-            text = f"bounds are given for '{min(stray)}', which is not identified here"
-            raise OptionError(text, option="bounds", found=min(stray))
         index = {p.name: i for i, p in enumerate(parameters)}
         shared = (frames, noise, index, unknown_start | known)
         blocks = build_blocks(robot, data, kinds, names, effects, free_masses, free_gravity, *shared)
@@ -162,7 +155,6 @@ class Problem:
             blocks=blocks,
             prior=np.zeros((0, len(parameters))),
             prior_centre=np.array([p.nominal for p in parameters]),
-            bounded=frozenset(bounds or ()),
             facts=facts,
             known=known,
         )
@@ -180,7 +172,7 @@ class Problem:
     def again(self, *, robot: Robot | None = None, data: Dataset | None = None, **choices: Any) -> "Problem":
         """The same unknowns for another arm or other rows, or with other arguments of `build`.
 
-        Bounds, prior knowledge and weights of rows are not taken over.
+        Prior knowledge and weights of rows are not taken over.
         """
         own: dict[str, Any] = {
             "free": np.array(self.names)[self.geometry].tolist(),
@@ -199,10 +191,8 @@ class Problem:
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-        return (
-            frozen(np.array([p.lower for p in self.parameters])),
-            frozen(np.array([p.upper for p in self.parameters])),
-        )
+        lower, upper = np.array([p.bounds for p in self.parameters]).reshape(-1, 2).T
+        return frozen(lower), frozen(upper)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -464,13 +454,8 @@ class Problem:
         return np.sqrt(self.shares) * (1.0 if self.row_weights is None else self.row_weights)
 
 
-def _arm_parameters(
-    robot: Robot,
-    names: Sequence[str],
-    effects: Sequence[str],
-    bounds: Mapping[str, tuple[float, float]] | None,
-) -> list[Parameter]:
-    """Constants and coefficients of effects by name, with their bounds."""
+def _arm_parameters(robot: Robot, names: Sequence[str], effects: Sequence[str]) -> list[Parameter]:
+    """Constants and coefficients of effects by name."""
     arm = {e.name: e for e in robot.elements}
     units, sizes = robot.coefficient_units, robot.coefficients
     shown = [n for n in arm if arm[n].matrix is None]
@@ -482,6 +467,6 @@ def _arm_parameters(
             has = f"has no {what} '{missing[0]}' to free; it has {', '.join(listed) or 'no effects'}"
             raise OptionError(f"robot '{robot.name}' {has}", option=option, found=missing[0])
     return [
-        *(Parameter.bounded(n, arm[n].unit, arm[n].value, bounds) for n in names),
-        *(Parameter.bounded(n, units[n], sizes[n], bounds, is_coefficient=True) for n in effects),
+        *(Parameter(n, arm[n].unit, arm[n].value) for n in names),
+        *(Parameter(n, units[n], sizes[n], is_coefficient=True) for n in effects),
     ]

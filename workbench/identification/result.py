@@ -12,10 +12,9 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import off_nominal, sampled
 from workbench.base.advice import beside, failures
-from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
-from workbench.identification.checks.arm_match import ArmMatch, arm_match, sister
+from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.checks.parted_rows import parted_by_column
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
@@ -25,20 +24,19 @@ from workbench.identification.errors.row_errors import (
     Errors,
     RowErrors,
     Validation,
-    errors_frame,
     explains_little,
     residuals_frame,
     row_errors,
     why_unusable,
 )
 from workbench.identification.errors.saved_arm import SavedArm
-from workbench.identification.fit import MAX_NAMED_ROWS, Fit
+from workbench.identification.fit import Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.rows.excluded_outliers import suspect_note, suspects
+from workbench.identification.rows.excluded_outliers import MAX_NAMED_ROWS, suspect_note, suspects
 from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.identification.rows.two_places import two_places
 from workbench.report.result_display import AbstractReported
@@ -273,7 +271,7 @@ class Identification(AbstractReported, AbstractSplit):
 
         Held-out rows take no part in this choice.
         """
-        runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
+        runs = list(self.runs.values())
         plain = min(runs, key=lambda run: run.fit.cost)
         minimum = plain.fit.cost
         chance = CHANCE * min(1.0, 2.0 * minimum / max(plain.fit.spare, 1.0))
@@ -313,11 +311,6 @@ class Identification(AbstractReported, AbstractSplit):
         """Errors before and after, of the best run."""
         return BeforeAfter(self.nominal.judged, self.best.judged)
 
-    @property
-    def transfer(self) -> Transfer:
-        """Expected errors of the best run near the measured poses, and anywhere within the limits."""
-        return self.best.transfer
-
     @cached_property
     def instrument(self) -> Noise | None:
         """Standard deviations stated per row, or estimated from repeats; None without either."""
@@ -349,11 +342,6 @@ class Identification(AbstractReported, AbstractSplit):
         """The same where it leaves the arm much of nominal's error."""
         before, after = self.error
         return self.parted if after.main.mean > MUCH * before.main.mean else ""
-
-    def to_frame(self) -> "DataFrame":
-        """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""
-        numbers = (self.data.row[self.train_rows], self.held_out_data.row)
-        return errors_frame(numbers, {"nominal": self.nominal, "calibrated": self.best})
 
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""
@@ -403,11 +391,9 @@ class Identification(AbstractReported, AbstractSplit):
         if self.match is not None and self.match.is_foreign:
             yield self.match.text
         yield implausible_text(best.implausible)
-        found = zip(best.fit.parameters, best.fit.x.tolist(), best.fit.std, strict=True)
-        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
-        yield sister(self.nominal_robot, lengths)
         for run in self.runs.values():
-            yield from run.fit.warnings
+            if not run.fit.outcome.ok:
+                yield f"{run.fit.algorithm.title}: {run.fit.outcome}"
         yield from best.fit.cautions
         if own is None:
             if explains_little(before, after, self.nominal_robot.reach):
@@ -425,11 +411,11 @@ class Identification(AbstractReported, AbstractSplit):
     @beside("the expected error elsewhere", "")
     def transfer_warning(self) -> str:
         """That the arm is less certain where it was not measured; empty where it is not."""
-        is_known = self.best.fit.is_assessed and not self.frames.base_per_session
-        if not is_known or self.frames.tool_per_session or self.transfer.ratio <= WARNING_RATIO:
+        best, found = self.best, self.best.transfer
+        is_known = best.fit.is_assessed and not (self.frames.base_per_session or self.frames.tool_per_session)
+        if not is_known or found.ratio <= WARNING_RATIO or found.anywhere.position <= ROUNDING:
             return ""
-        is_large = self.transfer.anywhere.position > ROUNDING
-        return transfer_note(self.transfer, self.best.fit.problem.sees_rotation) if is_large else ""
+        return transfer_note(found, best.fit.problem.sees_rotation)
 
 
 def order_of_measuring(result: Identification) -> np.ndarray:
@@ -460,16 +446,8 @@ class Evaluation(AbstractReported):
     warnings: tuple[str, ...] = ()
 
     @property
-    def row_numbers(self) -> np.ndarray:
-        return self.data.row
-
-    @property
     def errors(self) -> Errors:
         return Errors.of(self.rows)
-
-    def to_frame(self) -> "DataFrame":
-        """Errors by row as a data frame."""
-        return data_frame({"row": self.row_numbers, **self.rows.columns}, index="row")
 
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy import linalg
 
-from workbench.arm.calibration_record import MAX_POSITION, Expected, Observed, representative_rows
+from workbench.arm.calibration_record import Expected, Observed, representative_rows
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
 LEVER = 0.1
 """Lever that converts rotations of the tool to displacements [m]."""
-MIN_ERROR_SHARE = 0.1
-"""Share of a nominal arm's error below which a constant has no consequences."""
 MIN_INFORMATION = 1e-6
 """Minimum information on a direction, relative to its channel's, for it to be observable."""
 
@@ -40,26 +38,26 @@ def observed_by(fit: "Fit") -> Observed:
     return Observed(position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(motion.q))
 
 
-def idle_constants(fit: "Fit") -> frozenset[str]:
-    """Poorly determined constants whose uncertainty, with its correlations, hardly moves the tool."""
-    wanted = [k for k, p in enumerate(fit.parameters) if p.text in fit.poorly_determined]
-    if not wanted:
-        return frozenset()
-    motion = Motion.of(fit.problem.data).take(representative_rows(fit.problem.data.q))
-    poses, twists, places = fit_twists(fit, motion)
-    along = fit.covariance[np.ix_(places, wanted)] / fit.std[wanted]
-    position, rotation = _sizes(poses, twists @ along, with_tool=False)
-    still = np.maximum(position, LEVER * rotation) < MIN_ERROR_SHARE * MAX_POSITION
-    return frozenset(fit.parameters[k].text for k, idle in zip(wanted, still, strict=True) if idle)
-
-
 def _expected_error(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
-    """Displacement of tool or flange due to the covariance."""
+    """Displacement of tool or flange due to the covariance, less a constant motion of the base; of the tool
+    less one of the tool, too, as that may stand elsewhere."""
     poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
     value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
     moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
-    position, rotation = _sizes(poses, moved, with_tool=not at_flange)
-    return Expected(float(np.linalg.norm(position)), float(np.linalg.norm(rotation)))
+    turned, still = poses[:, :3, :3], np.tile(np.eye(3), (len(poses), 1, 1))
+    rigid = [still, -se3.skew(poses[:, :3, 3])]
+    constant = (rigid, []) if at_flange else ([*rigid, turned], [still, turned])
+    parts = ((moved[:, k : k + 3], columns) for k, columns in zip((0, 3), constant, strict=True))
+    return Expected(*(_left(field, columns) for field, columns in parts))
+
+
+def _left(field: Float[np.ndarray, "rows 3 k"], columns: list[Float[np.ndarray, "rows 3 3"]]) -> float:
+    """Root mean square of a field of k independent parts, less its projection on other columns."""
+    left = field.reshape(3 * len(field), field.shape[2])
+    if columns:
+        basis = linalg.orth(np.concatenate(columns, axis=2).reshape(len(left), -1), rcond=1e-9)
+        left = left - basis @ (basis.T @ left)
+    return float(np.sqrt((left**2).sum() / len(field)))
 
 
 def fit_twists(
@@ -77,31 +75,6 @@ def fit_twists(
     plain = (name.replace(f"[{session}]", "") for name in problem.names)
     own = {place: name for place, name in enumerate(plain) if name in moves}
     return *identification_jacobian(arm, replace(motion, row=None), tuple(own.values())), list(own)
-
-
-def _sizes(
-    poses: Float[np.ndarray, "rows 4 4"], moved: Float[np.ndarray, "rows 6 k"], *, with_tool: bool
-) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """Root mean squares of each column's displacements, less a constant motion of the base, and of its
-    rotations; both less one of the tool too, if it may stand elsewhere."""
-    turned, still = poses[:, :3, :3], np.tile(np.eye(3), (len(poses), 1, 1))
-    rigid = [still, -se3.skew(poses[:, :3, 3])]
-    constant = ([*rigid, turned], [still, turned]) if with_tool else (rigid, [])
-    position, rotation = (
-        _less(moved[:, k : k + 3], columns) for k, columns in zip((0, 3), constant, strict=True)
-    )
-    return position, rotation
-
-
-def _less(
-    field: Float[np.ndarray, "rows 3 k"], columns: list[Float[np.ndarray, "rows 3 3"]]
-) -> Float[np.ndarray, " k"]:
-    """Root mean squares of each column of a field, less its projection on other columns."""
-    left = field.reshape(3 * len(field), field.shape[2])
-    if columns:
-        basis = linalg.orth(np.concatenate(columns, axis=2).reshape(len(left), -1), rcond=1e-9)
-        left = left - basis @ (basis.T @ left)
-    return np.sqrt((left**2).sum(0) / len(field))
 
 
 def _directions(fit: "Fit") -> tuple[int, int]:

@@ -135,27 +135,10 @@ class Factor:
             return self.units[:, None] * self.inverse
         return self.units[:, None] * (self.vt[self.seen] / self.s[self.seen, None]).T
 
-    def information(self) -> Float[np.ndarray, "p p"]:
-        """JᵀJ: information matrix of the rows, zero along unobservable directions."""
-        half = self.r / self.units
-        return half.T @ half
-
     @property
     def condition(self) -> float:
         """Ratio of the largest to the smallest singular value that counts, in natural units."""
         return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
-
-
-def independent_columns(columns: Float[np.ndarray, "m p"], minimum: Float[np.ndarray, " p"]) -> list[int]:
-    """Columns whose part orthogonal to those kept before exceeds a minimum length, in their order."""
-    basis, kept = np.zeros((len(columns), 0)), []
-    for i, rest in enumerate(columns.T):
-        for _ in range(2):  # once more against rounding
-            rest = rest - basis @ (basis.T @ rest)
-        if (length := float(np.linalg.norm(rest))) > minimum[i]:
-            basis = np.column_stack([basis, rest / length])
-            kept.append(i)
-    return kept
 
 
 def factorise(

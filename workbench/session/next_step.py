@@ -258,7 +258,7 @@ def _change_to(match: ArmMatch) -> Action:
     """To the built-in arm that the rows fit, with them; to choose one if none does."""
     if not match.rival:
         return OTHER_ARM
-    return Action(f"Change to {match.rival_name}", Tab.CALIBRATE, ChooseRobot(match.rival, keep=True))
+    return Action(f"Change to {match.rival}", Tab.CALIBRATE, ChooseRobot(match.rival, keep=True))
 
 
 def _figure(session: Session) -> str:

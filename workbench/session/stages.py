@@ -62,7 +62,7 @@ def expected_elsewhere(session: Session) -> float:
     found = session.results.identification
     if found is None or not found.transfer_warning():
         return float("nan")
-    expected = 1e3 * found.transfer.anywhere.position
+    expected = 1e3 * found.best.transfer.anywhere.position
     return expected if expected > stages(session)[-1].error else float("nan")
 
 

@@ -40,7 +40,6 @@ def test_the_schema_of_an_identification(result):
         assert {p["unit"] for p in run["parameters"]} == {"rad", "m"}
     assert found["unidentifiable"] == list(result.unidentifiable)
     assert found["warnings"] == list(result.warnings)
-    assert found["algorithms"]["ols"]["suspicious_rows"] == [10]
     mean = result.runs["ols"].held_out.position_mm.mean
     assert found["algorithms"]["ols"]["held_out"]["position_mm"]["mean"] == mean
 

@@ -38,7 +38,7 @@ from workbench.diagnosis.search.evidence import (
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
-from workbench.identification.joint_reading_noise import STUDENT_FREEDOM, consistent
+from workbench.identification.noise import STUDENT_FREEDOM, consistent
 from workbench.identification.problem import Problem
 
 ROW_PARTS = 10

@@ -21,6 +21,7 @@ from workbench.identification.algorithms.identifier import SearchOutcome, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.column_products import inner_products
 from workbench.identification.fit import Fit
+from workbench.identification.joint_reading_noise import with_joint_readings
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
@@ -152,7 +153,7 @@ def linear_answer(fitted: FittedModel, grams: Grams, model: Model) -> dict[str, 
 
 def with_own_noise(fitted: FittedModel, problem: Problem) -> Problem:
     """The geometric problem, weighted by a fit's residuals in addition to the stated noise."""
-    left = noises.components(fitted.problem, fitted.fit.x, fitted.fit.factor)
+    left = with_joint_readings(fitted.problem, fitted.fit.x, fitted.fit.factor)
     return problem if left is None else problem.with_noise(left)
 
 

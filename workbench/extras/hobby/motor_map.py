@@ -34,7 +34,7 @@ from workbench.extras.hobby.sag import Sag, sag_of
 from workbench.extras.hobby.sign_search import Counting, find_counting
 from workbench.identification.errors.row_errors import Errors, Spread
 from workbench.identification.identify import identify
-from workbench.identification.noise import with_alike_readings
+from workbench.identification.joint_reading_noise import alike_readings
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.report.blocks import Block, ResultTable, headed
@@ -116,7 +116,7 @@ class MotorMap(AbstractShown):
     @property
     def expected(self) -> float:
         """Error of the tip to expect anywhere, as zeros and sag are uncertain [m]."""
-        return float(np.hypot(self.run.transfer.anywhere.position, self.sag_error))
+        return float(np.hypot(self.run.best.transfer.anywhere.position, self.sag_error))
 
     @property
     def poses_wanted(self) -> int:
@@ -356,7 +356,7 @@ def _identified(arm: Robot, data: Dataset) -> Identification:
     """The offsets between the first and last joint, rows weighed by how far joints scatter."""
     choices: dict[str, Any] = {"held_out": 0.0, "free": arm.joint_offsets[1:-1], "deviation": np.inf}
     fit = identify(arm, data, algorithms=("ols",), **choices).best.fit
-    noise = with_alike_readings(fit.problem, fit.x)
+    noise = alike_readings(fit.problem, fit.x)
     return identify(arm, data, algorithms=("ols",), noise=noise, **choices)
 
 

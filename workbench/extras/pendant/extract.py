@@ -91,7 +91,7 @@ class Extraction(AbstractShown):
     @cached_property
     def expected(self) -> Expected:
         """Error of the extracted model over all postures within the joint limits [m], [rad]."""
-        return self.run.transfer.anywhere
+        return self.run.best.transfer.anywhere
 
     @property
     def sentence(self) -> str:

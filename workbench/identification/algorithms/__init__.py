@@ -13,4 +13,4 @@ ALGORITHMS: dict[str, AbstractIdentifier] = {
 DEFAULT_ALGORITHMS = ("ols",)
 """What runs by default …"""
 FURTHER_ALGORITHMS = ("opt1", "opt2")
-"""… and what runs beside it where it does not converge, or ends outside the bounds."""
+"""… and what runs beside it where it does not converge."""

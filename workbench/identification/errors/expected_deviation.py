@@ -31,7 +31,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import thinned
 from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Problem
-from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
+from workbench.identification.undetermined_combinations import RANK_TOLERANCE
 
 AUTO: Final = "auto"
 """Option value: estimate the expected deviation from the rows."""
@@ -67,7 +67,11 @@ def with_expected_deviation(
 
 
 def expected_deviation(problem: Problem, x: Float[np.ndarray, " p"] | None = None) -> tuple[float, float]:
-    """The most likely one [rad, m], and the scatter of the rows in stated standard deviations."""
+    """The one with the highest evidence [rad, m], and the scatter of the rows in stated standard deviations.
+
+    Args:
+        x: Unknowns at which the model is linearised; those of the widest prior if None.
+    """
     if x is None:
         wide = problem.with_deviation(MAX_DEVIATION)
         x = Opt2(limit=60).search(wide, begin=Opt2(limit=60).search(thinned(wide)).x).x
@@ -75,17 +79,6 @@ def expected_deviation(problem: Problem, x: Float[np.ndarray, " p"] | None = Non
     spare = degrees_of_freedom(problem, factor)
     spread = np.sqrt(factor.residual_square / spare) if spare >= 1.0 else 1.0
     spread = max(float(spread), 1e-9)  # exact rows need no expectation
-    return most_likely(problem, x, factor, spread), spread
-
-
-def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, spread: float = 1.0) -> float:
-    """The expected deviation with the highest evidence [rad, m].
-
-    Args:
-        x: Unknowns at which the model is linearised.
-        factor: Factorisation of the rows' Jacobian there.
-        spread: Scatter of the rows in stated standard deviations.
-    """
     geometry, jacobian = problem.geometry, factor.r / spread
     own, other = jacobian[:, geometry] / factor.units[geometry], jacobian[:, ~geometry]
     nominal = factor.compressed / spread + own @ (x - problem.start)[geometry]
@@ -100,4 +93,4 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     numbers = max(1.0 + len(problem.prior) + problem.count - frames.shape[1], 1.0)
     cost = numbers * np.log(square) + np.log(growth).sum(1)
     best = int(np.argmin(cost))
-    return float(TRIED[best if cost[0] - cost[best] > MIN_EVIDENCE else 0])
+    return float(TRIED[best if cost[0] - cost[best] > MIN_EVIDENCE else 0]), spread

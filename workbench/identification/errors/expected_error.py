@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.motion import Motion
@@ -18,8 +17,6 @@ from workbench.identification.tool_observability import fit_twists
 
 JOINT_SPACE_POSES = 400
 """Number of random poses that represent the whole joint space."""
-MADE_ANGLE, MADE_LENGTH = np.deg2rad(5.0) / np.sqrt(3.0), 5e-3 / np.sqrt(3.0)
-"""Standard deviation of manufacturing errors uniform within ±5° and ±5 mm [rad], [m]."""
 
 
 class Transfer(NamedTuple):
@@ -43,22 +40,10 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
         motion: Joint positions, and what drives the arm's effects.
     """
     _, twists, places = fit_twists(fit, motion)
-    covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
-    spread = ((twists @ covariance) * twists).sum(2)
+    spread = ((twists @ fit.covariance[np.ix_(places, places)]) * twists).sum(2)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
     sizes = np.sqrt(np.maximum([position.mean(), rotation.mean()], 0.0))  # rounding may leave less than 0
     return Expected(float(sizes[0]), float(sizes[1]))
-
-
-def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:
-    """Covariance along unobservable directions: that of poor manufacturing (ARIA 2.4), not zero.
-
-    Coefficients of effects are scaled to the deflection that an error in a length would make.
-    """
-    open_ones = fit.factor.vt[~fit.factor.seen]
-    made = np.array([MADE_ANGLE if p.unit == "rad" else MADE_LENGTH for p in fit.parameters])
-    projector = fit.factor.units[:, None] * (open_ones.T @ open_ones)
-    return (projector * made**2) @ projector.T
 
 
 def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:

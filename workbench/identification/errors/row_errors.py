@@ -74,13 +74,6 @@ class RowErrors:
     tilt: Float[np.ndarray, " rows"]
     own: OwnErrors | None = None
 
-    @property
-    def columns(self) -> dict[str, np.ndarray]:
-        """Measured kinds of error, by heading."""
-        named = {"position[m]": self.position, "rotation[rad]": self.rotation, "tilt[rad]": self.tilt}
-        kept = {name: values for name, values in named.items() if np.isfinite(values).any()}
-        return kept if self.own is None else kept | {self.own.name: self.own.size}
-
     def take(self, rows: np.ndarray) -> "RowErrors":
         own = None if self.own is None else OwnErrors(self.own.name, *(v[rows] for v in self.own[1:]))
         return RowErrors(self.position[rows], self.rotation[rows], self.tilt[rows], own)
@@ -315,33 +308,12 @@ def instrument_places(
     return known | problem.named(found)
 
 
-def errors_frame(
-    numbers: tuple[np.ndarray, np.ndarray], models: Mapping[str, AbstractValidation]
-) -> "DataFrame":
-    """Sizes of errors by row number.
-
-    Args:
-        numbers: Of the fitted and of the held-out rows.
-        models: Errors of both by the model's title.
-    """
-    columns = _numbered(*numbers)
-    for title, errors in models.items():
-        pair = errors.train_rows, errors.held_out_rows
-        for name in {**pair[0].columns, **pair[1].columns}:
-            parts = [rows.columns.get(name, np.full_like(rows.position, np.nan)) for rows in pair]
-            columns[f"{title} {name}"] = np.concatenate(parts)
-    return data_frame(columns, index="row")
-
-
 def residuals_frame(robot: Robot, fitted: Dataset, held_out: Dataset | None = None) -> "DataFrame":
     """Measured − predicted by row number, axis by axis in the measuring frame; NaN where not measured."""
-    parts = [part for part in (fitted, held_out) if part is not None]
-    columns = _numbered(fitted.row, held_out.row) if held_out is not None else {"row": fitted.row}
+    parts = [fitted] if held_out is None else [fitted, held_out]
+    columns: dict[str, np.ndarray] = {"row": np.concatenate([part.row for part in parts])}
+    if held_out is not None:
+        columns["held_out"] = np.repeat([False, True], [len(fitted), len(held_out)])
     found = [row_components(robot, part) for part in parts]
     values = np.vstack([np.hstack([errors.position, errors.rotation]) for errors in found])
     return data_frame({**columns, **dict(zip(AXES, values.T, strict=True))}, index="row")
-
-
-def _numbered(fitted: np.ndarray, held_out: np.ndarray) -> dict[str, np.ndarray]:
-    numbers = np.concatenate([fitted, held_out])
-    return {"row": numbers, "held_out": np.arange(len(numbers)) >= len(fitted)}

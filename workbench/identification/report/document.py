@@ -85,9 +85,9 @@ def fit_blocks(found: Fit | Run) -> Iterable[Block]:
 @blocks_of.register
 def evaluation_blocks(result: Evaluation) -> list[Block]:
     """Errors of a given model, and the decisions taken."""
-    table = table_of([(result.robot.name, f"{len(result.row_numbers)}", result.errors)])
+    table = table_of([(result.robot.name, f"{len(result.data.row)}", result.errors)])
     warnings = lines("warning", result.warnings)
-    chart = row_chart([("", CALIBRATED, result.row_numbers, result.rows)], "by number")
+    chart = row_chart([("", CALIBRATED, result.data.row, result.rows)], "by number")
     return [*warnings, table, chart, *lines("note", result.notes)]
 
 

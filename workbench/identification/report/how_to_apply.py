@@ -5,27 +5,23 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.frame import Frame
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 from workbench.base.wording import capital, in_mm
 from workbench.identification.controller_parameters import (
+    PARTS,
     ControllerNumbers,
-    ControllerPart,
     PoseErrors,
     controller_numbers,
 )
 from workbench.identification.report.results_json import controller_json
-from workbench.identification.result import Identification
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, lines
 from workbench.report.numbers import short, signed
 
-MAX_OPTIMISED_ROWS = 500
-"""Maximum number of measured joint positions for which the numbers are optimised."""
 TEXT = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
-"""Of what a controller accepts: the first parts of `ControllerPart`."""
+"""Of what a controller accepts: the first of `PARTS`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +75,7 @@ class Use:
             ]
             yield ResultTable("Joint offsets, added to each reading", headings, offsets)
         if (chosen := self.advised) is not None and len(chosen.parts) > 1:
-            frames = {ControllerPart.TOOL: chosen.robot.tool, ControllerPart.BASE: chosen.robot.base}
-            placed = [(str(part), *_frame(frame)) for part, frame in frames.items() if part in chosen.parts]
+            placed = [(part, *_frame(getattr(chosen.robot, part))) for part in chosen.parts[1:]]
             axes = ("frame", "x", "y", "z", "roll", "pitch", "yaw")
             yield ResultTable("Tool and base with them: xyz [mm], roll pitch yaw [°]", axes, placed)
         yield Sentence(capital(self.advice))
@@ -94,29 +89,14 @@ class Use:
         return [controller_json(v) for v in self.variants]
 
 
-def controller_use(result: Identification) -> Use:
-    """Numbers for the controller from the best fit, over the joint positions that were measured."""
-    q = np.concatenate([result.data.q[result.train_rows], result.held_out_data.q])
-    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), MAX_OPTIMISED_ROWS)).round().astype(int))
-    return use_of(result.robot, result.nominal_robot, q=q[chosen], session=result.data.sessions[0])
-
-
-def use_of(
-    calibrated: Robot, nominal: Robot, *, q: Float[np.ndarray, "rows n"] | None = None, session: str = ""
-) -> Use:
-    """Numbers for controllers that accept offsets only, the tool too, and the base too.
+def use_of(calibrated: Robot, nominal: Robot) -> Use:
+    """Numbers for controllers that accept offsets only, the tool too, and the base too, of the first session.
 
     Args:
         calibrated: The arm as identified.
         nominal: The arm as the controller computes it.
-        q: Joint positions to compare at [rad or m]; uniform samples within the limits if None.
-        session: Session whose base and tool are used, where the calibrated arm has several; the first if
-            empty.
     """
-    session = session or next(iter(calibrated.sessions), "")
-    accepted = [tuple(ControllerPart)[: k + 1] for k in range(len(TEXT))]
-    each = (controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in accepted)
-    return Use(tuple(each))
+    return Use(tuple(controller_numbers(calibrated, nominal, PARTS[: k + 1]) for k in range(len(PARTS))))
 
 
 def _errors(errors: PoseErrors) -> list[str]:

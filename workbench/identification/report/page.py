@@ -7,7 +7,6 @@ from typing import Any
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.errors.pass_or_fail import Judged, judge
 from workbench.identification.report.document import identification_blocks
-from workbench.identification.report.how_to_apply import controller_use
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.report.blocks import Block
@@ -24,10 +23,9 @@ def write_identification(
         wanted: Required error of every pose; no verdict if None.
         first: What the page begins with.
     """
-    judged, use = None if wanted is None else judge(result, wanted), controller_use(result)
-    content = identification_json(result)
-    content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
-    blocks = [*first, *identification_blocks(result, wanted=wanted), *use.blocks()]
+    requirement = None if wanted is None else _requirement_json(judge(result, wanted))
+    content = identification_json(result) | {"requirement": requirement}
+    blocks = [*first, *identification_blocks(result, wanted=wanted)]
     title = f"{result.robot.name}: {result.data.source}"
     return write_page(
         folder, ("report.html", "result.json"), blocks, content, title=title, kind="Identification"

@@ -27,7 +27,6 @@ class Identified:
     Args:
         name: As in files, such as `joint2.alpha`.
         std: Standard error; None where there is none.
-        is_expected: Whether the standard error is the prior's, as the rows add no information.
         mark: Of those that the rows don't determine: a key of `LEGEND`.
     """
 
@@ -36,7 +35,6 @@ class Identified:
     nominal: float
     value: float
     std: float | None
-    is_expected: bool = False
     mark: str = ""
 
     @property
@@ -46,7 +44,7 @@ class Identified:
         The deviation has as many decimals as its standard error; what is unknown is empty.
         """
         factor, unit = UNITS.get(self.unit) or readable_unit(self.unit)
-        std = factor * self.std if self.std is not None and not self.is_expected else None
+        std = factor * self.std if self.std is not None else None
         decimals = 3 if std is None else decimals_of(std)
         change = signed(factor * (self.value - self.nominal), decimals)
         change = change if change.startswith("−") or float(change) == 0.0 else f"+{change}"
@@ -73,10 +71,10 @@ def identified(fit: Fit) -> Iterator[Identified]:
     weak = {name for c in fit.weakly_observable for name in c.names}
     hidden = unseen(fit)
     for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
-        is_shared = p.name in shared or p.text in fit.idle
+        is_shared = p.name in shared
         mark = UNSEEN if p.name in hidden else SHARED if is_shared else WEAK if p.name in weak else ""
         known = std if fit.is_assessed and p.name not in hidden else None
-        yield Identified(p.name, p.unit, p.nominal, value, known, p.name in fit.only_expected, mark)
+        yield Identified(p.name, p.unit, p.nominal, value, known, mark)
 
 
 def parameter_blocks(fit: Fit) -> Iterator[Block]:

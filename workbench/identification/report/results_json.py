@@ -58,7 +58,7 @@ def evaluation_json(result: Evaluation) -> Json:
         rows=[
             {"row": row, "position_mm": position, "orientation_deg": angle}
             for row, position, angle in zip(
-                result.row_numbers, 1e3 * result.rows.position, np.rad2deg(result.rows.rotation), strict=True
+                result.data.row, 1e3 * result.rows.position, np.rad2deg(result.rows.rotation), strict=True
             )
         ],
         notes=[*result.warnings, *result.notes],
@@ -70,7 +70,7 @@ def controller_json(numbers: ControllerNumbers) -> Json:
     return document(
         CONTROLLER,
         robot=numbers.robot.name,
-        takes=[str(p) for p in numbers.parts],
+        takes=numbers.parts,
         units=["m" if slides else "rad" for slides in sliding(numbers.robot)],
         offsets=numbers.offsets,
         tool={"xyz": numbers.robot.tool.xyz, "rpy": numbers.robot.tool.rpy},
@@ -125,5 +125,4 @@ def _run(run: Run) -> Json:
         "condition": fit.rows_factor.condition,
         "parameters": IDENTIFIED.each(identified(fit)),
         "implausible": list(run.implausible),
-        "suspicious_rows": fit.problem.data.row[fit.suspicious],
     }

@@ -13,12 +13,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.arm.effects.events import AbstractStep
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import Errors, Spread, instrument_places
 from workbench.identification.fit import Fit
@@ -27,7 +25,6 @@ from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import Problem
 from workbench.identification.rows.outlying_rows import find_outliers, limits, robust_fit, row_sizes
 from workbench.identification.rows.row_selection import placing_rows
-from workbench.identification.rows.undecided_rows import UNDECIDED, undecided_rows
 
 GROSS_RATIO = 10.0
 """A row is a gross outlier if its error exceeds the median of the aligned nominal arm by this factor …"""
@@ -77,8 +74,7 @@ def prepare_without_gross_outliers(
 def prepare_without_outliers(
     robot: Robot, data: Dataset, choices: FitChoices, **options: Any
 ) -> tuple[Prepared, Rows]:
-    """The same, also without outliers among the rows to fit, and without rows that may lie on either side of
-    a step."""
+    """The same, also without outliers among the rows to fit."""
     ready, outlying = prepare_without_gross_outliers(robot, data, choices, **options)
     if ready.identifiability is not None:
         return ready, outlying
@@ -98,12 +94,6 @@ def prepare_without_outliers(
         outlying = np.append(outlying, found)
         choices = _without(choices, ready.data.row[found], REASON)
         ready = prepare(robot, data, choices, held_rows=held, **options)
-    if any(isinstance(e, AbstractStep) for e in robot.effects):
-        used = ready.data.take(np.union1d(ready.train_rows, ready.held_out_rows))
-        between = undecided_rows(ready.problem, Opt2(limit=60).search(ready.problem).x, used)
-        if between.any():
-            choices = _without(choices, used.row[between], UNDECIDED)
-            ready = prepare(robot, data, choices, held_rows=held, **options)
     return ready, outlying
 
 
