@@ -205,7 +205,10 @@ def serve(
 
 def _say_ready(text: str) -> None:
     """Print the page's address, or a note about it."""
-    opt.say(f"page:     {text}" if text.startswith("http") else f"note:     {text}")
+    is_address = text.startswith("http")
+    opt.say(f"{'page' if is_address else 'note'}:     {text}")
+    if is_address:
+        opt.write_result({"schema": "workbench.page/1", "address": text})
 
 
 PANELS: dict[str, tuple] = {

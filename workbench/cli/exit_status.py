@@ -20,6 +20,7 @@ import typer.core
 from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchError
 from workbench.base.files import STANDARD_OUTPUT, standard_output_last
 from workbench.base.wording import brief, readable
+from workbench.cli.output_files import with_json
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 NO_RESULT, UNUSABLE, WRONG_USAGE = 1, 2, 64
@@ -48,13 +49,15 @@ class Commands(typer.core.TyperGroup):
                 formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The called command, with the options that other packages add to it."""
+        """The called command, with `--json` and the options that other packages add to it."""
         name, command, rest = super().resolve_command(ctx, args)
-        if (whole := getattr(getattr(command, "callback", None), "whole", None)) is None:
-            return name, command, rest
-        alone = typer.Typer(rich_markup_mode=None, add_completion=False)
-        alone.command(name)(whole())
-        return name, typer.main.get_command(alone), rest
+        if (whole := getattr(getattr(command, "callback", None), "whole", None)) is not None:
+            alone = typer.Typer(rich_markup_mode=None, add_completion=False)
+            alone.command(name)(whole())
+            command = typer.main.get_command(alone)
+        if not isinstance(command, typer.core.TyperGroup):
+            command = with_json(command, "" if ctx.parent is None else ctx.info_name)
+        return name, command, rest
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Typer's context with the help width of the terminal."""

@@ -1,6 +1,5 @@
 """Options that several commands share, and the parsing of option values."""
 
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,10 +14,12 @@ import workbench as wb
 from workbench.base.advice import failures
 from workbench.base.errors import OptionError, ShapeError, UnitError, WorkbenchError
 from workbench.base.progress import running
-from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
 from workbench.cli.option_records import AbstractCompanion, AbstractSource
 from workbench.cli.option_records import flattened as flattened
+from workbench.cli.output_files import check_writable as check_writable
+from workbench.cli.output_files import say as say
+from workbench.cli.output_files import write_result as write_result
 
 if TYPE_CHECKING:
     from workbench.report.blocks import Block
@@ -38,7 +39,6 @@ def argument(help: str) -> Any:
 RobotOption = Annotated[
     str, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm such as aria, ur10, panda.")
 ]
-JsonOption = Annotated[Path | None, option("--json", "Write the result here, machine-readable.")]
 DataArgument = Annotated[
     Path, argument("Measurements, one file: CSV, TSV, xlsx, parquet, .mat; or a mukca folder.")
 ]
@@ -190,12 +190,11 @@ class OutputOptions:
 
     save: SaveOption = None
     report: ReportOption = None
-    json: JsonOption = None
 
     def check(self) -> None:
         """Refuse unwritable outputs before the work begins."""
         check_robot_file(self.save)
-        check_writable(self.save, self.json, folder=self.report)
+        check_writable(self.save, folder=self.report)
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
@@ -323,23 +322,6 @@ def region_of(text: str):
     return wb.Region(min=corners[0], max=corners[1])
 
 
-def check_writable(*files: Path | None, folder: Path | None = None) -> None:
-    """Refuse an output that can't be written, or whose file is an input or another output as well."""
-    from workbench.base.files import check_writable
-
-    given, out = ([*map(os.path.realpath, each)] for each in (sys.argv[1:], filter(None, files)))
-    for path in files:
-        if path is not None:
-            check_writable(path)
-            real = os.path.realpath(path)
-            if (path.is_file() and given.count(real) > 1) or out.count(real) > 1:
-                raise OptionError(f"{path} is named twice: what is written needs a file of its own")
-            if not path.parent.exists():
-                say(f"note: the folder {path.parent} does not exist and will be created")
-    if folder is not None:
-        check_writable(folder, folder=True)
-
-
 def load_nominal(name: str | None, arm):
     """The controller's model of a calibrated arm: of a URDF with several chains the one with its joints."""
     from workbench.arm.urdf import tip_of
@@ -388,10 +370,6 @@ def fail(sentence: str) -> NoReturn:
     raise Unusable(sentence)
 
 
-def say(text: str) -> None:
-    print(readable(text), flush=True)
-
-
 def say_notes(notes: Iterable[str]) -> None:
     """Print the notes of the result, one per line."""
     for note in notes:
@@ -407,18 +385,10 @@ def show(blocks: "Iterable[Block]") -> None:
     Console().print(as_rich(blocks))
 
 
-def give(found, json: Path | None) -> None:
+def give(found) -> None:
     """Print a result, and write it to the file given by `--json`, if any."""
     show(found.blocks())
-    write_result(json, found.json())
-
-
-def write_result(json: Path | None, content) -> None:
-    """Write the result to the file given by `--json`, if any."""
-    from workbench.report.json import write_json
-
-    if json is not None:
-        say(f"result: {write_json(json, content)}")
+    write_result(found.json)
 
 
 @contextmanager

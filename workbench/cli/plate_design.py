@@ -90,7 +90,6 @@ def optimise(
     play: PlayOption = None,
     places: Annotated[int, option("Number of random blocks at the start of the search.")] = 2500,
     unknown: opt.UnknownOption = None,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """The best plate for a region: positions, block angles and branches, reachable and collision-free."""
@@ -101,7 +100,7 @@ def optimise(
     from workbench.plate.report.design import design_json
     from workbench.plate.target_readings import usual_reading
 
-    opt.check_writable(out, json)
+    opt.check_writable(out)
     base, tool = opt.unknown_frames(unknown)
     arm, given = wb.load_robot(robot), wb.load_plate(plate)
     reading = reading or usual_reading(given)
@@ -129,4 +128,4 @@ def optimise(
         )
     opt.show(found.blocks())
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
-    opt.write_result(json, design_json(found))
+    opt.write_result(design_json(found))

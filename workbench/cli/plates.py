@@ -61,13 +61,11 @@ class ScoreOptions:
     tolerance: ToleranceOption = None
     play: PlayOption = None
     unknown: opt.UnknownOption = None
-    json: opt.JsonOption = None
     seed: opt.SeedOption = 0
 
     @contextmanager
     def choices(self, what: str) -> Iterator[dict[str, Any]]:
         """Arguments of a score by name, while its progress is shown."""
-        opt.check_writable(self.json)
         base, tool = opt.unknown_frames(self.unknown)
         with opt.progress_bar(what):
             yield {"seed": self.seed, "base": base, "tool": tool}
@@ -84,7 +82,7 @@ def score(plate: PlateArgument, robot: opt.RobotOption, how: ScoreOptions) -> No
         fixture = replace(fixture, production=production_of(fixture, how.tolerance, how.play))
         found = wb.score(wb.load_robot(robot), fixture, sigma=sigma_of(how.noise), **choices)
     opt.show(found.blocks())
-    opt.write_result(how.json, score_json(found))
+    opt.write_result(score_json(found))
 
 
 @plates.command()
@@ -109,7 +107,7 @@ def compare(
             for plates, noise in ((alike(own, given), how.noise or USUAL_NOISE), (own, how.noise))
         )
     opt.show(comparison_blocks(found, stated))
-    opt.write_result(how.json, comparison_json(found, stated))
+    opt.write_result(comparison_json(found, stated))
 
 
 def _with_unique_names(plates, given: list[str]) -> list:

@@ -29,7 +29,6 @@ def poses(
     spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration, with a large observability index, ordered for short travel."""
@@ -45,7 +44,7 @@ def poses(
         spread=opt.length(spread),
     )
     base, tool = opt.unknown_frames(unknown)
-    opt.check_writable(out, json)
+    opt.check_writable(out)
     with opt.progress_bar("poses"):
         found = choose_poses(
             arm, number, index=index, candidates=candidates, limits=limits, base=base, tool=tool, seed=seed
@@ -53,7 +52,7 @@ def poses(
     opt.show(poses_blocks(arm, found))
     if out is not None:
         opt.say(f"poses: {write_poses(arm, found, out)}")
-    opt.write_result(json, poses_json(arm, found))
+    opt.write_result(poses_json(arm, found))
 
 
 def cluster(
@@ -71,14 +70,13 @@ def cluster(
     ] = "I",
     cone: Annotated[str, option("With --plate: maximum angle from its orientations.")] = "60deg",
     out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
     from workbench.extras.poses.cluster_report import cluster_blocks, cluster_json
     from workbench.extras.poses.clustering import cluster_region
 
-    opt.check_writable(out, json)
+    opt.check_writable(out)
     arm = wb.load_robot(robot)
     fixture = None if plate is None else wb.load_plate(plate)
     cuboid = opt.region_of(region) if fixture is None else fixture.region
@@ -98,4 +96,4 @@ def cluster(
     opt.say_notes(made.notes)
     if out is not None:
         opt.say(f"plate: {wb.write_plate(made, out)}")
-    opt.write_result(json, cluster_json(found))
+    opt.write_result(cluster_json(found))

@@ -24,13 +24,11 @@ def yield_(
     ] = "1mm,0.3deg",
     poses: Annotated[int, option("Number of poses of the region at which arms are evaluated.")] = 500,
     scheduler: opt.SchedulerOption = None,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """How many arms of a production run meet the requirement after calibration with the plate."""
     from workbench.extras.production.plate_trial import try_plate
 
-    opt.check_writable(json)
     length, angle = opt.pair_of(errors, "--errors")
     given = wb.load_plate(plate)
     with opt.progress_bar("yield"):
@@ -46,4 +44,4 @@ def yield_(
             scheduler=scheduler,
             seed=seed,
         )
-    opt.give(found, json)
+    opt.give(found)
