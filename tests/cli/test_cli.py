@@ -164,7 +164,6 @@ BAD_OPTIONS = {
     "unknown frames": (["--frames", "mine"], ["mine", "auto"]),
     "unknown constant": (["--free", "joint9.theta"], ["joint9.theta"]),
     "rows in words": (["--exclude", "first-last"], ["first-last", "--exclude"]),
-    "bounds the wrong way": (["--bounds", "joint1.theta=1:-1"], ["joint1.theta"]),
     "noise without unit": (["--noise", "0.05"], ["0.05", "unit"]),
 }
 

@@ -20,7 +20,6 @@ COMMANDS = (
     "evaluate rows.csv --robot aria",
     "export given.toml --urdf a.urdf --toml a.toml --controller c.json --nominal aria",
     "plate score table2 --robot aria",
-    "plate compare table2 table2 --robot aria",
 )
 OF_EXTRAS = {
     "new": "aria --poses typed.csv --out own.toml",

@@ -26,18 +26,12 @@ def identify(
         str | None, option("ols, opt1, opt2, influence, several separated by commas, or all.")
     ] = None,
     level: Annotated[int, option("1: joint offsets only; 2: the whole geometry.", min=1, max=2)] = 2,
-    bounds: Annotated[
-        list[str] | None, option("Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
-    ] = None,
-    loss: Annotated[str, option("Outliers: set-apart (exclude), or squares (full weight).")] = "set-apart",
-    deviation: Annotated[
-        str, option("Expected deviation of the arm's constants from nominal, in mm and mrad; auto; or none.")
-    ] = "auto",
     tip: opt.TipOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
+    from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
     from workbench.identification.report.document import identification_blocks
     from workbench.identification.report.page import write_identification
     from workbench.identification.report.results_json import identification_json
@@ -56,10 +50,7 @@ def identify(
             arm,
             rows,
             choices if level == 2 else replace(choices, free=arm.joint_offsets),
-            algorithms=_algorithms(algorithm),
-            bounds=opt.bounds_of(bounds or []),
-            loss=loss,
-            deviation=_deviation(deviation),
+            algorithms=tuple(ALGORITHMS) if algorithm == "all" else algorithm or DEFAULT_ALGORITHMS,
         )
     _finish(
         run,
@@ -69,26 +60,6 @@ def identify(
         blocks=partial(identification_blocks, run, wanted=requested),
         write=partial(write_identification, run, wanted=requested),
     )
-
-
-def _algorithms(given: str | None) -> tuple[str, ...]:
-    from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
-
-    if given is None:
-        return DEFAULT_ALGORITHMS
-    return tuple(ALGORITHMS) if given == "all" else tuple(given.split(","))
-
-
-def _deviation(given: str) -> float | str:
-    """The expected deviation [rad, m] from auto, none, or a number in mrad and mm."""
-    if given in ("auto", "none"):
-        return float("inf") if given == "none" else given
-    try:
-        return 1e-3 * float(given)
-    except ValueError:
-        raise OptionError(
-            f"--deviation takes auto, none, or a number in mm and mrad such as 2, got '{given}'"
-        ) from None
 
 
 @opt.flattened

@@ -206,37 +206,6 @@ def whole_numbers(text: str | None, option: str) -> list[int]:
         raise OptionError(f"{option} must be whole numbers such as 3,4 or 21-37, got '{text}'") from None
 
 
-def numbers(text: str):
-    """Comma-separated numbers; empty if any is not a finite number."""
-    import numpy as np
-
-    try:
-        found = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        return np.zeros(0)
-    return found if np.isfinite(found).all() else np.zeros(0)
-
-
-def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
-    """Bounds by name from NAME=LOW:HIGH."""
-    bounds = {}
-    for text in texts:
-        try:
-            name, interval = text.split("=")
-            low, high = (float(part) for part in interval.split(":"))
-        except ValueError:
-            raise OptionError(f"--bounds must be NAME=LOW:HIGH in rad or m, got '{text}'") from None
-        bounds[name.strip()] = (low, high)
-    return bounds
-
-
-def noise_of(text: Any):
-    """Standard deviations from values with units."""
-    from workbench.identification.fit_choices import FitChoices
-
-    return FitChoices(noise=text).noise
-
-
 def _quantity(name: str, text: str) -> float:
     from workbench.base.units import Quantity, parse_quantity
 
@@ -246,12 +215,16 @@ def _quantity(name: str, text: str) -> float:
         raise OptionError(str(error)) from None
 
 
-length, angle, duration = (partial(_quantity, name) for name in ("LENGTH", "ANGLE", "TIME"))
-"""Numbers in SI from texts such as 0.1mm, 0.02deg, 0.5s."""
+length, angle = (partial(_quantity, name) for name in ("LENGTH", "ANGLE"))
+"""Numbers in SI from texts such as 0.1mm, 0.02deg."""
 
 
 def pair_of(text: str, option: str) -> tuple[float, float]:
-    return _two(text, option, (length, angle), "a length and an angle such as 0.05mm,0.05deg")
+    """A length [m] and an angle [rad]."""
+    position, comma, rotation = text.partition(",")
+    if not comma or "," in rotation:
+        raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
+    return length(position), angle(rotation)
 
 
 def wanted_of(text: str) -> "wb.Wanted":
@@ -260,17 +233,6 @@ def wanted_of(text: str) -> "wb.Wanted":
 
     position, comma, rotation = text.partition(",")
     return Wanted(position=length(position), rotation=angle(rotation) if comma else None)
-
-
-def two_lengths(text: str, option: str) -> tuple[float, float]:
-    return _two(text, option, (length, length), "two lengths such as 40mm,120mm")
-
-
-def _two(text: str, option: str, kinds, wanted: str) -> tuple[float, float]:
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise OptionError(f"{option} must be {wanted}, got '{text}'")
-    return kinds[0](parts[0]), kinds[1](parts[1])
 
 
 def fits_frames(text: str) -> bool:
@@ -293,33 +255,6 @@ def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:
     if strange := parts - {"base", "tool"}:
         raise OptionError(f"--unknown must be base, tool, base,tool or none, got '{min(strange)}'")
     return "base" in parts, "tool" in parts
-
-
-def orientations_of(text: str):
-    """Orientations of the tool: `roll,pitch,yaw` in degrees, or those of a plate's targets."""
-    import numpy as np
-
-    from workbench.base import se3
-    from workbench.plate.plate_toml import load_plate
-
-    angles = np.deg2rad(numbers(text))
-    if not len(angles):
-        return load_plate(text).poses[:, :3, :3]
-    if len(angles) != 3:
-        raise OptionError(f"an orientation must be roll,pitch,yaw in degrees, or a plate, got '{text}'")
-    return se3.rpy_to_matrix(angles)[None]
-
-
-def region_of(text: str):
-    """A region: of a plate by file or name, or from its corners, `x,y,z:x,y,z` in m."""
-    from workbench.plate.plate_toml import load_plate
-
-    corners = [numbers(corner) for corner in text.split(":")]
-    if not all(map(len, corners)):
-        return load_plate(text).region
-    if [*map(len, corners)] != [3, 3]:
-        raise OptionError(f"a region must be two corners x,y,z:x,y,z in m, or a plate, got '{text}'")
-    return wb.Region(min=corners[0], max=corners[1])
 
 
 def load_nominal(name: str | None, arm):

@@ -4,7 +4,6 @@ A command calls `write_result` with its fields; one that never does, such as ano
 said in words.
 """
 
-import io
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -21,8 +20,13 @@ from workbench.base.wording import readable
 _RESULT: ContextVar[Path | None] = ContextVar("where the running command's result is written", default=None)
 
 
+_SAID: list[str] = []
+"""What it has said."""
+
+
 def say(text: str) -> None:
-    print(readable(text), flush=True)
+    _SAID.append(readable(text))
+    print(_SAID[-1], flush=True)
 
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:
@@ -57,10 +61,8 @@ def with_json(command: Any, group: str) -> Any:
     def whole(**options: Any) -> None:
         command.callback(**options)
         if _RESULT.get() is not None:
-            said = sys.stdout.getvalue().splitlines() if isinstance(sys.stdout, io.StringIO) else []
-            write_result(
-                {"schema": f"workbench.{'-'.join(filter(None, (group, command.name)))}/1", "said": said}
-            )
+            name = "-".join(filter(None, (group, command.name)))
+            write_result({"schema": f"workbench.{name}/1", "said": [*_SAID]})
 
     alone, more = typer.Typer(add_completion=False), copy(command)
     alone.command()(_options_of_all)
@@ -70,6 +72,7 @@ def with_json(command: Any, group: str) -> Any:
 
 def _ask(path: Path | None) -> None:
     _RESULT.set(None)
+    _SAID.clear()
     check_writable(path)
     _RESULT.set(path)
 

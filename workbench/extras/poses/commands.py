@@ -18,11 +18,9 @@ def poses(
         str, option("Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
     ] = "O1",
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
-    region: Annotated[
-        str | None, option('Region for the tool: a plate\'s region, or "x,y,z:x,y,z" in m.')
-    ] = None,
+    region: Annotated[str | None, option("Region for the tool: that of this plate.")] = None,
     towards: Annotated[
-        str | None, option('Preferred tool orientation: "roll,pitch,yaw" in degrees, or a plate.')
+        str | None, option("Preferred tool orientations: those of this plate's targets.")
     ] = None,
     cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
@@ -37,8 +35,8 @@ def poses(
 
     arm = wb.load_robot(robot)
     limits = PoseLimits(
-        region=None if region is None else opt.region_of(region),
-        towards=None if towards is None else opt.orientations_of(towards),
+        region=None if region is None else wb.load_plate(region).region,
+        towards=None if towards is None else wb.load_plate(towards).poses[:, :3, :3],
         cone=opt.angle(cone),
         margin=opt.angle(margin),
         spread=opt.length(spread),
@@ -57,9 +55,7 @@ def poses(
 
 def cluster(
     robot: opt.RobotOption,
-    region: Annotated[
-        str, option('A plate whose region to use, or "x,y,z:x,y,z", its corners in m.')
-    ] = "table2",
+    region: Annotated[str, option("A plate whose region to use.")] = "table2",
     plate: Annotated[
         str | None, option("A plate whose region to use and whose orientations to stay close to.")
     ] = None,
@@ -79,7 +75,7 @@ def cluster(
     opt.check_writable(out)
     arm = wb.load_robot(robot)
     fixture = None if plate is None else wb.load_plate(plate)
-    cuboid = opt.region_of(region) if fixture is None else fixture.region
+    cuboid = wb.load_plate(region).region if fixture is None else fixture.region
     with opt.progress_bar("cluster"):
         found = cluster_region(
             arm,

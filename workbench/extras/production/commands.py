@@ -6,7 +6,7 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, production_of, sigma_of
+from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, production_of
 
 
 def yield_(
@@ -36,7 +36,7 @@ def yield_(
             wb.load_robot(robot),
             replace(given, production=production_of(given, tolerance, play)),
             arms=arms,
-            sigma=sigma_of(noise),
+            sigma=noise,
             joint_sigma=opt.angle(joint_noise),
             length=length,
             angle=angle,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from workbench.base.wording import plural
 from workbench.cli import options as opt
-from workbench.cli.exit_status import at_once, in_section
+from workbench.cli.exit_status import in_section
 from workbench.cli.options import argument, option
 
 RecordingArgument = Annotated[Path, argument("A recording: a folder such as recordings/sample.")]
@@ -20,8 +20,6 @@ def review(
     """Open a recorded session in the rerun viewer."""
     from workbench.session.journal.reader import read_recording
 
-    if out is None:
-        at_once()
     found = read_recording(recording)
     opt.say_notes(found.notes)
     opt.check_writable(out)

@@ -22,8 +22,7 @@ def verify(
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, pass or fail."""
     fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot)
-    limit = None if wanted is None else opt.wanted_of(wanted)
-    found = wb.verify(arm, files.read(data, arm), wanted=limit, fit_frames=fit_frames)
+    found = wb.verify(arm, files.read(data, arm), wanted=wanted, fit_frames=fit_frames)
     opt.give(found)
     if found.passed is False:
         opt.fail(found.verdict)
@@ -51,7 +50,7 @@ def rezero(
         found = wb.rezero(
             arm,
             rows,
-            noise=None if noise is None else opt.noise_of(noise),
+            noise=noise,
             frames=frames,
             exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),
         )
