@@ -49,6 +49,9 @@ def test_poses_with_limits(run, tmp_path):
     assert run("poses", "--robot", "aria", "--number", "5", "--from", "q.csv", "--out", "5.csv")[0] == 0
     fewer = read_trajectory(tmp_path / "5.csv", joints=6).q
     assert {tuple(row) for row in fewer} < {tuple(row) for row in found["poses"]}
+    made = ("--poses", "9", "--instrument", "laser-tracker", "--out", "d.csv")  # its sigma_rx … are blank
+    assert run("simulate", "--robot", "aria", *made)[0] == 0
+    assert run("poses", "--robot", "aria", "--number", "5", "--from", "d.csv")[0] == 0
 
 
 @pytest.mark.parametrize(
