@@ -48,14 +48,14 @@ BUDGETS = {
     "exports": 330,
     "session": 6_695,
     "views": 7_579,
-    "cli": 1_720,
+    "cli": 1_508,
     "extras": 1,
     "extras/camera": 3_799,
     "extras/controllers": 709,
     "extras/hobby": 770,
     "extras/katana": 1_083,
     "extras/live": 1_280,
-    "extras/logs": 1_036,
+    "extras/logs": 950,
     "extras/pendant": 2_005,
     "extras/poses": 1_094,
     "extras/production": 472,
@@ -64,10 +64,7 @@ BUDGETS = {
     "extras/service": 1_227,
     "extras/trajectories": 1_339,
     "extras/workshop": 910,
-    "tests": 39_762,
-}
-"""Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_976
+    "tests": 39_698,
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

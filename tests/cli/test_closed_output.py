@@ -1,5 +1,6 @@
 """A reader that closes the pipe costs no file: every command writes all of them before it prints anything."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -14,19 +15,18 @@ WRITTEN += ("--urdf", "--toml", "--controller")
 
 COMMANDS = (
     "simulate --robot aria --poses 5 --out out.csv --actual arm.toml",
-    "identify rows.csv --robot aria --algorithm ols --save cal.toml --json r.json",
-    "diagnose rows.csv --robot aria --save cal.toml --json r.json",
-    "evaluate rows.csv --robot aria --json r.json",
+    "identify rows.csv --robot aria --algorithm ols --save cal.toml",
+    "diagnose rows.csv --robot aria --save cal.toml",
+    "evaluate rows.csv --robot aria",
     "export given.toml --urdf a.urdf --toml a.toml --controller c.json --nominal aria",
-    "plate score table2 --robot aria --json r.json",
-    "plate compare table2 table2 --robot aria --json r.json",
+    "plate score table2 --robot aria",
 )
 OF_EXTRAS = {
-    "new": "aria --poses typed.csv --out own.toml --json r.json",
-    "poses": "--robot aria --number 6 --index O1 --out q.csv --json r.json",
-    "compensate": "circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
+    "new": "aria --poses typed.csv --out own.toml",
+    "poses": "--robot aria --number 6 --index O1 --out q.csv",
+    "compensate": "circle.csv --robot given.toml --nominal aria --out q.csv",
     "plate export": "table2 --formats csv --out out",
-    "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
+    "plate yield": "table2 --robot aria --arms 20 --poses 20",
 }
 COMMANDS += tuple(f"{name} {OF_EXTRAS[name]}" for name, *_ in offered("commands") if name in OF_EXTRAS)
 
@@ -53,8 +53,9 @@ def inputs(tmp_path_factory) -> Path:
 def test_every_file_is_there_though_nobody_reads(command, inputs, run_unread, tmp_path):
     for path in inputs.iterdir():
         (tmp_path / path.name).symlink_to(path)
-    options = command.split()
+    options = [*command.split(), "--json", "r.json"]
     status, _, err = run_unread(*options)
     assert status == 0, err
     outputs = [tmp_path / options[k + 1] for k, word in enumerate(options) if word in WRITTEN]
     assert all(path.exists() for path in outputs)
+    assert json.loads((tmp_path / "r.json").read_text())["schema"].startswith("workbench.")

@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 
-from workbench.cli import PANELS, serve
+from workbench.cli import PANELS, app, serve
 from workbench.cli.exit_status import SECTIONS
 from workbench.views.page import serve as page
 
@@ -18,6 +18,16 @@ def test_commands_stand_under_what_one_wants(run):
     assert set(PANELS) <= set(headings) <= {"Options", *SECTIONS}
     assert not re.search(r"^Commands:", out, re.M)  # an extra's command stands in a section too
     assert serve.__name__ in out
+
+
+def test_every_command_writes_its_result_where_json_says(run, built):
+    groups = [("", built(app))]
+    for group, commands in groups:
+        for name, command in commands.commands.items():
+            if hasattr(command, "commands"):
+                groups.append((name, command))
+            else:
+                assert "--json" in run(*group.split(), name, "--help")[1], name
 
 
 def test_start_and_help_load_nothing_heavy():

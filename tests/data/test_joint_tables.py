@@ -34,6 +34,10 @@ def test_by_name_in_any_order(tmp_path):
     np.testing.assert_allclose(data.q, Q[kept])
     np.testing.assert_allclose(data.position, PLACES[kept], atol=1e-9)
     assert "left out: 'P3'" in " ".join(data.notes)
+    for path in (tmp_path / "points.csv", tmp_path / "q.csv"):  # a heading of both that nobody knows
+        path.write_text(path.read_text().replace("point", "Name"))
+    again = wb.read_measurements(tmp_path / "points.csv", joint_table=tmp_path / "q.csv")
+    np.testing.assert_array_equal(again.q, data.q)
     with refuses(DataError, column="point", found="P5"):
         wb.read_measurements(points(tmp_path, names), joint_table=joints(tmp_path, (*order, 5), names))
 

@@ -20,7 +20,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.installed_package import package_version
 from workbench.cli import calibration, measurements, plate_design
 from workbench.cli import options as opt
-from workbench.cli.exit_status import Commands, at_once, run
+from workbench.cli.exit_status import Commands, run
 from workbench.cli.options import option
 from workbench.cli.sessions import open_session
 from workbench.parts import offered, resolved, warn_of_broken
@@ -56,10 +56,10 @@ def main() -> None:
     sys.exit(run(_carry_out, sys.argv[1:]))
 
 
-def _carry_out(arguments: Sequence[str]) -> None:
+def _carry_out(arguments: Sequence[str]) -> Any:
     given = opened(list(arguments))
     add_plugins(given)
-    app(given)
+    return app(given, standalone_mode=False)  # typer would else swallow some exceptions
 
 
 _ADDED: dict[str, Any] = {}
@@ -116,20 +116,14 @@ def opened(arguments: list[str]) -> list[str]:
     """Arguments of a command; a file instead of a command is opened in the app: robot or measurements."""
     if not arguments:
         return ["serve"]
-    ending = Path(arguments[0]).suffix.lower()
-    if arguments[0].startswith("-") or ending not in (*ROBOTS, *MEASUREMENTS):
-        if ending and not arguments[0].startswith("-"):
-            _refuse(Path(arguments[0]))
+    path = Path(arguments[0])
+    if str(path).startswith("-") or not (ending := path.suffix.lower()):
         return arguments
-    return ["serve", "--robot" if ending in ROBOTS else "--data", *arguments]
-
-
-def _refuse(path: Path) -> None:
-    """Report that an argument which looks like a file can't be opened: no command has a dot in its name."""
-    if not path.exists():
-        raise FileError("there is no such file", path=str(path))
-    known = ", ".join((*ROBOTS, *MEASUREMENTS))
-    raise FileError(f"the app opens files that end in {known}", path=str(path))
+    if ending in (*ROBOTS, *MEASUREMENTS):
+        return ["serve", "--robot" if ending in ROBOTS else "--data", *arguments]
+    known = ", ".join((*ROBOTS, *MEASUREMENTS))  # no command has a dot in its name
+    why = f"the app opens files that end in {known}" if path.exists() else "there is no such file"
+    raise FileError(why, path=str(path))
 
 
 def _is_given(context: typer.Context, name: str) -> bool:
@@ -181,17 +175,13 @@ def serve(
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.views.page.serve import serve as run
 
-    at_once()
     gc.set_threshold(*USUALLY)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is closed as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
     with contextlib.ExitStack() as stack:
         beside = [stack.enter_context(companion.opened()) for companion in page.joined]
         run(
-            opening.read,
-            is_certain=opening.is_certain,
-            begin=opening.begin,
-            sentence=opening.sentence,
+            **opening,
             data=data,
             demo=demo,
             beside=beside,
@@ -205,7 +195,10 @@ def serve(
 
 def _say_ready(text: str) -> None:
     """Print the page's address, or a note about it."""
-    opt.say(f"page:     {text}" if text.startswith("http") else f"note:     {text}")
+    is_address = text.startswith("http")
+    opt.say(f"{'page' if is_address else 'note'}:     {text}")
+    if is_address:
+        opt.write_result({"schema": "workbench.page/1", "address": text})
 
 
 PANELS: dict[str, tuple] = {

@@ -26,15 +26,12 @@ def identify(
         str | None, option("ols, opt1, opt2, influence, several separated by commas, or all.")
     ] = None,
     level: Annotated[int, option("1: joint offsets only; 2: the whole geometry.", min=1, max=2)] = 2,
-    loss: Annotated[str, option("Outliers: set-apart (exclude), or squares (full weight).")] = "set-apart",
-    deviation: Annotated[
-        str, option("Expected deviation of the arm's constants from nominal, in mm and mrad; auto; or none.")
-    ] = "auto",
     tip: opt.TipOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
+    from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
     from workbench.identification.report.document import identification_blocks
     from workbench.identification.report.page import write_identification
     from workbench.identification.report.results_json import identification_json
@@ -53,9 +50,7 @@ def identify(
             arm,
             rows,
             choices if level == 2 else replace(choices, free=arm.joint_offsets),
-            algorithms=_algorithms(algorithm),
-            loss=loss,
-            deviation=_deviation(deviation),
+            algorithms=tuple(ALGORITHMS) if algorithm == "all" else algorithm or DEFAULT_ALGORITHMS,
         )
     _finish(
         run,
@@ -65,26 +60,6 @@ def identify(
         blocks=partial(identification_blocks, run, wanted=requested),
         write=partial(write_identification, run, wanted=requested),
     )
-
-
-def _algorithms(given: str | None) -> tuple[str, ...]:
-    from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
-
-    if given is None:
-        return DEFAULT_ALGORITHMS
-    return tuple(ALGORITHMS) if given == "all" else tuple(given.split(","))
-
-
-def _deviation(given: str) -> float | str:
-    """The expected deviation [rad, m] from auto, none, or a number in mrad and mm."""
-    if given in ("auto", "none"):
-        return float("inf") if given == "none" else given
-    try:
-        return 1e-3 * float(given)
-    except ValueError:
-        raise OptionError(
-            f"--deviation takes auto, none, or a number in mm and mrad such as 2, got '{given}'"
-        ) from None
 
 
 @opt.flattened
@@ -140,8 +115,7 @@ def _finish(
             done = opt.save_robot(run.robot, path, force=True)
         if path is not None and reason:
             reason += f"; {path} is {'written because of' if force else 'not written without'} --force"
-    if out.json is not None:
-        opt.write_result(out.json, json())
+    opt.write_result(json)
     opt.describe("tables", lambda: opt.show(blocks()))
     if report is not None:
         opt.describe("report", lambda: opt.say(f"report: {write(report)}"))
@@ -164,17 +138,15 @@ def evaluate(
     frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
     reading: opt.ReadingOption = "auto",
     tip: opt.TipOption = None,
-    json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
     from workbench.identification.report.results_json import evaluation_json
 
     fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot, tip=tip)
-    opt.check_writable(json)
     found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
     opt.show(found.blocks())
-    opt.write_result(json, evaluation_json(found))
+    opt.write_result(evaluation_json(found))
 
 
 def export(
@@ -201,7 +173,6 @@ def export(
         str | None, option("The controller's robot model, for --controller and some forms of --for.")
     ] = None,
     tip: opt.TipOption = None,
-    json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
     from workbench.arm.calibrated_region import region_text
@@ -224,12 +195,13 @@ def export(
         opt.fail(f"{reason}; {out} is not written")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the controller's own model")
-    opt.check_writable(urdf, toml, controller, out, json)
+    opt.check_writable(urdf, toml, controller, out)
+    files = [str(path) for path in (out, urdf, toml, controller) if path is not None]
+    content: dict[str, Any] = {"schema": "workbench.export/1", "robot": arm.name, "files": files}
     if chosen is not None and out is not None:
-        _export_for(chosen, out, arm, nominal, source, json)
-    for path in (urdf, toml):
-        if path is not None:
-            opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
+        content |= _export_for(chosen, out, arm, nominal, source)
+    for path in filter(None, (urdf, toml)):
+        opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
     if urdf is not None:
         if tip is not None:
             opt.say(
@@ -238,6 +210,7 @@ def export(
         opt.say_notes(carried_text(arm))
     if urdf is not None or toml is not None:
         opt.say_notes(region_text(arm))
+    use = None
     if controller is not None and nominal is not None:
         from workbench.identification.checks.arm_match import require_same_arm
         from workbench.identification.report.how_to_apply import use_of
@@ -247,13 +220,15 @@ def export(
         require_same_arm(arm, own)
         use = use_of(arm, own)
         opt.show(use.blocks())
+        content["controller"] = use.json()
         opt.say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
-        if use.advised is None:
-            opt.fail(use.advice)
+    opt.write_result(content)
+    if use is not None and use.advised is None:
+        opt.fail(use.advice)
 
 
-def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None) -> None:
-    """Write one form, and report how much of the calibration it represents."""
+def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None) -> dict[str, Any]:
+    """Write one form, and report how much of the calibration it represents; the same as fields."""
     from workbench.base.wording import capital
     from workbench.exports import Job, export_robot
 
@@ -263,12 +238,5 @@ def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, 
     opt.say(f"{arm.name}: {done.path}")
     opt.say(capital(done.verdict))
     opt.say_notes(done.notes)
-    content = {
-        "schema": "workbench.export/1",
-        "robot": arm.name,
-        "for": form.name,
-        "file": str(done.path),
-        "left": {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows},
-        "notes": list(done.notes),
-    }
-    opt.write_result(json, content)
+    left = {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows}
+    return {"for": form.name, "file": str(done.path), "left": left, "notes": list(done.notes)}

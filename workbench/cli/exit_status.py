@@ -3,8 +3,7 @@
 0: the result may be used. 2: there is a result that should not be used as it is. 1: no result. 64: wrong
 usage. 130: Ctrl-C. With any but 0 comes a sentence on standard error that says why.
 
-A reader that closes the pipe, such as `head`, is not an error: a command prints nothing before all its files
-are written, unless it calls `at_once`.
+A reader that closes the pipe, such as `head`, is not an error: the command goes on and writes its files.
 """
 
 import contextlib
@@ -20,6 +19,7 @@ import typer.core
 from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchError
 from workbench.base.files import STANDARD_OUTPUT, standard_output_last
 from workbench.base.wording import brief, readable
+from workbench.cli.output_files import with_json
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 NO_RESULT, UNUSABLE, WRONG_USAGE = 1, 2, 64
@@ -30,10 +30,7 @@ SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
 
 
 class Commands(typer.core.TyperGroup):
-    """Commands grouped by purpose, each with its complete first sentence.
-
-    Exceptions propagate unchanged; typer would swallow some of them.
-    """
+    """Commands grouped by purpose, each with its complete first sentence."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """One section for every `rich_help_panel`."""
@@ -48,22 +45,15 @@ class Commands(typer.core.TyperGroup):
                 formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The called command, with the options that other packages add to it."""
+        """The called command, with `--json` and the options that other packages add to it."""
         name, command, rest = super().resolve_command(ctx, args)
-        if (whole := getattr(getattr(command, "callback", None), "whole", None)) is None:
-            return name, command, rest
-        alone = typer.Typer(rich_markup_mode=None, add_completion=False)
-        alone.command(name)(whole())
-        return name, typer.main.get_command(alone), rest
-
-    def make_context(self, *arguments: Any, **options: Any) -> Any:
-        """Typer's context with the help width of the terminal."""
-        with _past_typer():
-            return super().make_context(*arguments, **options)
-
-    def invoke(self, ctx: Any) -> Any:
-        with _past_typer():
-            return super().invoke(ctx)
+        if (whole := getattr(getattr(command, "callback", None), "whole", None)) is not None:
+            alone = typer.Typer(rich_markup_mode=None, add_completion=False)
+            alone.command(name)(whole())
+            command = typer.main.get_command(alone)
+        if not isinstance(command, typer.core.TyperGroup):
+            command = with_json(command, "" if ctx.parent is None else ctx.info_name)
+        return name, command, rest
 
 
 def group(name: str, help: str, *, section: str | None = None) -> typer.Typer:
@@ -81,71 +71,39 @@ def in_section(title: str) -> Callable[[Command], Command]:
     return mark
 
 
-@contextlib.contextmanager
-def _past_typer() -> Iterator[None]:
-    try:
-        yield
-    except UsageError as error:
-        error.exit_code = WRONG_USAGE
-        if "extra argument" in error.message and "data" in [p.name for p in error.ctx.command.params]:
-            from workbench.data.readers.file_kind import ONE_TABLE
-
-            error.message += f"; {ONE_TABLE}"
-        raise
-    except (KeyboardInterrupt, OSError) as error:
-        raise _Raised(error) from None
-
-
-class _Raised(Exception):
-    """Carries an exception past typer."""
-
-    def __init__(self, error: BaseException):
-        self.error = error
-
-
 class Unusable(Exception):
     """There is a result that should not be used as it is; the message says why."""
 
 
-class _HeldOutput(io.StringIO):
-    """Standard output that waits until the command has written its files."""
+class _Output:
+    """Standard output whose reader may go away, as `head` does: a command still writes all its files."""
 
     def __init__(self, stream: Any):
-        super().__init__()
-        self._stream, self._holds = stream, True
+        self._stream = stream
 
-    @property
-    def encoding(self) -> str:  # type: ignore[override]
-        return str(self._stream.encoding)
-
-    def isatty(self) -> bool:
-        return bool(self._stream.isatty())
-
-    def fileno(self) -> int:
-        return int(self._stream.fileno())
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        return super().write(text) if self._holds else self._stream.write(text)
+        with _unread():
+            self._stream.write(text)
+        return len(text)
 
     def flush(self) -> None:
-        if not self._holds:
+        with _unread():
             self._stream.flush()
 
-    def release(self) -> None:
-        """Write the held output, and everything after it at once."""
-        if self._holds:
-            self._holds = False
-            self._stream.write(self.getvalue())
-        self._stream.flush()
+
+@contextlib.contextmanager
+def _unread() -> Iterator[None]:
+    """Discard output that nobody reads."""
+    try:
+        yield
+    except BrokenPipeError:
+        _discard_output()
 
 
-def at_once() -> None:
-    """Print at once, for a long-running command."""
-    if isinstance(sys.stdout, _HeldOutput):
-        sys.stdout.release()
-
-
-def run(command: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> int:
+def run(command: Callable[[Sequence[str]], int | None], arguments: Sequence[str]) -> int:
     """Run a command, print errors, and return its exit status.
 
     Args:
@@ -159,44 +117,33 @@ def run(command: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> i
             stream.reconfigure(errors="replace")  # a locale that can't encode our characters
     status, sentence = 0, ""
     with _messages_to_stderr(arguments), standard_output_last() as contents:
-        held = _HeldOutput(sys.stdout)
         try:
-            with contextlib.redirect_stdout(held):
-                command(arguments)
+            with contextlib.redirect_stdout(_Output(sys.stdout)):  # type: ignore[type-var]
+                ended = command(arguments)
+                status = ended if isinstance(ended, int) else 0
+                sys.stdout.flush()
+            for write in contents:
+                with _unread():
+                    write()
         except SystemExit as ended:
             status = ended.code if isinstance(ended.code, int) else int(bool(ended.code))
-        except (KeyboardInterrupt, Exception) as raised:
-            error = raised.error if isinstance(raised, _Raised) else raised
-            if isinstance(error, BrokenPipeError):
+        except (KeyboardInterrupt, Exception) as error:
+            status, sentence = _status_and_sentence(error)
+            if isinstance(error, OSError):
                 _discard_output()
-            else:
-                status, sentence = _status_and_sentence(error)
-        finally:
-            reason = _release(held, contents)
-    if reason:
-        status, sentence = status or NO_RESULT, sentence or reason
     if sentence:
         with contextlib.suppress(OSError):
             print(f"workbench: {readable(sentence)}", file=sys.stderr)
     return status
 
 
-def _release(held: _HeldOutput, contents: Sequence[Callable[[], None]]) -> str:
-    """Print the held output, then write files to standard output; the reason if that fails."""
-    try:
-        held.release()
-        for write in contents:
-            write()
-    except BrokenPipeError:
-        _discard_output()
-    except OSError as error:
-        _discard_output()
-        return _status_and_sentence(error)[1]
-    return ""
-
-
 def _status_and_sentence(error: BaseException) -> tuple[int, str]:
     """Exit status and sentence for an exception; a bug is raised again."""
+    if isinstance(error, typer.Abort):  # so typer calls what stopped it
+        error = error.__cause__ or KeyboardInterrupt()
+    if isinstance(error, UsageError):
+        _show_usage(error)
+        return WRONG_USAGE, ""
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, STOPPED
     if isinstance(error, Unusable):
@@ -211,6 +158,14 @@ def _status_and_sentence(error: BaseException) -> tuple[int, str]:
         where = f"{error.filename}: " if error.filename else ""
         return NO_RESULT, brief(f"{where}{error.strerror or error}; make room, or choose another place")
     raise error
+
+
+def _show_usage(error: Any) -> None:
+    if "extra argument" in error.message and "data" in [p.name for p in error.ctx.command.params]:
+        from workbench.data.readers.file_kind import ONE_TABLE
+
+        error.message += f"; {ONE_TABLE}"
+    error.show()
 
 
 def _discard_output() -> None:

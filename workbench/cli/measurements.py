@@ -60,6 +60,8 @@ def simulate(
             opt.say(f"row {rows.row[number]} excluded: {rows.reason[number]}")
     if actual is not None:
         opt.say(f"hidden actual arm: {wb.write_toml(hidden, actual)}")
+    content = {"schema": "workbench.simulation/1", "robot": arm.name, "file": str(out), "rows": len(rows)}
+    opt.write_result(content | {"excluded": rows.row[~rows.included], "notes": rows.notes})
 
 
 @opt.flattened
@@ -72,6 +74,10 @@ def preview(data: opt.DataArgument, files: opt.FileOptions) -> None:
     title = f"{data.name}: {plural(found.rows, 'row')}, layout {found.layout}"
     rows = [(c.heading, c.key or "ignored", c.unit or "", c.si or "") for c in found.columns]
     table = [ResultTable(title, ("heading", "meaning", "unit", "SI unit"), rows, words=4)] if rows else []
+    columns = [dict(zip(("heading", "meaning", "unit", "si_unit"), row, strict=True)) for row in rows]
+    content = {"schema": "workbench.preview/1", "rows": found.rows, "joints": found.joints}
+    content |= {"layout": found.layout, "columns": columns, "notes": found.decisions}
     opt.show([*table, *lines("note", found.decisions)])
+    opt.write_result(content | {"problems": found.problems})
     if found.problems:
         raise DataError("; ".join(found.problems))

@@ -1,6 +1,5 @@
 """Options that several commands share, and the parsing of option values."""
 
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,10 +14,12 @@ import workbench as wb
 from workbench.base.advice import failures
 from workbench.base.errors import OptionError, ShapeError, UnitError, WorkbenchError
 from workbench.base.progress import running
-from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
 from workbench.cli.option_records import AbstractCompanion, AbstractSource
 from workbench.cli.option_records import flattened as flattened
+from workbench.cli.output_files import check_writable as check_writable
+from workbench.cli.output_files import say as say
+from workbench.cli.output_files import write_result as write_result
 
 if TYPE_CHECKING:
     from workbench.report.blocks import Block
@@ -38,7 +39,6 @@ def argument(help: str) -> Any:
 RobotOption = Annotated[
     str, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm such as aria, ur10, panda.")
 ]
-JsonOption = Annotated[Path | None, option("--json", "Write the result here, machine-readable.")]
 DataArgument = Annotated[
     Path, argument("Measurements, one file: CSV, TSV, xlsx, parquet, .mat; or a mukca folder.")
 ]
@@ -190,12 +190,11 @@ class OutputOptions:
 
     save: SaveOption = None
     report: ReportOption = None
-    json: JsonOption = None
 
     def check(self) -> None:
         """Refuse unwritable outputs before the work begins."""
         check_robot_file(self.save)
-        check_writable(self.save, self.json, folder=self.report)
+        check_writable(self.save, folder=self.report)
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
@@ -207,24 +206,6 @@ def whole_numbers(text: str | None, option: str) -> list[int]:
         raise OptionError(f"{option} must be whole numbers such as 3,4 or 21-37, got '{text}'") from None
 
 
-def numbers(text: str):
-    """Comma-separated numbers; empty if any is not a finite number."""
-    import numpy as np
-
-    try:
-        found = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        return np.zeros(0)
-    return found if np.isfinite(found).all() else np.zeros(0)
-
-
-def noise_of(text: Any):
-    """Standard deviations from values with units."""
-    from workbench.identification.fit_choices import FitChoices
-
-    return FitChoices(noise=text).noise
-
-
 def _quantity(name: str, text: str) -> float:
     from workbench.base.units import Quantity, parse_quantity
 
@@ -234,12 +215,16 @@ def _quantity(name: str, text: str) -> float:
         raise OptionError(str(error)) from None
 
 
-length, angle, duration = (partial(_quantity, name) for name in ("LENGTH", "ANGLE", "TIME"))
-"""Numbers in SI from texts such as 0.1mm, 0.02deg, 0.5s."""
+length, angle = (partial(_quantity, name) for name in ("LENGTH", "ANGLE"))
+"""Numbers in SI from texts such as 0.1mm, 0.02deg."""
 
 
 def pair_of(text: str, option: str) -> tuple[float, float]:
-    return _two(text, option, (length, angle), "a length and an angle such as 0.05mm,0.05deg")
+    """A length [m] and an angle [rad]."""
+    position, comma, rotation = text.partition(",")
+    if not comma or "," in rotation:
+        raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
+    return length(position), angle(rotation)
 
 
 def wanted_of(text: str) -> "wb.Wanted":
@@ -248,17 +233,6 @@ def wanted_of(text: str) -> "wb.Wanted":
 
     position, comma, rotation = text.partition(",")
     return Wanted(position=length(position), rotation=angle(rotation) if comma else None)
-
-
-def two_lengths(text: str, option: str) -> tuple[float, float]:
-    return _two(text, option, (length, length), "two lengths such as 40mm,120mm")
-
-
-def _two(text: str, option: str, kinds, wanted: str) -> tuple[float, float]:
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise OptionError(f"{option} must be {wanted}, got '{text}'")
-    return kinds[0](parts[0]), kinds[1](parts[1])
 
 
 def fits_frames(text: str) -> bool:
@@ -281,50 +255,6 @@ def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:
     if strange := parts - {"base", "tool"}:
         raise OptionError(f"--unknown must be base, tool, base,tool or none, got '{min(strange)}'")
     return "base" in parts, "tool" in parts
-
-
-def orientations_of(text: str):
-    """Orientations of the tool: `roll,pitch,yaw` in degrees, or those of a plate's targets."""
-    import numpy as np
-
-    from workbench.base import se3
-    from workbench.plate.plate_toml import load_plate
-
-    angles = np.deg2rad(numbers(text))
-    if not len(angles):
-        return load_plate(text).poses[:, :3, :3]
-    if len(angles) != 3:
-        raise OptionError(f"an orientation must be roll,pitch,yaw in degrees, or a plate, got '{text}'")
-    return se3.rpy_to_matrix(angles)[None]
-
-
-def region_of(text: str):
-    """A region: of a plate by file or name, or from its corners, `x,y,z:x,y,z` in m."""
-    from workbench.plate.plate_toml import load_plate
-
-    corners = [numbers(corner) for corner in text.split(":")]
-    if not all(map(len, corners)):
-        return load_plate(text).region
-    if [*map(len, corners)] != [3, 3]:
-        raise OptionError(f"a region must be two corners x,y,z:x,y,z in m, or a plate, got '{text}'")
-    return wb.Region(min=corners[0], max=corners[1])
-
-
-def check_writable(*files: Path | None, folder: Path | None = None) -> None:
-    """Refuse an output that can't be written, or whose file is an input or another output as well."""
-    from workbench.base.files import check_writable
-
-    given, out = ([*map(os.path.realpath, each)] for each in (sys.argv[1:], filter(None, files)))
-    for path in files:
-        if path is not None:
-            check_writable(path)
-            real = os.path.realpath(path)
-            if (path.is_file() and given.count(real) > 1) or out.count(real) > 1:
-                raise OptionError(f"{path} is named twice: what is written needs a file of its own")
-            if not path.parent.exists():
-                say(f"note: the folder {path.parent} does not exist and will be created")
-    if folder is not None:
-        check_writable(folder, folder=True)
 
 
 def load_nominal(name: str | None, arm):
@@ -375,10 +305,6 @@ def fail(sentence: str) -> NoReturn:
     raise Unusable(sentence)
 
 
-def say(text: str) -> None:
-    print(readable(text), flush=True)
-
-
 def say_notes(notes: Iterable[str]) -> None:
     """Print the notes of the result, one per line."""
     for note in notes:
@@ -394,18 +320,10 @@ def show(blocks: "Iterable[Block]") -> None:
     Console().print(as_rich(blocks))
 
 
-def give(found, json: Path | None) -> None:
+def give(found) -> None:
     """Print a result, and write it to the file given by `--json`, if any."""
     show(found.blocks())
-    write_result(json, found.json())
-
-
-def write_result(json: Path | None, content) -> None:
-    """Write the result to the file given by `--json`, if any."""
-    from workbench.report.json import write_json
-
-    if json is not None:
-        say(f"result: {write_json(json, content)}")
+    write_result(found.json)
 
 
 @contextmanager

@@ -1,8 +1,7 @@
 """The session shown by `serve`: new, continued or branched."""
 
 import shlex
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -17,27 +16,10 @@ RECORDING_DELAY = 3.0
 """Delay of the recording's start, so that the page's first picture comes sooner [s]; nothing is lost."""
 
 
-@dataclass(frozen=True, eq=False)
-class Opening:
-    """How the app starts.
-
-    Args:
-        read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
-        begin: Makes the session from both once the page is open; reports its progress, and shows what it has.
-        is_certain: Whether both are built in, so that they need no checks.
-        sentence: What the page says until then.
-    """
-
-    read: Callable[[], tuple[Any, Any]]
-    begin: Callable
-    is_certain: bool = False
-    sentence: str = "Solving inverse kinematics for the targets"
-
-
 def open_session(
     robot: str, plate: str | None, *, session: Path | None, step: int | None, record: bool, live: str | None
-) -> Opening:
-    """Decide where the session comes from and where it is recorded."""
+) -> dict[str, Any]:
+    """Where the session comes from and where it is recorded, as arguments of `serve`."""
     if step is not None and session is None:
         raise OptionError("--step needs --session DIR, the recording to branch off from")
     if live is not None:
@@ -63,7 +45,7 @@ def open_session(
             return arm, wb.load_plate(plate)
         return arm, load_plate("table2") if robot.startswith("aria") else None
 
-    return Opening(read, begin, is_certain=plate is None and robot.lower() in built_in_robots())
+    return {"read": read, "begin": begin, "is_certain": plate is None and robot.lower() in built_in_robots()}
 
 
 def _is_session(folder: Path) -> bool:
@@ -72,7 +54,7 @@ def _is_session(folder: Path) -> bool:
     return (folder / JOURNAL).exists()
 
 
-def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> Opening:
+def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> dict[str, Any]:
     """Continue a recording at its end, or branch off from a step."""
 
     @cache
@@ -102,7 +84,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
             return _with_recorder(folders.go_on_unrecorded(restored), live)
         return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)
 
-    return Opening(read, begin, sentence=f"Opening {session.resolve().name}")
+    return {"read": read, "begin": begin, "sentence": f"Opening {session.resolve().name}"}
 
 
 def _with_recorder(begun, live: str | None):

@@ -29,14 +29,6 @@ OPTITRACK = (
     + "T,T,T,T,T,T,T\n,ID,1,1,1,1,1,1,1\n,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position\n"
     + "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z\n0,0,0,0,0,1,.1,.2,.3\n1,0.02,0,0,0,1,.1,.2,.3\n2,0.04,,,,,,,\n"
 )
-VICON = (
-    "Objects\n100\n,,Tool:Tool,,,,,,\nFrame,Sub Frame,RX,RY,RZ,RW,TX,TY,TZ\n,,,,,,mm,mm,mm\n"
-    "1,0,0,0,0,1,1,2,3\n2,0,0,0,0,1,1,2,3\n"
-)
-QUALISYS = (
-    "NO_OF_FRAMES\t2\nNO_OF_CAMERAS\t6\nFREQUENCY\t50\nDATA_INCLUDED\t6D\nBODY_NAMES\tTool\n"
-    + "1\t2\t3\t0\t0\t0\t0.1\t1\t0\t0\t0\t1\t0\t0\t0\t1\n" * 2
-)
 CAMERA = """[[camera]]
 name = "c"
 size = [640, 480]
@@ -156,8 +148,6 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
         "plate": ("plate.toml", (folder / "plate.toml").read_bytes(), wb.load_plate),
         "joint table": ("arm.csv", JOINTS, read_joint_table),
         "OptiTrack": ("take.csv", OPTITRACK, read_fields),
-        "Vicon": ("take.csv", VICON, read_fields),
-        "Qualisys": ("take.tsv", QUALISYS, read_fields),
         "stream": ("live.jsonl", json.dumps(pose), lambda path: parse_sample(_text(path), line=1)),
         "pendant": ("readings.csv", PENDANT, lambda path: read_display(path, arm())),
         "touches": ("touches.csv", TOUCHES, lambda path: read_touches(path, arm(), None)),

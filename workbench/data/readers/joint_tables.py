@@ -1,6 +1,7 @@
 """Measurements joined with joints from another table: by name, else by an installed way, else row by row.
 
-A column of names is `point`, `group` or `image`, or any that holds the same names in both tables.
+A column of names is `point`, `group` or `image`, any that holds the same names in both tables, or one under a
+heading of both, such as `Name` or `ID`, that names each row of the joints once and half of the measurements.
 """
 
 import re
@@ -42,8 +43,10 @@ def join(measured: Fields, joints: Fields) -> Fields:
     for key in LABELS:
         if key in measured.values and key in joints.values:
             return _by_label(measured, joints, key, mine[key], theirs[key])
-    for (key, names), known in product(mine.items(), theirs.values()):
-        if len(set(known)) == len(known) > 1 and set(names) == set(known):  # both name the rows, each once
+    once = {key: known for key, known in theirs.items() if len(set(known)) == len(known) > 1}
+    for (key, names), (other, known) in product(mine.items(), once.items()):
+        named = sum(name in known for name in names)
+        if set(names) == set(known) or (key == other and 2 * named > len(names)):
             return _by_label(measured, joints, key, names, known)
     way = next((way for way in parts("joins", AbstractJoin) if way.applies(measured, joints)), None)
     return by_row(measured, joints) if way is None else way.join(measured, joints)
@@ -57,7 +60,7 @@ def joined_alone(fields: Fields) -> Fields:
 
 def _names(fields: Fields) -> dict[str, tuple[str, ...]]:
     """Columns of labels, and those that are left out; of a name like `A::Pose::p1` its last part."""
-    labels = {key: v.tolist() for key in LABELS if (v := fields.values.get(key)) is not None}
+    labels = {key: v.tolist() for key, v in fields.values.items() if v.dtype.kind == "U"}
     return {k: tuple(n.rpartition("::")[2] for n in own) for k, own in {**labels, **fields.unread}.items()}
 
 
@@ -76,7 +79,7 @@ def _by_label(
             f"({listed(known, longest=3)})"
         )
     notes = [f"joints are taken from {joints.source} by '{key}'"]
-    if lost := sorted(set(names) - set(known)):
+    if lost := [name for name in dict.fromkeys(names) if name not in place]:
         notes.append(f"{key} without joints, left out: {listed(lost)}")
     at = np.array([place[names[i]] for i in rows])
     return merged(measured.take(rows), {k: v[at] for k, v in joints.values.items()}, joints, notes)

@@ -1,7 +1,7 @@
 """Trajectories and lists of poses: the same columns as measurements, with joints or poses or both."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -50,7 +50,9 @@ def read_trajectory(
         DataError: There are neither joints nor positions, or time does not increase.
     """
     fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints)
-    for key, values in fields.values.items():
+    filled = {k: v for k, v in fields.values.items() if v.dtype.kind != "f" or not np.isnan(v).all()}
+    fields = replace(fields, values=filled)  # a column without any number is none
+    for key, values in filled.items():
         if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
             text = "the cell is blank: fill it in, as a trajectory must not have gaps"
             raise fields.error(text, int(np.argmax(blank)), key)

@@ -43,6 +43,7 @@ def board(
         raise OptionError(f"{beside} describes another target; write --out into another folder, or move it")
     opt.say(f"{title}: {write_bytes(out, pdf)}")
     opt.say(f"target: {write_text(beside, text)}")
+    opt.write_result({"schema": "workbench.board/1", "sheet": str(out), "target": str(beside)})
 
 
 @in_section("Calibrate")
@@ -60,7 +61,6 @@ def handeye(
     save: Annotated[
         Path | None, option("Write the camera's pose here (.yaml as easy_handeye, .urdf a joint, .toml).")
     ] = None,
-    json: opt.JsonOption = None,
 ) -> None:
     """Camera on the hand or in the cell, and its target, from pairs of robot and target poses."""
     from workbench.extras.camera.camera import Mount
@@ -69,9 +69,9 @@ def handeye(
     mount = None if mounted is None else opt.choice_of({str(m): m for m in Mount}, mounted, "--mounted")
     if save is not None:
         check_ending(save, "a camera's pose is", *ENDINGS)
-    opt.check_writable(save, json)
+    opt.check_writable(save)
     found = wb.handeye(pairs, mounted=mount)
-    opt.give(found, json)
+    opt.give(found)
     if found.doubt:
         opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))
     if save is not None:

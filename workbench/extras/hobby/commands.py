@@ -22,13 +22,12 @@ def map_(
     save: Annotated[
         Path | None, option("Write the arm whose joints count as the motors do here (.toml or .urdf).")
     ] = None,
-    json: opt.JsonOption = None,
 ) -> None:
     """How motors count against the URDF: direction and zero of each joint, from poses of a printed board."""
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
-    opt.check_writable(save, json)
+    opt.check_writable(save)
     found = wb.map_motors(arm, files.read(data, arm))
-    opt.give(found, json)
+    opt.give(found)
     if save is not None:
         opt.say(f"arm with the motors' zeros and signs: {opt.save_robot(found.robot, save)}")

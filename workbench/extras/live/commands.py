@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, final
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
-from workbench.cli.exit_status import at_once, in_section
+from workbench.cli.exit_status import in_section
 from workbench.cli.option_records import AbstractCompanion
 from workbench.cli.options import option
 
@@ -55,7 +55,6 @@ def drive(
     from workbench.extras.live.connection import accept_one, send_samples
     from workbench.extras.live.driver import drive_plate
 
-    at_once()
     if not speed >= 0.0:
         raise OptionError(f"--speed must be at least 0 (0: without waiting), got {speed:g}")
     opt.check_writable(actual)
@@ -74,3 +73,4 @@ def drive(
 
     with accept_one(to, ready=waiting) as connection:
         send_samples(samples, connection, speed=speed)
+    opt.write_result({"schema": "workbench.drive/1", "robot": hidden.name})

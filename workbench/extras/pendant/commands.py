@@ -32,7 +32,6 @@ def extract(
         Path | None, option("Write the readings as a measurement file here, for diagnose.")
     ] = None,
     save: opt.SaveOption = None,
-    json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -45,10 +44,10 @@ def extract(
     if (readings is None) == (not pose):
         raise OptionError("give READINGS, or --pose for each pose, or --plan 30 --out form.csv")
     opt.check_robot_file(save)
-    opt.check_writable(save, rows, json)
+    opt.check_writable(save, rows)
     with opt.progress_bar("extract"):
         found = wb.extract(arm, pose or [] if readings is None else readings, columns=columns)
-    opt.give(found, json)
+    opt.give(found)
     if rows is not None:
         opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
     if save is not None and found.verdict in (ModelVerdict.NOMINAL, ModelVerdict.EXTRACTED):
@@ -80,15 +79,14 @@ def tcp(
     robot: opt.RobotOption,
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the robot with this tool here (.toml or .urdf).")] = None,
-    json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
 ) -> None:
     """Tool tip from touching one point in four orientations or more."""
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
-    opt.check_writable(save, json)
+    opt.check_writable(save)
     found = wb.tcp(arm, touches, wanted=wanted, columns=columns)
-    _show(found, json, save)
+    _show(found, save)
     if save is not None:
         opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
 
@@ -102,23 +100,22 @@ def frame(
     ] = None,
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
-    json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
 ) -> None:
     """User frame from three points, 3-2-1 on a part's faces, or the points of a fixture's drawing."""
     arm = wb.load_robot(robot)
     if save is not None and save.suffix.lower() != ".toml":
         raise OptionError(f"{save}: a frame is saved as .toml")
-    opt.check_writable(save, json)
+    opt.check_writable(save)
     found = wb.frame(arm, touches, cad=cad, wanted=wanted, columns=columns)
-    _show(found, json, save)
+    _show(found, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")
 
 
-def _show(found: "ToolTip | UserFrame", json: Path | None, save: Path | None) -> None:
+def _show(found: "ToolTip | UserFrame", save: Path | None) -> None:
     """Print and write a result; exit status 2 where it should not be used as it is."""
-    opt.give(found, json)
+    opt.give(found)
     if found.doubt:
         opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))
 
@@ -141,7 +138,6 @@ def new(
     ] = None,
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
-    json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
 ) -> None:
     """Your own robot: signs, offsets, units and convention determined from three pendant poses."""
@@ -159,7 +155,7 @@ def new(
             "each, or --poses FILE"
         )
     check_robot_file(out)
-    opt.check_writable(out, json)
+    opt.check_writable(out)
     content: dict = {"schema": "workbench.robot/1", "file": str(out)}
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
@@ -174,7 +170,7 @@ def new(
         content |= {"position_m": reading.position, "rotation_rad": reading.rotation}
     arm = replace(arm, name=name or arm.name)
     opt.say(f"{arm.name}: {save_robot(arm, out)}")
-    opt.write_result(json, content)
+    opt.write_result(content)
 
 
 def _applied(nominal, path: Path, form: str):

@@ -18,18 +18,15 @@ def poses(
         str, option("Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
     ] = "O1",
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
-    region: Annotated[
-        str | None, option('Region for the tool: a plate\'s region, or "x,y,z:x,y,z" in m.')
-    ] = None,
+    region: Annotated[str | None, option("Region for the tool: that of this plate.")] = None,
     towards: Annotated[
-        str | None, option('Preferred tool orientation: "roll,pitch,yaw" in degrees, or a plate.')
+        str | None, option("Preferred tool orientations: those of this plate's targets.")
     ] = None,
     cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
     spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration, with a large observability index, ordered for short travel."""
@@ -38,14 +35,14 @@ def poses(
 
     arm = wb.load_robot(robot)
     limits = PoseLimits(
-        region=None if region is None else opt.region_of(region),
-        towards=None if towards is None else opt.orientations_of(towards),
+        region=None if region is None else wb.load_plate(region).region,
+        towards=None if towards is None else wb.load_plate(towards).poses[:, :3, :3],
         cone=opt.angle(cone),
         margin=opt.angle(margin),
         spread=opt.length(spread),
     )
     base, tool = opt.unknown_frames(unknown)
-    opt.check_writable(out, json)
+    opt.check_writable(out)
     with opt.progress_bar("poses"):
         found = choose_poses(
             arm, number, index=index, candidates=candidates, limits=limits, base=base, tool=tool, seed=seed
@@ -53,14 +50,12 @@ def poses(
     opt.show(poses_blocks(arm, found))
     if out is not None:
         opt.say(f"poses: {write_poses(arm, found, out)}")
-    opt.write_result(json, poses_json(arm, found))
+    opt.write_result(poses_json(arm, found))
 
 
 def cluster(
     robot: opt.RobotOption,
-    region: Annotated[
-        str, option('A plate whose region to use, or "x,y,z:x,y,z", its corners in m.')
-    ] = "table2",
+    region: Annotated[str, option("A plate whose region to use.")] = "table2",
     plate: Annotated[
         str | None, option("A plate whose region to use and whose orientations to stay close to.")
     ] = None,
@@ -71,17 +66,16 @@ def cluster(
     ] = "I",
     cone: Annotated[str, option("With --plate: maximum angle from its orientations.")] = "60deg",
     out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
     from workbench.extras.poses.cluster_report import cluster_blocks, cluster_json
     from workbench.extras.poses.clustering import cluster_region
 
-    opt.check_writable(out, json)
+    opt.check_writable(out)
     arm = wb.load_robot(robot)
     fixture = None if plate is None else wb.load_plate(plate)
-    cuboid = opt.region_of(region) if fixture is None else fixture.region
+    cuboid = wb.load_plate(region).region if fixture is None else fixture.region
     with opt.progress_bar("cluster"):
         found = cluster_region(
             arm,
@@ -98,4 +92,4 @@ def cluster(
     opt.say_notes(made.notes)
     if out is not None:
         opt.say(f"plate: {wb.write_plate(made, out)}")
-    opt.write_result(json, cluster_json(found))
+    opt.write_result(cluster_json(found))

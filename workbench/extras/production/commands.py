@@ -6,7 +6,7 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, production_of, sigma_of
+from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, production_of
 
 
 def yield_(
@@ -24,13 +24,11 @@ def yield_(
     ] = "1mm,0.3deg",
     poses: Annotated[int, option("Number of poses of the region at which arms are evaluated.")] = 500,
     scheduler: opt.SchedulerOption = None,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """How many arms of a production run meet the requirement after calibration with the plate."""
     from workbench.extras.production.plate_trial import try_plate
 
-    opt.check_writable(json)
     length, angle = opt.pair_of(errors, "--errors")
     given = wb.load_plate(plate)
     with opt.progress_bar("yield"):
@@ -38,7 +36,7 @@ def yield_(
             wb.load_robot(robot),
             replace(given, production=production_of(given, tolerance, play)),
             arms=arms,
-            sigma=sigma_of(noise),
+            sigma=noise,
             joint_sigma=opt.angle(joint_noise),
             length=length,
             angle=angle,
@@ -46,4 +44,4 @@ def yield_(
             scheduler=scheduler,
             seed=seed,
         )
-    opt.give(found, json)
+    opt.give(found)

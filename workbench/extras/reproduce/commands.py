@@ -39,16 +39,15 @@ def reproduce() -> None:
 def aria(
     out: FolderOption = None,
     arms: Annotated[int, option("Number of virtual arms compared.")] = 100,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Kinematic calibration of a lightweight manipulator: tables, pose selection, Figure 7 over many arms."""
     from studies.aria import reproduce_aria
 
-    opt.check_writable(json, folder=out)
+    opt.check_writable(folder=out)
     with opt.progress_bar("reproduce"):
         found = reproduce_aria(arms=arms, seed=seed)
-    _write("aria", found.findings, out, json)
+    _write("aria", found.findings, out)
 
 
 @works.command()
@@ -58,19 +57,18 @@ def katana(
     weighed: Annotated[
         int, option("Number of arms for comparing influence-based identification with least squares.")
     ] = 200,
-    json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Joint tilting and influences on the Katana 450: Tables 3.2 to 4.6 over many arms."""
     from studies.katana import reproduce_katana
 
-    opt.check_writable(json, folder=out)
+    opt.check_writable(folder=out)
     with opt.progress_bar("reproduce"):
         found = reproduce_katana(arms=arms, weighed=weighed, seed=seed)
-    _write("katana", found.findings, out, json)
+    _write("katana", found.findings, out)
 
 
-def _write(work: str, findings: tuple, out: Path | None, json: Path | None) -> None:
+def _write(work: str, findings: tuple, out: Path | None) -> None:
     """Show what agrees, and write the folder and the result if requested."""
     from studies.finding import findings_blocks, findings_json
 
@@ -82,4 +80,4 @@ def _write(work: str, findings: tuple, out: Path | None, json: Path | None) -> N
     if out is not None:
         files = {"tables.md": as_markdown(blocks).encode(), "result.json": json_text(content).encode()}
         opt.say(f"written: {write_folder(out, files)}")
-    opt.write_result(json, content)
+    opt.write_result(content)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from workbench.base.wording import plural
 from workbench.cli import options as opt
-from workbench.cli.exit_status import at_once, in_section
+from workbench.cli.exit_status import in_section
 from workbench.cli.options import argument, option
 
 RecordingArgument = Annotated[Path, argument("A recording: a folder such as recordings/sample.")]
@@ -20,8 +20,6 @@ def review(
     """Open a recorded session in the rerun viewer."""
     from workbench.session.journal.reader import read_recording
 
-    if out is None:
-        at_once()
     found = read_recording(recording)
     opt.say_notes(found.notes)
     opt.check_writable(out)
@@ -35,20 +33,17 @@ def review(
 
 @in_section("Files")
 def replay(
-    recording: RecordingArgument,
-    to: Annotated[int | None, option("Replay only up to this step.")] = None,
-    json: opt.JsonOption = None,
+    recording: RecordingArgument, to: Annotated[int | None, option("Replay only up to this step.")] = None
 ) -> None:
     """Replay a recorded session and compare its numbers with the recorded ones."""
     from workbench.session.journal.reader import read_recording
     from workbench.session.journal.restore import restore
 
-    opt.check_writable(json)
     found = read_recording(recording, to=to)
     opt.say_notes(found.notes)
     with opt.progress_bar("replay"):
         replayed = restore(found, is_computed=True)
     opt.say(f"{plural(len(found.lines), 'step')}, {replayed.compared} numbers compared: {replayed.text}")
-    opt.write_result(json, replayed.json())
+    opt.write_result(replayed.json())
     if replayed.differences:
         opt.fail(f"the replay differs from the recording: {replayed.text}; {replayed.reason}")

@@ -18,15 +18,12 @@ def verify(
     frames: Annotated[
         str, option("given: fit nothing; fit: fit base and tool, if the instrument was moved.")
     ] = "given",
-    json: opt.JsonOption = None,
 ) -> None:
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, pass or fail."""
     fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot)
-    opt.check_writable(json)
-    limit = None if wanted is None else opt.wanted_of(wanted)
-    found = wb.verify(arm, files.read(data, arm), wanted=limit, fit_frames=fit_frames)
-    opt.give(found, json)
+    found = wb.verify(arm, files.read(data, arm), wanted=wanted, fit_frames=fit_frames)
+    opt.give(found)
     if found.passed is False:
         opt.fail(found.verdict)
 
@@ -41,24 +38,23 @@ def rezero(
     frames: opt.FramesOption = "auto",
     exclude: opt.ExcludeOption = None,
     save: opt.SaveOption = None,
-    json: opt.JsonOption = None,
 ) -> None:
     """After a collision or with a new motor: which joint's zero moved, from poses or touches of seats."""
     from workbench.extras.service.rezero.result import RezeroVerdict
 
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
-    opt.check_writable(save, json)
+    opt.check_writable(save)
     rows = files.read(data, arm)
     with opt.progress_bar("rezero"):
         found = wb.rezero(
             arm,
             rows,
-            noise=None if noise is None else opt.noise_of(noise),
+            noise=noise,
             frames=frames,
             exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),
         )
-    opt.give(found, json)
+    opt.give(found)
     if found.verdict is RezeroVerdict.REFUSED:
         opt.fail(
             "the zeros alone don't explain the rows" + ("; nothing is saved" if save is not None else "")

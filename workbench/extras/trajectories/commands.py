@@ -38,7 +38,6 @@ def compensate(
             "calibration observed and keep the rest.",
         ),
     ] = None,
-    json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
     sheet: opt.SheetOption = None,
 ) -> None:
@@ -53,7 +52,7 @@ def compensate(
         rows = program.trajectory
     else:
         rows = read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)
-    opt.check_writable(out, json)
+    opt.check_writable(out)
     try:
         found = wb.compensate(
             arm,
@@ -68,7 +67,7 @@ def compensate(
         if program is None or error.row is None:
             raise
         raise FileError(str(error), path=str(trajectory), line=program.lines[error.row]) from error
-    opt.give(found, json)
+    opt.give(found)
     if program is not None:
         change = f"{57.29577951308232 * abs(found.q - program.q).max():.4f}°"
         opt.say(f"maximum change: {change}, in {plural(len(program.q), 'joint target')}")
