@@ -110,7 +110,7 @@ class Extraction(AbstractShown):
         if self.verdict is ModelVerdict.UNCERTAIN:
             return (
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
-                "with all digits and every joint moved ('workbench extract --plan 30' plans them)"
+                "with all digits and every joint moved ('workbench poses --number 30' chooses some)"
             )
         return (
             f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
