@@ -1,7 +1,6 @@
 """A user with nothing but the pendant: the controller's model, or the reason why there is none."""
 
 import json
-import tomllib
 from itertools import count
 from pathlib import Path
 
@@ -9,7 +8,6 @@ import numpy as np
 import pytest
 from displays import STYLES, TOOL, hidden, lines, model_error, poses, random_joints
 from refusals import mentions
-from round_trip import placed
 from scipy.spatial.transform import Rotation
 from slow import slow
 
