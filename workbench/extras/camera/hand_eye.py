@@ -27,7 +27,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units, repeats_text
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.pair_fit import CHANCE, MIN_SIZE, PairFit, Poses, fit_pairs
+from workbench.extras.camera.pair_fit import CHANCE, FLIPPED, MIN_SIZE, PairFit, Poses, fit_pairs
 from workbench.extras.camera.pose_pairs import WANTED, read_pairs
 from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
@@ -44,8 +44,6 @@ MAX_SCALE = 0.01
 """Deviation from 1 of the target's scale that may be corrected by it."""
 LITTLE = np.deg2rad(10.0)
 """A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open."""
-FLIPPED = np.deg2rad(165.0)
-"""Errors of pairs that see the target turned by half a turn."""
 CLEARLY = 3.0
 """How many times better the pairs fit another mount than the one they contradict."""
 FRAMES = {Mount.TOOL: ("hand", "base"), Mount.WORLD: ("base", "hand")}
