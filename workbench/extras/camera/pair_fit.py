@@ -1,9 +1,9 @@
 """Fit of A X B = Z to pairs of poses, and what contradicts it: wrong pairs, a move, another size.
 
-The closed form that suits most pairs (`resection.py`) begins Gauss–Newton on what is left of B, with weights of
-positions and rotations from the fit itself. Then what saves most is let go, as long as chance would save so much in one
-file of a hundred: a pair by itself (it is wrong), camera or target from a pair on (it was moved, which ends
-that), or one factor of all positions of the target (it has another size).
+The closed form that suits most pairs (`resection.py`) begins Gauss–Newton on what is left of B, with weights
+of positions and rotations from the fit itself. Then what saves most is let go, as long as chance would save
+so much in one file of a hundred: a pair by itself (it is wrong), camera or target from a pair on (it was
+moved, which ends that), or one factor of all positions of the target (it has another size).
 """
 
 from dataclasses import dataclass, replace

@@ -141,8 +141,9 @@ def plotted_errors(
     along: Vector3,
     across: Vector3,
 ) -> Positions:
-    """Errors of the tool's tip along a path in the robot's base [m], from drawing and potentiometer; NaN where
-    nothing was drawn.
+    """Errors of the tool's tip along a path, robot's base [m], from drawing and potentiometer.
+
+    They are NaN where nothing was drawn.
 
     Args:
         profile: Of the drawing.
