@@ -17,7 +17,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
 from workbench.report.json import Json
-from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
+from workbench.report.result_fields import ResultField, ResultFields
 
 TAKE_MORE = "to decide, take more pictures, with the joints turned further and the target near and tilted"
 MOVED_FROM, MIN_MOVED = 3.0, np.deg2rad(0.03)
@@ -32,9 +32,6 @@ class Step:
         name: What it frees beside camera and target.
         free: Constants of the arm that it frees.
         pixel: Error of corners [px, root mean square distance].
-        moved: Distance that it moves the tool [m], from the step before that was taken.
-        uncertainty: Of the tool's position from the uncertainty of its constants [m].
-        turned: Of the tool's orientation [rad].
         evidence: Twice the gain in log likelihood by its constants.
         refused: Why it was not taken; "" where it was.
     """
@@ -42,9 +39,6 @@ class Step:
     name: str
     free: tuple[str, ...]
     pixel: float
-    moved: float
-    uncertainty: float
-    turned: float
     evidence: float
     refused: str
 
@@ -56,9 +50,6 @@ STEP = ResultFields(
     "free",
     ResultField("fitted_px", of="pixel"),
     "evidence",
-    ResultField("moved", MM),
-    ResultField("uncertainty", MM),
-    ResultField("uncertainty", DEG, of="turned"),
 )
 """Of a `Step`."""
 
@@ -112,7 +103,6 @@ class Identifiability(AbstractIdentifiability):
             title=step.name,
             refused="" if taken else "; ".join(reasons) or unknown,
             advice=advice,
-            uncertainty=(step.uncertainty, step.turned),
             notes=tuple(notes),
             doubts=doubts,
             steps=steps,

@@ -5,11 +5,6 @@ if its evidence, twice the gain in log likelihood (`Likelihood`) by letting its 
 each picture, on average. All pictures are weighed together, so that two halves of them decide alike. The same
 likelihood doubts what was given: fixed intrinsics that are contradicted, or a target of another size, end the
 identification, as the arm would be distorted to compensate.
-
-Every step is assessed in mm at the tool, excluding frames: with Σ the covariance of the arm's constants and
-J̃ their effect on the tool's positions, less what a base and a tool frame could do as well,
-
-    uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -19,12 +14,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import identification_jacobian
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
-from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS
 from workbench.extras.camera.findings import Identifiability, Step
@@ -80,22 +71,6 @@ class Fitted:
         is_shrunk = bool(self.likelihood.groups and self.likelihood.groups[0].any())
         return self.likelihood.likeliest({WIDTH: self.likelihood.mean(WIDTH)}) if is_shrunk else self.found
 
-    @property
-    def arm(self) -> list[int]:
-        """Places of the arm's constants among the unknowns."""
-        return [self.problem.names.index(name) for name in self.free]
-
-    @property
-    def robot(self) -> Robot:
-        """The arm with these constants, in the first session's frames."""
-        return self.problem.robot_at(self.x).in_session(self.problem.data.sessions[0])
-
-    def change_from(self, other: "Fitted") -> Float[np.ndarray, " arm"]:
-        """Of its constants from those of another fit, nominal where that has none."""
-        given = other.problem.named(other.x)
-        names, start = self.problem.names, self.problem.start
-        return np.array([self.x[k] - given.get(names[k], start[k]) for k in self.arm])
-
 
 def select_camera_step(
     robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem] = Problem.build
@@ -125,7 +100,7 @@ def select_camera_step(
     fits += [fitted(data, own) for own in names.values() if not doubt]
     taken, steps = fits[0], list[Step]()
     for name, each in zip((ALONE, *names), fits, strict=False):
-        steps.append(_step(name, each, taken, zeros))
+        steps.append(_step(name, each, zeros))
         taken = taken if steps[-1].refused else each
     number, considered, last = fits.index(taken), None, fits[-1]
     if len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
@@ -229,45 +204,14 @@ def _larger(sigmas: dict[PictureTarget, float], problem: Problem, found: Likelie
     return f"{who} is {by} (± {100 * std:.2g} %, one standard error)", abs(scale) / sigmas[target]
 
 
-def _at_tool(robot: Robot, motion: Motion, names: tuple[str, ...]) -> Float[np.ndarray, "2 k k"]:
-    """What changes of the arm's constants do at the tool, frames aside: |J̃ d|² = dᵀ M d, mean over poses, of
-    positions and of orientations."""
-    frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
-    twists = identification_jacobian(robot, motion, (*names, *frames))[1]
-    found = []
-    for axes in (slice(0, 3), slice(3, 6)):
-        flat = twists[:, axes].reshape(-1, twists.shape[2])
-        mine, frame = flat[:, : len(names)], flat[:, len(names) :]
-        left = mine - frame @ np.linalg.lstsq(frame, mine, rcond=1e-10)[0]
-        found.append(left.T @ left / len(twists))
-    return np.array(found)
-
-
-def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str]) -> Step:
-    """A step's numbers against the one that was taken before, and the reason where it is not."""
-    covariance = at.careful.covariance[np.ix_(at.arm, at.arm)]
-    position, rotation = _at_tool(at.robot, Motion.of(at.problem.data), at.free)
-    change = at.change_from(before)
+def _step(name: str, at: Fitted, zeros: Collection[str]) -> Step:
+    """A step's evidence, and the reason where it is not taken."""
     evidence, refused = 0.0, ""
-    squares = change @ position @ change, np.sum(position * covariance), np.sum(rotation * covariance)
-    moved, uncertainty, turned = np.sqrt(np.maximum(squares, 0.0)).tolist()
     if name != ALONE:
         own = _shares(at.problem, zeros) if name == ZEROS else at.likelihood.groups[0]
         evidence = replace(at.likelihood, groups=(own,)).evidence()
         needed = max(NEEDED[name] * len(at.problem.data), MIN_EVIDENCE)
         if evidence < needed:
-            refused = (
-                f"weak evidence in the pictures: twice the log likelihood rises by {evidence:.1f}, "
-                f"{needed:.0f} are needed; it would move the tool by {in_mm(moved)}, known to "
-                f"±{in_mm(uncertainty)}"
-            )
-    return Step(
-        name=name,
-        free=at.free,
-        pixel=at.likelihood.pictures.pixel,
-        moved=moved,
-        uncertainty=uncertainty,
-        turned=turned,
-        evidence=evidence,
-        refused=refused,
-    )
+            rise = f"twice the log likelihood rises by {evidence:.1f}, {needed:.0f} are needed"
+            refused = f"weak evidence in the pictures: {rise}"
+    return Step(name, at.free, at.likelihood.pictures.pixel, evidence, refused)
