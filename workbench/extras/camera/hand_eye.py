@@ -175,9 +175,10 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
     fit, row = fits[best], (first if rows is None else rows[first]) + 1
     doubt = _doubt(fit, robot[:, :3, :3], row)
     chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - CHANCE)) * score[best]
-    if mounted is None and max(score.values()) < chance:
+    if max(score.values()) < chance:
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
-        doubt = doubt or f"{both}: measure at more poses, or give --mounted"
+        notes += [f"{both}: it is {ON[wanted]} as given"] * (mounted is not None)
+        doubt = doubt or f"{both}: measure at more poses, or give --mounted" * (mounted is None)
     if fit.spread[12] and not doubt:
         notes.append(f"{_scale(fit)}, and are: is the target's size, or the focal length, right?")
     return HandEye(mounted=wanted, fit=fit, row=row, doubt=doubt, notes=tuple(notes))
