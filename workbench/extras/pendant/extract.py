@@ -43,8 +43,6 @@ UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
 NEGLIGIBLE = 2e-6
 """Standard deviation of rounding [m], [rad] below which what is left is not worth a word."""
-WANTED = 3e-5
-"""Expected error that a plan aims at [m]."""
 
 
 class ModelVerdict(StrEnum):
