@@ -85,9 +85,9 @@ class AbstractTableReader(ABC):
         """A dataclass whose fields are a table's keys, checked by their annotations; numbers are finite."""
         known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
         self.keys(given, set(known), what)
-        for name, f in known.items():
-            if f.default is f.default_factory is MISSING and name not in given:
-                raise self.fail(f"{what} has no {name}")
+        needed = [name for name, f in known.items() if f.default is f.default_factory is MISSING]
+        if missing := [name for name in needed if name not in given]:
+            raise self.fail(f"{what} has no {missing[0]}; give {', '.join(needed)}")
         try:
             return kind(**admitted(kind, given, is_finite=True))
         except OptionError as error:

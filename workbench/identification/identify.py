@@ -33,6 +33,7 @@ from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Run
 from workbench.identification.rows.excluded_outliers import prepare_without_outliers
 from workbench.identification.rows.outlying_rows import Loss
+from workbench.identification.tool_observability import observed_by
 
 
 @checked_arguments(FitChoices)
@@ -132,7 +133,8 @@ def _runs(
         errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
         if decided is not None:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)
-            errors = (errors[0].widened(*decided.uncertainty), errors[1].widened(*decided.uncertainty))
+            known = observed_by(fit).tool
+            errors = (errors[0].widened(*known), errors[1].widened(*known))
         runs[algorithm.name] = Run(*errors, fit, ready.held_out_data, new_sessions=new)
     return runs
 

@@ -26,7 +26,6 @@ class AbstractIdentifiability(ABC):
         title: What is identified, such as "joint zeros".
         refused: Why nothing of the arm was identified; "" if something was.
         advice: What to measure next; "" if nothing is needed.
-        uncertainty: Of the tool's position [m] and orientation [rad] due to the identified constants.
         notes: The decisions and the noise, one sentence each.
         doubts: Given properties of the instrument that the rows contradict.
         actual: Actual scatter of the readings, where all were weighted equally.
@@ -36,7 +35,6 @@ class AbstractIdentifiability(ABC):
     title: str
     refused: str
     advice: str
-    uncertainty: tuple[float, float]
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()
     actual: Noise | None = None

@@ -127,8 +127,8 @@ def test_several_boards_are_told_apart_by_their_markers(tmp_path):
     off = np.linalg.norm(project(there, LENS).pixel - found.uv, axis=1)
     assert np.sqrt((off**2).mean()) < 0.15
     assert any("'C'" in note for note in found.notes)
-    both = BoardFinder.of(targets[1:2]).find(picture)
-    assert set(both.ids.tolist()) <= set(range(inner, 2 * inner))
+    both, _ = BoardFinder.of(targets[1:2]).find(picture)
+    assert set(both[:, 0].tolist()) <= set(range(inner, 2 * inner))
 
 
 def test_the_sheet_is_the_board_at_its_true_size():
@@ -136,10 +136,10 @@ def test_the_sheet_is_the_board_at_its_true_size():
     dots = 25.4 * page.width / width / 3.0
     picture = np.asarray(page.convert("L").reduce(3))
     target = charuco_target(BOARD, "tool")
-    found = BoardFinder.of([target]).find(picture)
-    assert len(found.ids) == len(target)
-    mm = found.uv * 25.4 / dots
-    drawn = 1e3 * target.points[Rig((), (target,)).points_named(found.ids, found.corners), :2]
+    found, _ = BoardFinder.of([target]).find(picture)
+    assert len(found) == len(target)
+    mm = found[:, 2:] * 25.4 / dots
+    drawn = 1e3 * target.points[Rig((), (target,)).points_named(*found[:, :2].astype(int).T), :2]
     assert mm - mm[0] == pytest.approx(drawn - drawn[0], abs=0.03)
     assert name == "A4"
 
@@ -151,10 +151,10 @@ def test_tags_are_found_by_their_points_and_by_any_dictionary():
     for k, x in enumerate((0.01, 0.06, 0.11)):
         left = round(x / DOT)
         paper[40:160, left : left + 120] = cv2.aruco.generateImageMarker(tags, k, 120)
-    found = BoardFinder.of([target]).find(paper)
-    drawn = 1e3 * target.points[Rig((), (target,)).points_named(found.ids, found.corners), :2]
-    assert len(found.ids) == 12
-    assert 1e3 * DOT * (found.uv - found.uv[0]) == pytest.approx(drawn - drawn[0], abs=0.1)
+    found, _ = BoardFinder.of([target]).find(paper)
+    drawn = 1e3 * target.points[Rig((), (target,)).points_named(*found[:, :2].astype(int).T), :2]
+    assert len(found) == 12
+    assert 1e3 * DOT * (found[:, 2:] - found[0, 2:]) == pytest.approx(drawn - drawn[0], abs=0.1)
     finder = BoardFinder.of([replace(target, dictionary="")], [paper])
     assert finder.targets[0].dictionary.startswith("DICT_5X5")
 

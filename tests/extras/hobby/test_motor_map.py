@@ -70,8 +70,8 @@ def test_sag_tells_an_arm_that_stands_from_one_that_hangs(so101):
 
 @pytest.mark.slow
 def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101):
-    """Zeros are as uncertain as the mean of the play; the intervals say so, and more poses help as √n."""
-    errors, many = [], []
+    """Zeros are as uncertain as the mean of the play; the intervals say so."""
+    errors = []
     for seed in range(3):
         arm = ServoArm(seed, stiffness=np.inf, scatter=np.deg2rad(1.0))
         found = wb.map_motors(so101, recorded(arm))
@@ -79,9 +79,7 @@ def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101
         assert off(arm, found) < 3.0
         assert off(arm, found) < 2e3 * found.expected
         assert abs(np.rad2deg(found.scatter) - 1.0) < 0.3
-        many.append(off(arm, wb.map_motors(so101, recorded(arm, count=found.poses_wanted))))
     assert 0.6 < np.sqrt(np.mean(np.square(errors))) < 1.5
-    assert np.mean(many) < 1.0
 
 
 def test_exchanged_motors_are_named(so101):

@@ -51,13 +51,13 @@ def check(value, std, wanted, within):
     assert std < 0.5 * within * wanted
 
 
-def test_clearance_and_backlash_within_5_percent_and_stiffness_within_10(found):
+def test_clearance_and_backlash_within_5_percent_and_compliance_within_10(found):
     joints = {j.joint: j for j in found.joints}
     assert set(joints) == {0, *katanas.TILTING}
     for j in katanas.TILTING:
         check(joints[j].clearance, joints[j].clearance_std, katanas.CLEARANCE[j], 0.05)
         check(joints[j].backlash, joints[j].backlash_std, katanas.BACKLASH[j], 0.05)
-        check(joints[j].stiffness, joints[j].stiffness_std, 1.0 / katanas.COMPLIANCE[j], 0.10)
+        check(joints[j].compliance, joints[j].compliance_std, katanas.COMPLIANCE[j], 0.10)
     check(joints[0].clearance, joints[0].clearance_std, katanas.CLEARANCE[0], 0.05)
     assert np.isnan(joints[0].backlash)
     assert found.fit.variance_factor == pytest.approx(1.0, abs=0.2)
@@ -76,7 +76,7 @@ def test_joint_1_is_found_by_side_pulls_from_poses(found, measured):
     data = Dataset(q=q, row=np.arange(len(q)), position=position, rotation=turned, sigma=sigma, wrench=wrench)
     (joint,) = pulled_joint(katanas.nominal_robot(), found, loads, data).joints
     check(joint.backlash, joint.backlash_std, katanas.BACKLASH[0], 0.05)
-    check(joint.stiffness, joint.stiffness_std, 1.0 / katanas.COMPLIANCE[0], 0.10)
+    check(joint.compliance, joint.compliance_std, katanas.COMPLIANCE[0], 0.10)
 
 
 def test_pairs_load_their_joint_as_they_say(plan):

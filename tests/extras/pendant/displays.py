@@ -49,22 +49,6 @@ def lines(
     return found
 
 
-def read_form(path: Path) -> np.ndarray:
-    """Joint positions of a form [rad]."""
-    body = [line.split(",") for line in path.read_text().splitlines() if not line.startswith(("#", "q"))]
-    return np.deg2rad([[float(cell) for cell in row if cell] for row in body])
-
-
-def fill_in(form: Path, arm: Path, **display) -> np.ndarray:
-    """A planned form with the display's numbers; gives its joint positions."""
-    q, text = read_form(form), form.read_text().splitlines()
-    head = next(line for line in text if line.startswith("q"))
-    rows = lines(arm, q, **display)
-    head += ",d" if len(rows[0]) > len(head.split(",")) else ""
-    form.write_text("\n".join([head, *(",".join(row) for row in rows)]) + "\n")
-    return q
-
-
 def random_joints(name: str, count: int, *, seed: int = 7) -> np.ndarray:
     """Joint positions anywhere within the limits [rad]."""
     low, high = wb.load_robot(name).search_limits.T

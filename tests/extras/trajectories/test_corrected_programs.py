@@ -15,7 +15,6 @@ DEGREES = "1.0,2.0,3.0,4.0,5.0,6.0"
 STAY = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 RAPID_TARGET = f"VAR jointtarget p:=[[{DEGREES}],{STAY}];"
 KRL_TARGET = "{A1 1.0,A2 2.0,A3 3.0,A4 4.0,A5 5.0,A6 6.0}"
-ANGLE = "///POSTYPE ANGLE\n///ANGLE\n"
 
 
 def degrees(row, form="{:.2f}"):
@@ -34,19 +33,13 @@ def krl(rows) -> str:
     return f"&ACCESS RVP\nDEF p()\n;FOLD PTP P1\n{moves}\nEND\n"
 
 
-def jbi(rows) -> str:
-    head = "/JOB\n//NAME A\n//POS\n///NPOS 2,0,0,0,0,0\n///POSTYPE ANGLE\n///ANGLE\n"
-    lines = "".join(f"C{k:05d}={','.join(degrees(r))}\n" for k, r in enumerate(rows))
-    return f"{head}{lines}//INST\nMOVJ C00000 VJ=10.00\nEND\n".replace("\n", "\r\n")
-
-
 def urscript(rows) -> str:
     first, second = (", ".join(f"{v:.5f}" for v in row) for row in rows)
     moves = f"  home = [{first}]\n  movej(home, a=1.4, v=1.05)\n  movej([{second}], a=1.4)\n"
     return f"def job(): # [1,2,3,4,5,6]\n{moves}  force_mode([0,0,1,0,0,0])\nend\n"
 
 
-WRITTEN = {"a.mod": rapid, "b.src": krl, "c.jbi": jbi, "d.script": urscript, "d.txt": urscript}
+WRITTEN = {"a.mod": rapid, "b.src": krl, "d.script": urscript, "d.txt": urscript}
 
 
 @pytest.fixture
@@ -94,7 +87,6 @@ def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, 
     [
         ("a.mod", "CONST robtarget p:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "Cartesian"),
         ("a.src", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}", "line 2"),
-        ("a.jbi", "///POSTYPE PULSE\n///PULSE\nC00000=1,2,3,4,5,6", "pulses"),
         ("a.script", "movej(p[0.1,0.2,0.3,0,0,0])", "Cartesian"),
         ("a.mod", f"{RAPID_TARGET}\nMoveJ pHome,v100,fine,tool0;", "line 2"),
         ("a.mod", f"{RAPID_TARGET}\np.robax.rax_2:=p.robax.rax_2+5;", "'p' is a joint target"),
@@ -103,8 +95,6 @@ def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, 
         ("a.src", f"PTP {KRL_TARGET}\nPTP {{A3 45}}", "1 joints"),
         ("a.src", f"PTP {KRL_TARGET}\nPTP XP7", "'XP7' is not a list"),
         ("a.src", f"E6AXIS XP1={KRL_TARGET}\nXP1.A3=XP1.A3+5\nPTP XP1", "line 2"),
-        ("a.jbi", f"{ANGLE}C00000={DEGREES}\n///POSTYPE BASE\nC00001={DEGREES}", "line 4"),
-        ("a.jbi", f"{ANGLE}C00000={DEGREES}\n//INST\nMOVJ P001 VJ=1", "'P001' is not a list"),
         ("a.script", "q = [0,0,0,0,0,0]\nq[0] = q[0] + 0.1\nmovej(q)", "line 2"),
     ],
 )
@@ -122,15 +112,13 @@ AROUND = {
     "a.src": "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\nPTP $AXIS_ACT\n"
     f"ptp {KRL_TARGET.lower()} c_ptp ;{KRL_TARGET}\n"
     "E6AXIS XP1={E6AXIS: A2 2.0,A1 1.0,A3 3.0,A4 4.0,A5 5.0,A6 6.0,E1 7.0}\nXP1.E1=8\nPTP XP1\n",
-    "a.jbi": f"{ANGLE}C00000={DEGREES}\nBC00000=100.000\nEC00000=12.500\n"
-    "//INST\n'MOVJ P001\nMOVJ C00000 VJ=1\n",
     "a.script": "set_tcp(p[0,0,0.1,0,0,0])\nglobal home = [1.0,2.0,3.0,4.0,5.0,6.0]\n"
     'popup("movej([9,9,9,9,9,9])")\nmovej(q=[1e-1,2,3,4,5,6], a=1)\n'
     "movej(home)\nspeedj([0,0,0,0,0,0.1],1,2)\n",
 }
 
 
-@pytest.mark.parametrize(("name", "count"), [("a.mod", 3), ("a.src", 2), ("a.jbi", 1), ("a.script", 2)])
+@pytest.mark.parametrize(("name", "count"), [("a.mod", 3), ("a.src", 2), ("a.script", 2)])
 def test_what_stands_around_the_targets_is_no_target(tmp_path, name, count):
     (tmp_path / name).write_bytes(AROUND[name].encode())
     program = read_program(tmp_path / name, 6)

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -36,6 +36,8 @@ MIN_FOUND = 4
 
 Markers = tuple[Float[np.ndarray, "n 4 2"], Int[np.ndarray, " n"]]
 """Corners [px] and numbers of single markers."""
+Corners = Float[np.ndarray, "n 4"]
+"""Of tags, or of boards: id, number of the tag's corner, and where it is in the picture [px]."""
 
 
 @cache
@@ -73,26 +75,6 @@ def markers_in(picture: Picture, name: str) -> Markers:
     if names is None or not len(names):
         return np.zeros((0, 4, 2)), np.zeros(0, int)
     return np.array(corners, float).reshape(-1, 4, 2), np.asarray(names).ravel().astype(int)
-
-
-class Found(NamedTuple):
-    """What one picture shows.
-
-    Args:
-        ids: Of tags, or of a board's corners.
-        corners: Numbers of the tags' corners.
-        uv: Where they are [px].
-        reason: Why there is nothing; "" if there is something.
-    """
-
-    ids: Int[np.ndarray, " n"]
-    corners: Int[np.ndarray, " n"]
-    uv: Float[np.ndarray, "n 2"]
-    reason: str = ""
-
-    @classmethod
-    def nothing(cls, reason: str) -> "Found":
-        return cls(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), reason)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,20 +129,17 @@ class BoardFinder:
             targets = [t if t.prints else _printed([t], name)[0] for t in targets]
         return cls(tuple(targets), tuple(legacy), tuple(notes))
 
-    def find(self, picture: Picture) -> Found:
-        """All corners in a picture, or the reason why there are none."""
-        found = [each for each in self.parts(picture) if len(each.ids) >= MIN_FOUND]
-        if not found:
-            return Found.nothing(self.reason(picture))
-        ids, corners, uv = (np.concatenate([each[k] for each in found]) for k in range(3))
-        return Found(ids, corners, uv)
+    def find(self, picture: Picture) -> tuple[Corners, str]:
+        """All corners in a picture, and the reason where there are none."""
+        found = [np.zeros((0, 4)), *(part for part in self.parts(picture) if len(part) >= MIN_FOUND)]
+        return np.concatenate(found), "" if len(found) > 1 else self.reason(picture)
 
     def shown(self, pictures: Sequence[Picture]) -> int:
         """How many corners pictures show."""
-        found = (len(part.ids) for picture in pictures for part in self.parts(picture))
+        found = (len(part) for picture in pictures for part in self.parts(picture))
         return sum(count for count in found if count >= MIN_FOUND)
 
-    def parts(self, picture: Picture) -> Iterator[Found]:
+    def parts(self, picture: Picture) -> Iterator[Corners]:
         """What a picture shows of each ChArUco board, and of all tags of a dictionary."""
         tags: dict[str, list[PictureTarget]] = {}
         for target in self.targets:
@@ -170,13 +149,13 @@ class BoardFinder:
             board = opencv_board(target.charuco, legacy=target.name in self.legacy)
             uv, names, *_ = opencv().aruco.CharucoDetector(board).detectBoard(picture)
             if names is not None:
-                ids = names.ravel().astype(int) + int(target.ids[0])
-                yield Found(ids, np.zeros(len(ids), int), uv.reshape(-1, 2).astype(float))
+                ids = names.ravel() + target.ids[0]
+                yield np.column_stack([ids, np.zeros(len(ids)), uv.reshape(-1, 2)])
         for dictionary, own in tags.items():
             squares, names = markers_in(picture, dictionary)
             ids, corners = np.repeat(names, 4), np.tile(np.arange(4), len(names))
             known = Rig((), tuple(own)).points_named(ids, corners) >= 0
-            yield Found(ids[known], corners[known], squares.reshape(-1, 2)[known])
+            yield np.column_stack([ids, corners, squares.reshape(-1, 2)])[known]
 
     def reason(self, picture: Picture) -> str:
         """Why a picture does not show the target."""
@@ -210,12 +189,12 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
     few = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]
     finder = BoardFinder.of(rig.targets, list(readable(few, sizes)))
 
-    def look(entry: tuple[str, Path]) -> Found:
+    def look(entry: tuple[str, Path]) -> tuple[Corners, str]:
         camera, path = entry
         try:
             picture = read_picture(path, sizes[camera])
         except FileError as error:
-            return Found.nothing(str(error).removeprefix(f"{path}: "))
+            return np.zeros((0, 4)), str(error).removeprefix(f"{path}: ")
         if picture.shape[::-1] != sizes[camera]:
             raise DataError(
                 f"{path}: the picture has {picture.shape[1]} x {picture.shape[0]} px, camera '{camera}' has "
@@ -224,7 +203,7 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
         return finder.find(picture)
 
     with ThreadPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
-        found: list[Found] = []
+        found: list[tuple[Corners, str]] = []
         for (_, path), one in zip(files, pool.map(look, files), strict=True):
             progress(len(found) / len(files), f"looking for corners in {path.name}")
             found.append(one)
@@ -232,22 +211,23 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise Cancelled
     names = [path.name for _, path in files]
-    notes = tuple(_judged(folder, finder, names, found))
-    size = [len(f.ids) for f in found]
-    ids, corners, uv = (np.concatenate([f[k] for f in found]) for k in range(3))
+    size, every = [len(corners) for corners, _ in found], np.concatenate([corners for corners, _ in found])
+    ids, corners = every[:, :2].astype(int).T
+    without = [(name, reason) for name, (_, reason) in zip(names, found, strict=True) if reason]
+    notes = tuple(_judged(folder, finder, ids, without, len(found)))
     cameras, images = np.repeat([camera for camera, _ in files], size), np.repeat(names, size)
-    return PixelRows(images, cameras, ids, corners, uv, tuple(names), str(folder), notes)
+    return PixelRows(images, cameras, ids, corners, every[:, 2:], tuple(names), str(folder), notes)
 
 
-def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Found]) -> Iterator[str]:
-    """Notes on the pictures."""
-    without = [(name, f.reason) for name, f in zip(names, found, strict=True) if f.reason]
-    if len(without) == len(found):
+def _judged(
+    folder: Path, finder: BoardFinder, seen: np.ndarray, without: list[tuple[str, str]], count: int
+) -> Iterator[str]:
+    """Notes on the pictures, of which some have none of the ids that were seen, for a reason."""
+    if len(without) == count:
         reason, _ = Counter(reason for _, reason in without).most_common(1)[0]
         first = next(name for name, r in without if r == reason)
-        raise DataError(f"{folder}: none of {len(found)} pictures shows the target; '{first}': {reason}")
-    seen = np.concatenate([f.ids for f in found])
-    yield f"{len(seen)} corners in {plural(len(found) - len(without), 'picture')}"
+        raise DataError(f"{folder}: none of {count} pictures shows the target; '{first}': {reason}")
+    yield f"{len(seen)} corners in {plural(count - len(without), 'picture')}"
     for reason in dict.fromkeys(reason for _, reason in without):
         own = [name for name, r in without if r == reason]
         yield f"{plural(len(own), 'picture')} left out, {listed(own, longest=3)}: {reason}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.base.types import Freedom
-from workbench.base.wording import in_mm, plural
+from workbench.base.wording import plural
 from workbench.extras.camera.camera import INTRINSICS
 from workbench.extras.camera.observation import POSE, Placed
 from workbench.extras.camera.rig import owner_in, rig_of
@@ -17,10 +17,8 @@ from workbench.identification.fit import Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
 from workbench.report.json import Json
-from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
+from workbench.report.result_fields import ResultField, ResultFields
 
-NEARBY = 0.15
-"""Distance from the measured places [m] within which the error is expected."""
 TAKE_MORE = "to decide, take more pictures, with the joints turned further and the target near and tilted"
 MOVED_FROM, MIN_MOVED = 3.0, np.deg2rad(0.03)
 """Standard errors, and an angle [rad], beyond which a joint's zero is said to have moved."""
@@ -34,26 +32,15 @@ class Step:
         name: What it frees beside camera and target.
         free: Constants of the arm that it frees.
         pixel: Error of corners [px, root mean square distance].
-        moved: Distance that it moves the tool [m], from the step before that was taken.
-        uncertainty: Of the tool's position from the uncertainty of its constants [m].
-        turned: Of the tool's orientation [rad].
-        lack: Distance of the tool [m] that the model leaves unexplained in a picture.
         evidence: Twice the gain in log likelihood by its constants.
-        expected: Error of the tool's position [m] within `NEARBY` in any orientation, with what
-            stays as given and what no constant explains.
         refused: Why it was not taken; "" where it was.
     """
 
     name: str
     free: tuple[str, ...]
     pixel: float
-    moved: float
-    uncertainty: float
-    turned: float
-    lack: float
     evidence: float
     refused: str
-    expected: float
 
 
 STEP = ResultFields(
@@ -63,11 +50,6 @@ STEP = ResultFields(
     "free",
     ResultField("fitted_px", of="pixel"),
     "evidence",
-    ResultField("moved", MM),
-    ResultField("uncertainty", MM),
-    ResultField("uncertainty", DEG, of="turned"),
-    ResultField("unexplained", MM, of="lack"),
-    ResultField("expected", MM),
 )
 """Of a `Step`."""
 
@@ -112,8 +94,6 @@ class Identifiability(AbstractIdentifiability):
         reasons += [advice] if advice else []
         unknown = "it has no constant that these pictures could determine"
         notes = [
-            f"{step.name}: expected error of the tool within {100 * NEARBY:g} cm of the measured places, in "
-            f"any orientation, {in_mm(step.expected)}; errors of these pictures are those at their own poses",
             *(f"{each.name} not taken: {each.refused}" for each in steps if each.refused),
             *([advice] if advice else []),
             f"noise from the pictures: corners {np.sqrt(2.0) * noise.own:.2f} px; what the model lacks of "
@@ -123,7 +103,6 @@ class Identifiability(AbstractIdentifiability):
             title=step.name,
             refused="" if taken else "; ".join(reasons) or unknown,
             advice=advice,
-            uncertainty=(step.uncertainty, step.turned),
             notes=tuple(notes),
             doubts=doubts,
             steps=steps,

@@ -27,7 +27,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units, repeats_text
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.pair_fit import CHANCE, MIN_SIZE, PairFit, Poses, fit_pairs
+from workbench.extras.camera.pair_fit import CHANCE, FLIPPED, MIN_SIZE, PairFit, Poses, fit_pairs
 from workbench.extras.camera.pose_pairs import WANTED, read_pairs
 from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
@@ -44,8 +44,6 @@ MAX_SCALE = 0.01
 """Deviation from 1 of the target's scale that may be corrected by it."""
 LITTLE = np.deg2rad(10.0)
 """A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open."""
-FLIPPED = np.deg2rad(165.0)
-"""Errors of pairs that see the target turned by half a turn."""
 CLEARLY = 3.0
 """How many times better the pairs fit another mount than the one they contradict."""
 FRAMES = {Mount.TOOL: ("hand", "base"), Mount.WORLD: ("base", "hand")}
@@ -177,9 +175,10 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
     fit, row = fits[best], (first if rows is None else rows[first]) + 1
     doubt = _doubt(fit, robot[:, :3, :3], row)
     chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - CHANCE)) * score[best]
-    if mounted is None and max(score.values()) < chance:
+    if max(score.values()) < chance:
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
-        doubt = doubt or f"{both}: measure at more poses, or give --mounted"
+        notes += [f"{both}: it is {ON[wanted]} as given"] * (mounted is not None)
+        doubt = doubt or f"{both}: measure at more poses, or give --mounted" * (mounted is None)
     if fit.spread[12] and not doubt:
         notes.append(f"{_scale(fit)}, and are: is the target's size, or the focal length, right?")
     return HandEye(mounted=wanted, fit=fit, row=row, doubt=doubt, notes=tuple(notes))

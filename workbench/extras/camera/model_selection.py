@@ -3,20 +3,8 @@
 Camera and target are fitted alone, then with the joints' zeros, then with the arm's geometry. A step is taken
 if its evidence, twice the gain in log likelihood (`Likelihood`) by letting its constants go, is so much for
 each picture, on average. All pictures are weighed together, so that two halves of them decide alike. The same
-likelihood doubts what was given: fixed intrinsics that are contradicted are let go, a target of another size
-ends the identification, as the arm would be distorted to compensate.
-
-Every step is assessed in mm at the tool, excluding frames: with Σ the covariance of the arm's constants and
-J̃ their effect on the tool's positions, less what a base and a tool frame could do as well,
-
-    uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
-
-Constants that stay as given are not known for that. With x̂ and Σ of the fit that lets most go, any step's
-arm x is expected to be off by
-
-    expected² = |J̃ (x̂ − x)|² + mean tr(J̃ Σ J̃ᵀ) + 3 s_p²,
-
-J̃ at poses within 15 cm of the measured places in whatever orientation.
+likelihood doubts what was given: fixed intrinsics that are contradicted, or a target of another size, end the
+identification, as the arm would be distorted to compensate.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -25,18 +13,13 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial.distance import cdist
 
-from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
-from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS
-from workbench.extras.camera.findings import NEARBY, Identifiability, Step
-from workbench.extras.camera.likelihood import LACK, MIN_SIZE, WIDTH, Likeliest, Likelihood
+from workbench.extras.camera.findings import Identifiability, Step
+from workbench.extras.camera.likelihood import MIN_SIZE, WIDTH, Likeliest, Likelihood
 from workbench.extras.camera.rig import rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -51,8 +34,6 @@ ROUNDS = 3
 CONFOUNDED = 1e-5
 """A constant whose column is this small after removing that of camera and target can't be separated from
 them."""
-DRAWN, OTHERS = 3000, 60
-"""Joint positions that are drawn, and the fewest of them at which the error is expected."""
 OUTSIDE = 3.0
 """Standard deviations of prior knowledge beyond which it is doubted."""
 OTHER_LENS, OTHER_SIZE, EITHER = 30.0, 8.0, 0.5
@@ -90,22 +71,6 @@ class Fitted:
         is_shrunk = bool(self.likelihood.groups and self.likelihood.groups[0].any())
         return self.likelihood.likeliest({WIDTH: self.likelihood.mean(WIDTH)}) if is_shrunk else self.found
 
-    @property
-    def arm(self) -> list[int]:
-        """Places of the arm's constants among the unknowns."""
-        return [self.problem.names.index(name) for name in self.free]
-
-    @property
-    def robot(self) -> Robot:
-        """The arm with these constants, in the first session's frames."""
-        return self.problem.robot_at(self.x).in_session(self.problem.data.sessions[0])
-
-    def change_from(self, other: "Fitted") -> Float[np.ndarray, " arm"]:
-        """Of its constants from those of another fit, nominal where that has none."""
-        given = other.problem.named(other.x)
-        names, start = self.problem.names, self.problem.start
-        return np.array([self.x[k] - given.get(names[k], start[k]) for k in self.arm])
-
 
 def select_camera_step(
     robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem] = Problem.build
@@ -130,23 +95,22 @@ def select_camera_step(
     rig = rig_of(data).with_fixed_intrinsics(Freedom.AUTO)  # of these and of sizes little is known
     rig = replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets))
     loose = fitted(with_rig(data, rig), names.get(GEOMETRY, names.get(ZEROS, ())))
-    doubts, data, is_size_wrong = find_doubts(loose, data)
+    doubt = find_doubt(loose, data)
     fits = [_alike(build(robot, data, free=()))]
-    fits += [fitted(data, own) for own in names.values() if not is_size_wrong]
-    last = loose if is_size_wrong else fits[-1]
+    fits += [fitted(data, own) for own in names.values() if not doubt]
     taken, steps = fits[0], list[Step]()
-    for name, each, expected in zip((ALONE, *names), fits, _expected(fits, last), strict=False):
-        steps.append(_step(name, each, taken, zeros, expected))
+    for name, each in zip((ALONE, *names), fits, strict=False):
+        steps.append(_step(name, each, zeros))
         taken = taken if steps[-1].refused else each
-    number, considered = fits.index(taken), None
-    if last in fits and len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
+    number, considered, last = fits.index(taken), None, fits[-1]
+    if len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
         sigma = last.careful.sizes[WIDTH] * last.likelihood.groups[0]
         considered = Considered(last.problem.with_noise(taken.problem.noise), sigma)
     identifiability = Identifiability.of(
         tuple(steps),
         number,
         taken.found.noise,
-        doubts=doubts,
+        doubts=(doubt,) if doubt else (),
         actual=None if taken.free else taken.found.noise,
         considered=considered,
     )
@@ -196,16 +160,12 @@ def _confounded(problem: Problem) -> set[str]:
     return set(np.array(problem.names)[arm][small].tolist())
 
 
-def find_doubts(loose: Fitted, data: Dataset) -> tuple[tuple[str, ...], Dataset, bool]:
-    """What the pictures contradict of camera and target as given, whatever the arm is, and what to do.
+def find_doubt(loose: Fitted, data: Dataset) -> str:
+    """What the pictures contradict of camera and target as given, whatever the arm is; "" if nothing.
 
     Args:
         loose: Fit of all that the pictures may identify of the arm, of intrinsics and sizes.
         data: The pictures with both as given.
-
-    Returns:
-        Sentences, the pictures with contradicted intrinsics let go, and whether the target seems to have
-        another size.
     """
     rig, problem = rig_of(data), loose.problem
     fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
@@ -220,25 +180,16 @@ def find_doubts(loose: Fitted, data: Dataset) -> tuple[tuple[str, ...], Dataset,
     def likeliest(lens: float = HELD if fixed else np.inf, size: float = 1.0) -> Likeliest:
         return likelihood.likeliest({WIDTH + 1: lens, WIDTH + 2: size})
 
-    given, by_size, notes = likeliest(), likeliest(size=np.inf), tuple[str, ...]()
+    given, by_size, by_lens = likeliest(), likeliest(size=np.inf), likeliest(lens=np.inf)
     text, strange = _larger(sigmas, problem, by_size)
-    if fixed:
-        by_lens = likeliest(lens=np.inf)
-        gain, other = given.cost - by_lens.cost, given.cost - by_size.cost
+    gain, gain_of_lens = given.cost - by_size.cost, given.cost - by_lens.cost
+    if gain_of_lens > OTHER_LENS:
         values = problem.named(by_lens.x)
         found = ", ".join(f"{k} {values[f'{fixed[0].owner}.{k}']:.4g}" for k in INTRINSICS[:5])
-        found = f"(camera {fixed[0].name}: {found})"
-        if gain > OTHER_LENS and other > max(OTHER_SIZE, EITHER * gain):
-            return (f"the given intrinsics {found} are wrong, or {text}; check both",), data, True
-        if gain > max(OTHER_LENS, other):
-            freed = f"the given intrinsics do not fit the pictures; they were left free {found}: set "
-            notes = (f'{freed}free = "auto" or calibrate the camera',)
-            data = with_rig(data, rig.with_fixed_intrinsics(Freedom.AUTO))
-            given, by_size = likeliest(np.inf), likeliest(np.inf, np.inf)
-            text, strange = _larger(sigmas, problem, by_size)
-    if strange <= OUTSIDE or given.cost - by_size.cost <= OTHER_SIZE:
-        return notes, data, False
-    return (*notes, f"{text}; measure it and correct its sizes"), data, True
+        is_either = gain > max(OTHER_SIZE, EITHER * gain_of_lens)
+        rest = f", or {text}; check both" if is_either else ': set free = "auto" or calibrate the camera'
+        return f"the given intrinsics do not fit the pictures (camera {fixed[0].name}: {found}){rest}"
+    return f"{text}; measure it and correct its sizes" if strange > OUTSIDE and gain > OTHER_SIZE else ""
 
 
 def _larger(sigmas: dict[PictureTarget, float], problem: Problem, found: Likeliest) -> tuple[str, float]:
@@ -253,67 +204,14 @@ def _larger(sigmas: dict[PictureTarget, float], problem: Problem, found: Likelie
     return f"{who} is {by} (± {100 * std:.2g} %, one standard error)", abs(scale) / sigmas[target]
 
 
-def _at_tool(robot: Robot, motion: Motion, names: tuple[str, ...]) -> Float[np.ndarray, "2 k k"]:
-    """What changes of the arm's constants do at the tool, frames aside: |J̃ d|² = dᵀ M d, mean over poses, of
-    positions and of orientations."""
-    frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
-    twists = identification_jacobian(robot, motion, (*names, *frames))[1]
-    found = []
-    for axes in (slice(0, 3), slice(3, 6)):
-        flat = twists[:, axes].reshape(-1, twists.shape[2])
-        mine, frame = flat[:, : len(names)], flat[:, len(names) :]
-        left = mine - frame @ np.linalg.lstsq(frame, mine, rcond=1e-10)[0]
-        found.append(left.T @ left / len(twists))
-    return np.array(found)
-
-
-def _other_poses(robot: Robot, data: Dataset) -> Motion:
-    """Random joint positions at which the tool is near to where it was measured, in any orientation."""
-    rng, measured, (low, high) = np.random.default_rng(0), Motion.of(data), robot.search_limits.T
-    q = rng.uniform(low, high, (DRAWN, robot.dof))
-    motion = replace(measured.take(rng.integers(0, len(measured), DRAWN)), q=q)
-    distance = cdist(*(tool_poses(robot, each)[:, :3, 3] for each in (motion, measured))).min(1)
-    return motion.take(np.flatnonzero(distance <= max(NEARBY, np.sort(distance)[OTHERS])))
-
-
-def _step(name: str, at: Fitted, before: Fitted, zeros: Collection[str], expected: float) -> Step:
-    """A step's numbers against the one that was taken before, and the reason where it is not."""
-    covariance = at.careful.covariance[np.ix_(at.arm, at.arm)]
-    position, rotation = _at_tool(at.robot, Motion.of(at.problem.data), at.free)
-    change = at.change_from(before)
+def _step(name: str, at: Fitted, zeros: Collection[str]) -> Step:
+    """A step's evidence, and the reason where it is not taken."""
     evidence, refused = 0.0, ""
-    squares = change @ position @ change, np.sum(position * covariance), np.sum(rotation * covariance)
-    moved, uncertainty, turned = np.sqrt(np.maximum(squares, 0.0)).tolist()
     if name != ALONE:
         own = _shares(at.problem, zeros) if name == ZEROS else at.likelihood.groups[0]
         evidence = replace(at.likelihood, groups=(own,)).evidence()
         needed = max(NEEDED[name] * len(at.problem.data), MIN_EVIDENCE)
         if evidence < needed:
-            refused = (
-                f"weak evidence in the pictures: twice the log likelihood rises by {evidence:.1f}, "
-                f"{needed:.0f} are needed; it would move the tool by {in_mm(moved)}, known to "
-                f"±{in_mm(uncertainty)}"
-            )
-    return Step(
-        name=name,
-        free=at.free,
-        pixel=at.likelihood.pictures.pixel,
-        moved=moved,
-        uncertainty=uncertainty,
-        turned=turned,
-        lack=float(np.sqrt(3.0) * at.found.noise.position),
-        evidence=evidence,
-        refused=refused,
-        expected=expected,
-    )
-
-
-def _expected(fits: Sequence[Fitted], last: Fitted) -> list[float]:
-    """Error of the tool that each fit leaves at other poses [m], by what the last one knows."""
-    data = last.problem.data
-    poses = _other_poses(last.problem.robot.in_session(data.sessions[0]), data)
-    position, _ = _at_tool(last.robot, poses, last.free)
-    square = np.sum(position * last.careful.covariance[np.ix_(last.arm, last.arm)])
-    square += 3.0 * last.likelihood.mean(LACK) ** 2
-    changes = [last.change_from(fit) for fit in fits]
-    return [float(np.sqrt(max(square + d @ position @ d, 0.0))) for d in changes]
+            rise = f"twice the log likelihood rises by {evidence:.1f}, {needed:.0f} are needed"
+            refused = f"weak evidence in the pictures: {rise}"
+    return Step(name, at.free, at.likelihood.pictures.pixel, evidence, refused)

@@ -1,9 +1,9 @@
 """Fit of A X B = Z to pairs of poses, and what contradicts it: wrong pairs, a move, another size.
 
-The closed form (`base/hand_eye.py`) begins Gauss–Newton on what is left of B, with weights of positions and
-rotations from the fit itself. Then what saves most is let go, as long as chance would save so much in one
-file of a hundred: a pair by itself (it is wrong), camera or target from a pair on (it was moved, which ends
-that), or one factor of all positions of the target (it has another size).
+The closed form that suits most pairs (`resection.py`) begins Gauss–Newton on what is left of B, with weights
+of positions and rotations from the fit itself. Then what saves most is let go, as long as chance would save
+so much in one file of a hundred: a pair by itself (it is wrong), camera or target from a pair on (it was
+moved, which ends that), or one factor of all positions of the target (it has another size).
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from scipy import special
 
 from workbench.base import se3
-from workbench.base.hand_eye import base_and_tool
+from workbench.extras.camera.resection import placed
 
 CHANCE, MAX_SHARE = 0.01, 0.25
 """Probability of setting a good pair apart in a file without bad ones; share of the pairs that may be."""
@@ -27,8 +27,8 @@ MIN_PART, MIN_BOTH, MOVE_LEAVES, MIN_SPARE = 4, 10, 0.25, 18
 rotations that it leaves at most; numbers beyond the unknowns from which on anything is let go."""
 WORST, PLACES = 20, 50
 """Most pairs that are tried alone, and from which on a move is tried."""
-HALF_TURN, SAME_TURN = np.diag([-1.0, -1.0, 1.0, 1.0]), np.deg2rad(8.0)
-"""Of a chessboard whose corners are counted from its other end; how far turns of two pairs may differ."""
+FLIPPED = np.deg2rad(165.0)
+"""Errors of pairs that see the target turned by half a turn: a chessboard counted from its other end."""
 FRAMES = ("camera", "target")
 
 Poses = Float[np.ndarray, "rows 4 4"]
@@ -108,10 +108,11 @@ class PairFit:
 
 def fit_pairs(a: Poses, b: Poses) -> PairFit:
     """X and Z of A X B = Z; what contradicts them is let go."""
-    apart, is_scaled = half_turned(a, b), False
-    some = np.delete(np.arange(len(a)), apart)
-    inverse_x, z = base_and_tool(se3.inverse(a[some]), b[some])
-    fit = _refined(a, b, np.array([se3.inverse(inverse_x), z]), apart)
+    hand, open_pose = se3.inverse(a), np.full((4, 4), np.nan)
+    x, z = placed(hand, b, eye=open_pose, board=open_pose)
+    turn = np.linalg.norm(se3.pose_error(b, se3.inverse(x) @ hand @ z)[:, 3:], axis=1)
+    apart, is_scaled = tuple(np.flatnonzero(turn > FLIPPED).tolist()), False
+    fit = _refined(a, b, np.array([x, z]), apart)
     while (change := fit.change) is not None:
         what, k, step = change
         if what in FRAMES:
@@ -119,19 +120,6 @@ def fit_pairs(a: Poses, b: Poses) -> PairFit:
         apart, is_scaled = (*apart, int(fit.kept[k])) if what == "pair" else apart, fit.spread[12] > 0.0
         fit = _refined(a, b, fit.frames, apart, fit.scale, is_scaled or what == "scale")
     return fit
-
-
-def half_turned(a: Poses, b: Poses) -> tuple[int, ...]:
-    """Pairs whose target is seen half a turn about its normal from where most have it: a chessboard's corners
-    were counted from its other end. Turns between pairs are as large on both sides, whatever X and Z are."""
-    between = [np.einsum("iab,jac->ijbc", r[:PLACES], s) for r, s in ((a, a), (b, b), (b, b @ HALF_TURN))]
-    turn = [np.linalg.norm(se3.matrix_to_rotvec(r[..., :3, :3]), axis=-1) for r in between]
-    same, other = (np.abs(turn[0] - each) < SAME_TURN for each in turn[1:])
-    first = int((same | other).sum(0).argmax())
-    is_same, is_turned = same[first], other[first] & ~same[first]
-    if is_same.sum() + is_turned.sum() < (1.0 - MAX_SHARE) * len(a):
-        return ()
-    return tuple(np.flatnonzero(min(is_same, is_turned, key=np.count_nonzero)).tolist())
 
 
 def _refined(

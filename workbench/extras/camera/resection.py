@@ -189,8 +189,8 @@ def _without_empty(data: Dataset) -> Dataset:
 
 SAMPLES, MIN_POSES = 60, 3
 """Draws of so many pictures, from which camera and board are placed."""
-SUITS, WEIGHTS = 6.0, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-"""Medians within which pictures suit poses of camera and board; metres that a turn counts."""
+SUITS, FAR, WEIGHTS = 6.0, 0.05, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+"""Medians, and metres, within which pictures suit poses of camera and board; metres that a turn counts."""
 
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "rows 4 4"]
@@ -220,9 +220,9 @@ def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pos
         return np.linalg.norm(se3.pose_error(sight, se3.inverse(there) @ carried @ held) * WEIGHTS, axis=1)
 
     best = off(*by(every))
-    if len(every) > fewest and best.max() > SUITS * np.median(best):
+    if len(every) > fewest and best.max() > min(SUITS * np.median(best), FAR):
         draw = np.random.default_rng(0)
         rows = (draw.choice(every, fewest, replace=False) for _ in range(SAMPLES))
-        best = min((off(*by(each)) for each in rows), key=np.median)
+        best = min((best, *(off(*by(each)) for each in rows)), key=np.median)
     suits = np.flatnonzero(best <= SUITS * np.median(best))
     return by(suits if len(suits) >= fewest else every)

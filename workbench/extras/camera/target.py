@@ -232,7 +232,8 @@ class _TargetReader(AbstractTableReader):
         """The one that a table describes, behind those before it."""
         entry = self.record(BoardEntry, table, what)
         if ("charuco" in table) == ("point" in table):
-            raise self.fail(f"{what} needs either a charuco table or point tables")
+            text = "[charuco] or [[point]] tables; several boards: a [[board]] with either for each"
+            raise self.fail(f"{what} needs either {text}")
         known: dict[str, Any] = {key: getattr(entry, key) for key in KNOWLEDGE if key in table}
         known |= {"name": entry.name, PER_SESSION: entry.per_session}
         if "charuco" not in table:

@@ -68,9 +68,6 @@ class UrCalibration(AbstractForm):
         yield "keep a copy of the controller's own file: it is the factory calibration"
         if job.source is None:
             yield "give the arm's own calibration.conf as --into: its other lines (checksums) then stay"
-        if (far := float(np.abs(self._divided(job)[0][:, 1]).max())) > 10.0:
-            why = "its axes are parallel but for a trace, and standard DH has no other way to say it"
-            yield f"d of up to {far:.0f} m and back cancel in the arm's poses: {why}"
 
     def _nominal(self, job: Job) -> np.ndarray:
         nominal = job.require_nominal(self.name)

@@ -52,8 +52,13 @@ ALIKE_WITHIN = 4.0
 """Log likelihood within which two ways of counting fit alike."""
 SAME = 0.02
 """Share of the arm's length, or twice what is left, by which two ways of counting may differ and be one."""
-WANTED = 1e-3
 NORMAL = 1.96
+ALIKE_OFFSETS = np.deg2rad(45.0)
+"""Sum of offsets by which another way of counting may exceed the one that is taken, and is mentioned."""
+OTHER = (
+    "another combination of signs and zeros describes the same arm in another mounting; this one has the "
+    "smallest zeros; if joints run the wrong way in a viewer, start with the arm near its zeros"
+)
 
 
 @final
@@ -119,11 +124,6 @@ class MotorMap(AbstractShown):
         return float(np.hypot(self.run.best.transfer.anywhere.position, self.sag_error))
 
     @property
-    def poses_wanted(self) -> int:
-        """Poses after which 1 mm is to be expected."""
-        return int(np.ceil(len(self.run.train_rows) * max(self.expected / WANTED, 1.0) ** 2))
-
-    @property
     def reversed(self) -> list[str]:
         """Motors that count against their joint."""
         return [name for name, sign in zip(self.moved_by, self.counting.signs, strict=True) if sign < 0]
@@ -171,8 +171,6 @@ class MotorMap(AbstractShown):
         if self.scatter > np.deg2rad(0.1):
             turn = np.rad2deg(self.scatter)
             notes.append(f"joints scatter by {turn:.2g}° about the motor readings: play, or sag")
-        if self.poses_wanted > len(self.run.train_rows):
-            notes.append(f"about {self.poses_wanted} such poses would determine the tip to 1 mm")
         motion = Motion(self.run.data.q)
         notes += [f"also found: {e.sentence(self.robot.chain, motion)}" for e in self.effects]
         notes += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
@@ -195,7 +193,6 @@ class MotorMap(AbstractShown):
             effects=[str(e.name) for e in self.effects],
             expected_m=self.expected,
             scatter_rad=self.scatter,
-            poses_wanted=self.poses_wanted,
             notes=self.notes_in_full,
             identification=identification_json(self.run),
         )
@@ -251,7 +248,7 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
         alone=1e-3 * alone.best.train.position_mm.mean,
         run=run,
         sag_error=found_beside.error,
-        notes=_notes(near, best, q, names),
+        notes=(OTHER,) if any(c.turned < best.turned + ALIKE_OFFSETS for c in near if c is not best) else (),
     )
 
 
@@ -365,16 +362,3 @@ def _error(arm: Robot, joints: np.ndarray, poses: np.ndarray) -> float:
     tool = tool_poses(arm.bare, Motion(joints))
     base, end = base_and_tool(tool, poses)
     return float(np.linalg.norm((base @ tool @ end)[:, :3, 3] - poses[:, :3, 3], axis=1).mean())
-
-
-def _notes(near: list[Counting], best: Counting, q: np.ndarray, names) -> tuple[str, ...]:
-    notes = []
-    if any(c.turned < best.turned + np.deg2rad(45.0) for c in near if c is not best):
-        notes.append(
-            "another combination of signs and zeros describes the same arm in another mounting; this one has "
-            "the smallest zeros; if joints run the wrong way in a viewer, start with the arm near its zeros"
-        )
-    passed = [name for name, angles in zip(names, q.T, strict=True) if np.ptp(angles) > _width(angles) + 1e-6]
-    if passed:
-        notes.append(f"{', '.join(passed)} passes from 4095 to 0 counts, which was unwrapped")
-    return tuple(notes)

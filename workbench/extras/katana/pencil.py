@@ -17,17 +17,12 @@ normal about which the path turns, the tip was
     outside = drawn − s (z·ρ),      above = −s (z·n).
 """
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 from jaxtyping import Float, UInt8
-from PIL import Image as Pictures
-from PIL import UnidentifiedImageError
 from scipy.ndimage import map_coordinates
 
 from workbench.base.circles import fit_circle
-from workbench.base.errors import DataError, FileError
+from workbench.base.errors import DataError
 from workbench.base.types import Positions, Vector3, frozen
 
 INCH = 0.0254
@@ -101,58 +96,10 @@ def shown(reflectance: np.ndarray) -> Image:
     return np.clip(255.0 * reflectance + 0.5, 0, 255).astype(np.uint8)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PlottedProfile:
-    """A drawn line beside the printed circle.
+def plotted_profile(scan: Image, radius: float, *, source: str = "the scan") -> Float[np.ndarray, " rays"]:
+    """How far outside the printed circle the pencil was [m]; NaN where it drew nothing.
 
-    Args:
-        out: How far outside the printed circle the pencil was at each of `ANGLES` from the beginning,
-            counter-clockwise for who looks at the paper [m]; NaN where it drew nothing.
-        scale: Size of a dot [m].
-    """
-
-    out: Float[np.ndarray, " rays"]
-    scale: float
-
-    def at(self, angle: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
-        """How far outside at other angles [m]; NaN where one of the two rays beside has nothing."""
-        place = (angle % (2.0 * np.pi)) / (2.0 * np.pi) * len(self.out)
-        low = np.floor(place).astype(int)
-        share = place - low
-        return (1.0 - share) * self.out[low % len(self.out)] + share * self.out[(low + 1) % len(self.out)]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PlottedErrors:
-    """Errors of the tool's tip along a circle, as far as a drawing and a potentiometer show them.
-
-    Args:
-        out: Outside the circle, in its plane [m]; NaN where nothing was drawn.
-        above: Along the normal about which the path turns [m].
-        vector: Both together in the robot's base [m].
-    """
-
-    out: Float[np.ndarray, " rows"]
-    above: Float[np.ndarray, " rows"]
-    vector: Positions
-
-    @property
-    def distance(self) -> Float[np.ndarray, " rows"]:
-        return np.linalg.norm(self.vector, axis=1)
-
-
-def read_scan(path: Path | str) -> Image:
-    try:
-        with Pictures.open(path) as picture:
-            return np.asarray(picture.convert("RGB"))
-    except (UnidentifiedImageError, OSError, Pictures.DecompressionBombError) as error:
-        raise FileError(
-            f"can't be read as a picture ({error}); give a scan as .png", path=str(path)
-        ) from None
-
-
-def plotted_profile(scan: Image, radius: float, *, source: str = "the scan") -> PlottedProfile:
-    """The pencil's line beside the printed circle.
+    The rays are at `ANGLES` from the beginning, counter-clockwise for who looks at the paper.
 
     Args:
         scan: The sheet with the drawing, flat and whole.
@@ -181,12 +128,11 @@ def plotted_profile(scan: Image, radius: float, *, source: str = "the scan") -> 
         )
     begin = _beginning(inked, middle, line[0], source)
     out = radius * (crossed / ring - 1.0)
-    out = np.interp(ANGLES, (ANGLES - begin) % (2.0 * np.pi), out, period=2.0 * np.pi)
-    return PlottedProfile(out=frozen(out), scale=radius / float(line[0]))
+    return frozen(np.interp(ANGLES, (ANGLES - begin) % (2.0 * np.pi), out, period=2.0 * np.pi))
 
 
 def plotted_errors(
-    profile: PlottedProfile,
+    profile: Float[np.ndarray, " rays"],
     points: Positions,
     axes: Float[np.ndarray, "rows 3"],
     extension: Float[np.ndarray, " rows"],
@@ -194,8 +140,10 @@ def plotted_errors(
     centre: Vector3,
     along: Vector3,
     across: Vector3,
-) -> PlottedErrors:
-    """Cartesian errors along a path, from what it drew and what the potentiometer read.
+) -> Positions:
+    """Errors of the tool's tip along a path, robot's base [m], from drawing and potentiometer.
+
+    They are NaN where nothing was drawn.
 
     Args:
         profile: Of the drawing.
@@ -211,12 +159,10 @@ def plotted_errors(
     normal = np.cross(along, across)
     clockwise = float(np.median(axes @ normal)) > 0.0
     ray = np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * across
-    drawn = profile.at(-angle if clockwise else angle)
+    drawn = np.interp(-angle if clockwise else angle, ANGLES, profile, period=2.0 * np.pi)
     out = drawn - extension * np.sum(axes * ray, axis=1)
     above = -extension * (axes @ normal)
-    return PlottedErrors(
-        out=frozen(out), above=frozen(above), vector=frozen(out[:, None] * ray + above[:, None] * normal)
-    )
+    return frozen(out[:, None] * ray + above[:, None] * normal)
 
 
 def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:

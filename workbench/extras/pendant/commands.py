@@ -26,23 +26,18 @@ def extract(
     pose: Annotated[
         list[str] | None, option('A pose instead of the file: "q1,…,qn = x,y,z,a,b,c". May be repeated.')
     ] = None,
-    plan: Annotated[int | None, option("Plan this many poses to read, such as 30.")] = None,
-    out: Annotated[Path | None, option("With --plan: write the form to fill in here (.csv).")] = None,
     rows: Annotated[
         Path | None, option("Write the readings as a measurement file here, for diagnose.")
     ] = None,
     save: opt.SaveOption = None,
     columns: opt.ColumnsOption = None,
-    seed: opt.SeedOption = 0,
 ) -> None:
     """Extract the controller's calibrated model from joints and tool poses on its pendant."""
     from workbench.extras.pendant.extract import ModelVerdict
 
     arm = wb.load_robot(robot)
-    if plan is not None:
-        return _plan(arm, plan, out, seed)
     if (readings is None) == (not pose):
-        raise OptionError("give READINGS, or --pose for each pose, or --plan 30 --out form.csv")
+        raise OptionError("give READINGS, or --pose for each pose")
     opt.check_robot_file(save)
     opt.check_writable(save, rows)
     with opt.progress_bar("extract"):
@@ -54,17 +49,6 @@ def extract(
         opt.say(f"the controller's model: {opt.save_robot(found.robot, save)}")
     elif found.verdict in (ModelVerdict.MORE, ModelVerdict.UNCERTAIN):
         opt.fail(found.sentence + (f"; {save} is not written" if save is not None else ""))
-
-
-def _plan(arm, number: int, out: Path | None, seed: int) -> None:
-    from workbench.extras.pendant.plan import plan_readings
-
-    if out is None:
-        raise OptionError("--plan needs --out FORM.csv, the form to fill in")
-    opt.check_writable(out)
-    with opt.progress_bar("extract"):
-        found = plan_readings(arm, number, seed=seed)
-    opt.say(f"form of {len(found.q)} poses: {found.save(out)}")
 
 
 TouchesArgument = Annotated[

@@ -54,18 +54,13 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
             f"{shown.source}: the tool is turned about one axis only, which fits in several conventions; "
             "add poses with the tool turned about all axes"
         )
-    given = found.turned or found.plain
-    if not found.is_found and given is not None and _could_be(given):
-        return given
+    given, far = found.turned or found.plain, FOREIGN_MISFIT * robot.reach
+    if given and not found.is_found and given.rotation < FITS_TURN and given.position < far:
+        return given  # an arm may differ from its table by as much
     labelled_wrong = bool(shown.units[0] and best.unit != 1.0)
     if not found.is_found or best.other or labelled_wrong or best.on(robot) is None:
         raise DataError(f"{shown.source}: {misread_text(found)}; {remedy(found)}")
     return best
-
-
-def _could_be(reading: RowReading) -> bool:
-    """Whether an arm may differ from its table by as much: what it computes with is to be found."""
-    return reading.rotation < FITS_TURN and reading.position < FOREIGN_MISFIT * reading.robot.reach
 
 
 def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:

@@ -37,8 +37,6 @@ WHAT = (
     "give a column for each joint (q1 … qN), x, y, z and the three or four numbers of the orientation, one "
     "pose a line"
 )
-
-
 Steps = float | Float[np.ndarray, "rows _"]
 
 

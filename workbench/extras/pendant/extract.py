@@ -43,8 +43,6 @@ UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
 NEGLIGIBLE = 2e-6
 """Standard deviation of rounding [m], [rad] below which what is left is not worth a word."""
-WANTED = 3e-5
-"""Expected error that a plan aims at [m]."""
 
 
 class ModelVerdict(StrEnum):
@@ -110,7 +108,7 @@ class Extraction(AbstractShown):
         if self.verdict is ModelVerdict.UNCERTAIN:
             return (
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
-                "with all digits and every joint moved ('workbench extract --plan 30' plans them)"
+                "with all digits and every joint moved ('workbench poses --number 30' chooses some)"
             )
         return (
             f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "

@@ -20,9 +20,6 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import unobserved_text
@@ -35,6 +32,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.data.arguments import DatasetLike, RobotLike, WantedLike
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import repeated_rows
+from workbench.data.postures import pose_units
 from workbench.data.prediction import predict, row_components
 from workbench.identification.evaluate import evaluate
 from workbench.identification.report.results_json import errors_json
@@ -50,8 +48,6 @@ USUAL_POSES = 100
 """Poses that practitioners ask of a verification."""
 LISTED = 10
 """Repeated poses that a table names one by one, the least accurate first."""
-SAME_POSE = np.deg2rad(0.06)
-"""Rows of a session whose joints differ by less are visits of one pose [rad or m]."""
 CONFIDENCE = 0.95
 DRAWS, PIECE = 2000, 100
 
@@ -212,8 +208,8 @@ def verify(
     if not seen.any():
         raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
     found = replace(found, data=found.data.take(seen), rows=found.rows.take(seen))
-    pose, rng = pose_labels(found.data), np.random.default_rng(seed)
-    group = pose if (labels := found.data.group) is None else labels
+    pose, group = pose_units(replace(found.data, group=None)), pose_units(found.data)
+    rng = np.random.default_rng(seed)
     turned = np.isfinite(found.rows.rotation)
     warnings += (*found.warnings, *unobserved_text(robot))
     if not seen.all():
@@ -265,16 +261,6 @@ def _repeated(found: Evaluation, pose: Int[np.ndarray, " rows"]) -> tuple[Repeat
     seen = np.isfinite(off).all(1)
     visits = (np.flatnonzero(seen & (pose == label)) for label in np.unique(pose))
     return tuple(RepeatedPose.of(found.data.row[rows], off[rows]) for rows in visits if len(rows) > 1)
-
-
-def pose_labels(data: Dataset) -> Int[np.ndarray, " rows"]:
-    """Which pose each row visits: 0, 1 … in the order of the first visits, other ones in each session."""
-    session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
-    links = cKDTree(np.column_stack([data.q, session])).query_pairs(
-        SAME_POSE, p=np.inf, output_type="ndarray"
-    )
-    graph = coo_matrix((np.ones(len(links)), links.T), (len(data), len(data)))
-    return connected_components(graph, directed=False)[1]
 
 
 def mean_interval(

@@ -162,25 +162,6 @@ PROGRAMS = (
         here=r"\$(?:AXIS|POS)_ACT(?!\w)",
         declared=r"\b(?:E6)?AXIS\s+(\w+)",
     ),
-    Language(  # Yaskawa: C00001=1.0,2.0,… under ///POSTYPE ANGLE; base and external axes stay
-        name="JBI",
-        endings=(".jbi",),
-        comment="'",
-        refused=(
-            (r"^///(?:POSTYPE\s+)?PULSE", "positions in pulses, whose size the file does not say"),
-            (r"^///POSTYPE\s+(?!ANGLE)|\b(?:IMOV|SFTON)\b", CARTESIAN),
-            (r"^///GROUP2\s+RB", "targets of two robots"),
-            (
-                r"\A(?:(?!^///POSTYPE\s+ANGLE)[\s\S])*?^C\d+\s*=",
-                "a position of unknown kind, as no ///POSTYPE ANGLE precedes it",
-            ),
-        ),
-        move=r"\bMOV[JLCS]\s",
-        after=r"\s|\Z",
-        literal=LIST,
-        declared=r"^(C\d+)\s*=",
-        begin="^",
-    ),
     Language(  # Universal Robots: movej([…]), in place or by the name of a list
         name="URScript",
         endings=(".script", ".urscript"),

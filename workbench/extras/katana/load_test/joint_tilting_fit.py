@@ -53,14 +53,6 @@ class JointTilting:
     backlash_std: float = np.nan
     compliance_std: float = np.nan
 
-    @property
-    def stiffness(self) -> float:
-        return np.inf if self.compliance <= 0.0 else 1.0 / self.compliance
-
-    @property
-    def stiffness_std(self) -> float:
-        return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
-
     def joined(self, other: "JointTilting") -> "JointTilting":
         """These sizes, completed by those of the other fit."""
         more = asdict(other)

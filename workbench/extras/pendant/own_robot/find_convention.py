@@ -123,7 +123,7 @@ def _checked(found: RowMeaning, data: Dataset, assumed: str) -> RowReading:
 
 
 def check_robot(
-    source: Path | str, poses: Sequence[str] | Displayed | Dataset, *, tip: str | None = None, name: str = ""
+    source: Path | str, poses: Sequence[str] | Displayed | Dataset, *, tip: str | None = None
 ) -> FoundConvention:
     """The reading of an arm or its table that gives the poses of the pendant.
 
@@ -133,20 +133,19 @@ def check_robot(
         source: A joint table (.csv), a file of a robot, or a built-in arm by name.
         poses: `q1,…,qn = x,y,z,a,b,c` (or a quaternion) each, whose units are found; or rows.
         tip: Last link of the chain, for a URDF with several.
-        name: Of the arm in what is found; its own, or that of the table's file, if empty.
     """
-    readings = readings_of(source, tip=tip, name=name)
+    readings = readings_of(source, tip=tip)
     shown = poses if isinstance(poses, Displayed | Dataset) else typed(poses, readings[0].robot.dof)
     found = find_convention(readings, shown)
     return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
 
 
-def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -> list[TableReading]:
+def readings_of(source: Path | str, *, tip: str | None = None) -> list[TableReading]:
     """What a file or a built-in arm may mean: a table in several ways, everything else in one."""
     path = Path(source)
     if path.suffix.lower() != ".csv":
         return [TableReading(load_robot(source, tip=tip).bare)]
-    return table_readings(**read_joint_table(path)._asdict(), name=name or path.stem)
+    return table_readings(**read_joint_table(path)._asdict(), name=path.stem)
 
 
 def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:

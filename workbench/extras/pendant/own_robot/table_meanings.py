@@ -143,7 +143,6 @@ def table_readings(
     lengths: Sequence[str] = ("m", "mm"),
     angles: Sequence[str] = ("rad", "deg"),
     name: str = "robot",
-    limits=None,
 ) -> list[TableReading]:
     """What a joint table may mean.
 
@@ -153,7 +152,6 @@ def table_readings(
         lengths: Units that may be meant, the likeliest first.
         angles: The same for angles.
         name: Of the robot.
-        limits: Of its joints [rad or m], if known.
     """
     if unknown := [unit for unit in (*lengths, *angles) if unit not in SIZES]:
         raise OptionError(f"unknown unit '{unknown[0]}'; choose from {', '.join(SIZES)}")
@@ -172,7 +170,7 @@ def table_readings(
             for row in rows
         ]
         try:
-            robot = robot_from_rows(scaled, convention, name=name, limits=limits)
+            robot = robot_from_rows(scaled, convention, name=name)
         except FileError as error:  # units that no arm has
             refused = error
             continue

@@ -35,8 +35,6 @@ EXACT_SCATTER = 1e-7
 """Scatter below which touches agree exactly [m]."""
 SCATTERED = 0.01
 """Scatter, as a part of the reach, that no point explains."""
-CONFIDENCE = 0.95
-"""Probability of the intervals that are shown."""
 NOMINAL = "the arm is nominal: its own errors add, often 1 mm; a calibrated one gives a better result"
 
 
@@ -107,7 +105,7 @@ class TouchSolution:
         if self.spare < 1:
             return np.full(len(self.covariance), np.inf)
         variance = max(float(self.left @ self.left), self.spare * EXACT_SCATTER**2) / self.spare
-        quantile = special.stdtrit(self.spare, 0.5 + 0.5 * CONFIDENCE)
+        quantile = special.stdtrit(self.spare, 0.975)
         return quantile * np.sqrt(variance * np.diag(self.covariance))
 
 

@@ -119,11 +119,10 @@ class UserFrame(AbstractShown):
 
     def blocks(self) -> list[Block]:
         rpy = np.rad2deg(self._table["rpy"])
-        vector, half = se3.matrix_to_rotvec(self.pose[:3, :3]), float(self.half[3:].max())
+        vector = se3.matrix_to_rotvec(self.pose[:3, :3])
         axes = Sentence(
             f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C in reverse order); rotation "
-            f"vector {', '.join(signed(v, 5) for v in vector)} rad"
-            + (f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""),
+            f"vector {', '.join(signed(v, 5) for v in vector)} rad",
             "axes",
         )
         return self.of.blocks(f"{self.robot}: {self.sentence}", [axes], self.notes)

@@ -281,10 +281,8 @@ def _ambiguous(
             sentences.append(f"the zeros of {joints} ({combination.text}): measure poses that differ more")
             continue
         frame = " and ".join(frames)
-        why = f"it was assigned to the {frame}"
-        if set(frames) <= set(FRAMES):
-            why += f"; if that has not moved, set [{frames[0]}] free = false"
-            if not any(getattr(taken, f) for f in frames):
-                why = f"it was assigned to the joint; if the {frame} has moved, set [{frames[0]}] free = true"
+        to = frame if any(getattr(taken, f, True) for f in frames) else "joint"
+        why = f"it was assigned to the {to}"
+        why += f"; if that is wrong, change free of [{frames[0]}]" if set(frames) <= set(FRAMES) else ""
         sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.text}): {why}")
     return tuple(sentences)

@@ -80,10 +80,6 @@ class Optimum:
     def values(self) -> dict[str, float]:
         return self.problem.named(self.x)
 
-    @cached_property
-    def std(self) -> dict[str, float]:
-        return self.problem.named(np.sqrt(np.maximum(np.diag(self.factor.covariance()), 0.0)))
-
     def quantile(self, level: float) -> float:
         """Standard deviations within which an unknown lies; Student's where the fit gives the noise."""
         known = self.measured or noises.share_stated(self.problem) == 1.0

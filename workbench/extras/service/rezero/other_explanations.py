@@ -1,11 +1,10 @@
-"""Alternative explanations to moved zeros: a bent link, a moved frame, a wrong row, another joint.
+"""Alternative explanations to moved zeros: a bent link, a moved frame, a wrong row, or several at once.
 
 Each is let go beside all zeros. One that leaves far less, and not by chance, speaks against the zeros: they
-would only make up for it where it was measured. Where both links of a joint leave far less than either of
-them alone, or anything else, the joint itself seems to be another one.
+would only make up for it where it was measured. Where none does, all lengths and angles together are tried.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,10 +14,8 @@ from workbench.base.progress import progress
 from workbench.base.remedy import remedy
 from workbench.extras.service.rezero.last_calibration import LastCalibration, link_constants
 from workbench.extras.service.rezero.optimum import Optimum
-from workbench.extras.service.rezero.result import readable
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
-from workbench.report.numbers import with_error
 
 STRANGE = 1e-4
 """Probability of chance below which another cause is believed …"""
@@ -30,8 +27,6 @@ WORST = 3
 """Rows that are left out in turn, the worst."""
 ROWS_PER_WRONG_ONE = 5
 """Rows of which one may be wrong."""
-CERTAIN = 2.0
-"""Standard deviations by which a constant must have changed to be named."""
 
 
 class _OtherExplanation(NamedTuple):
@@ -42,14 +37,17 @@ class _OtherExplanation(NamedTuple):
         remedy: What to do if it is so.
         problem: With it let go.
         further: Unknowns more, or measured numbers less, than with zeros alone.
-        shown: Constants whose change is reported.
     """
 
     text: str
     remedy: str
     problem: Problem
     further: int
-    shown: tuple[str, ...] = ()
+
+    def times(self, zeros: Optimum, least: float) -> float:
+        """How many times what it leaves the zeros leave; 0 where that is little, or chance."""
+        chance, ratio = Optimum.of(self.problem, measured=zeros.measured).against(zeros, self.further)
+        return ratio if chance < STRANGE and ratio > least else 0.0
 
 
 def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> tuple[str, ...]:
@@ -61,32 +59,25 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
         far: Whether these leave the rows far off: anything then speaks against them that is not chance.
     """
     least = 1.0 if far else CLEARLY_WORSE
-    found = _better(_causes(knowledge, zeros), zeros, 0, least)
-    best, freed = (found[0][2], found[0][1].further) if found else (zeros, 0)
-    joints = _better(_joints(knowledge, zeros, freed), best, freed, CLEARLY_WORSE)
-    if joints:
-        _, cause, fit = joints[0]
-        found = [(fit.against(zeros, cause.further)[1], cause, fit)]
-    alike = [entry for entry in found if SIMILAR_CAUSE * entry[0] >= found[0][0]]
-    if not alike and zeros.measured and np.sqrt(zeros.mean_square) > CLEARLY_WORSE:
-        return (
-            f"the zeros leave {np.sqrt(zeros.mean_square):.1f} times the noise, and no single link, frame or "
-            "row explains it; calibrate again with 'workbench identify'",
+    tried = [(cause.times(zeros, least), cause) for cause in _causes(knowledge, zeros)]
+    best = max(ratio for ratio, _ in tried)
+    if best > 0.0:
+        alike = sorted((each for each in tried if SIMILAR_CAUSE * each[0] >= best), key=lambda t: -t[0])
+        return tuple(f"{c.text}: zeros alone leave {r:.1f} times as much; {c.remedy}" for r, c in alike)
+    noise = np.sqrt(zeros.mean_square) * zeros.measured
+    if (ratio := _everything(knowledge, zeros).times(zeros, CLEARLY_WORSE)) or noise > CLEARLY_WORSE:
+        than = (
+            f"{ratio:.1f} times what other lengths and angles do" if ratio else f"{noise:.1f} times the noise"
         )
-    return tuple(_sentence(knowledge, cause, fit, ratio) for ratio, cause, fit in alike)
+        text = f"the zeros leave {than}, and no single link, frame or row explains it"
+        return (f"{text}; calibrate again with 'workbench identify'",)
+    return ()
 
 
-def _better(
-    causes: Iterable[_OtherExplanation], than: Optimum, freed: int, least: float
-) -> list[tuple[float, _OtherExplanation, Optimum]]:
-    """Causes that leave far less than a fit with fewer unknowns, the best first, and how many times less."""
-    found = []
-    for cause in causes:
-        fit = Optimum.of(cause.problem, measured=than.measured)
-        chance, ratio = fit.against(than, cause.further - freed)
-        if chance < STRANGE and ratio > least:
-            found.append((ratio, cause, fit))
-    return sorted(found, key=lambda entry: -entry[0])
+def _everything(knowledge: LastCalibration, zeros: Optimum) -> _OtherExplanation:
+    """All lengths and angles."""
+    further = len(knowledge.names) - len(knowledge.robot.joint_offsets)
+    return _OtherExplanation("", "", knowledge.problem(zeros.problem, zeros.x, knowledge.names), further)
 
 
 def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_OtherExplanation]:
@@ -100,7 +91,6 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_OtherExplan
                 "check it for damage, then recalibrate with 'workbench identify'",
                 knowledge.problem(problem, zeros.x, (*offsets, *loose)),
                 len(loose),
-                loose,
             )
     for frame, parts in zip(("base", "tool"), visible_parts(problem.data, problem.known), strict=True):
         if parts and not getattr(problem.frames, frame):
@@ -124,32 +114,3 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_OtherExplan
             less,
             problem.count - less.count,
         )
-
-
-def _joints(knowledge: LastCalibration, zeros: Optimum, freed: int) -> Iterator[_OtherExplanation]:
-    """Joints with both their links, where these have more unknowns than were freed already."""
-    robot = knowledge.robot
-    for joint in range(robot.dof):
-        progress(0.7 + 0.3 * joint / robot.dof, "other explanations")
-        loose = (*link_constants(robot, joint - 1), *link_constants(robot, joint))
-        if len(loose) > freed:
-            yield _OtherExplanation(
-                f"joint {joint + 1} and the links next to it are not as calibrated",
-                "it seems to be another one: calibrate again with 'workbench identify'",
-                knowledge.problem(zeros.problem, zeros.x, (*robot.joint_offsets, *loose)),
-                len(loose),
-                loose,
-            )
-
-
-def _sentence(knowledge: LastCalibration, cause: _OtherExplanation, fit: Optimum, ratio: float) -> str:
-    off = {n: fit.values[n] - knowledge.value(n) for n in cause.shown}
-    sure = sorted(
-        (n for n in off if abs(off[n]) > CERTAIN * fit.std[n]), key=lambda n: -abs(off[n]) / fit.std[n]
-    )
-    chain, sizes = knowledge.robot.chain, []
-    for name in sure[:2]:  # with its 95 % interval
-        factor, unit = readable(chain.elements[chain.index[name]].unit)
-        sizes.append(f"{name} by {with_error(factor * off[name], 2.0 * factor * fit.std[name])}{unit}")
-    shown = f" ({', '.join(sizes)})" if sizes else ""
-    return f"{cause.text}{shown}: zeros alone leave {ratio:.1f} times as much; {cause.remedy}"
