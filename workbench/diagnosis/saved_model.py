@@ -56,7 +56,7 @@ class ModelComparison:
         minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
         near = distinct([o for o in place.offers if o.gain > minimum])[:MAX_LISTED_RIVALS]
         whole = ((o, self.errors((*place.left.model, o.term))) for o in near)
-        return tuple(Ranked(o.term.candidate.effect, o.gain, float(np.exp(o.log_p)), e) for o, e in whole)
+        return tuple(Ranked(o.term.candidate.effect, o.gain, e) for o, e in whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +139,7 @@ def _accepted(
     """
     sized = {e.names: e for e in final.arm.effects}
     model, out = search.last.model, []
-    unknown = [Offer(term, np.nan, np.nan) for term in model]
+    unknown = [Offer(term, np.nan) for term in model]
     gains = ask("what each effect adds", lambda: own_offers(search.last.grams, model), unknown)
     for term, offered in sorted(zip(model, gains, strict=True), key=lambda each: -each[1].gain):
         effect, rest = sized[term.candidate.names], drop(model, [term])
@@ -150,7 +150,6 @@ def _accepted(
                 effect=effect,
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
-                p_value=float(np.exp(offered.log_p)),
                 before=ask(without, partial(trial.errors, rest), UNKNOWN) if rest else search.before.judged,
                 after=search.after.judged,
                 alternatives=alternatives,

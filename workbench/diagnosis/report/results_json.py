@@ -96,13 +96,17 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
                 effect.names, effect.coefficients, found.std, units, strict=True
             )
         ],
-        "p_value": found.p_value,
-        "gain": found.gain,
+        **_chance(found.gain),
         **_held_out("before", found.before),
         **_held_out("after", found.after),
         "alternatives": [_ranked(r) for r in found.alternatives],
         "words": found.text,
     }
+
+
+def _chance(gain: float) -> Json:
+    """Log evidence, and the largest probability that chance would add as much (Markov's inequality)."""
+    return {"gain": gain, "p_value": float(np.exp(-max(gain, 0.0)))}
 
 
 def _cause(cause: Cause) -> Json:
@@ -156,9 +160,4 @@ def _undetectable(missing: Undetectable, result: Diagnosis) -> Json:
 
 
 def _ranked(candidate: Ranked) -> Json:
-    return {
-        **_effect(candidate.effect),
-        **_held_out("after", candidate.errors),
-        "gain": candidate.gain,
-        "p_value": candidate.p_value,
-    }
+    return {**_effect(candidate.effect), **_held_out("after", candidate.errors), **_chance(candidate.gain)}
