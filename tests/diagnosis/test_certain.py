@@ -75,8 +75,8 @@ def searched_with(problem, candidate):
     rows, offered = len(problem.data), (candidate,)
     geometry = refit(problem, None, ())
     fold = np.arange(rows) % 5
-    grams = compress(problem, geometry.fit.x, [c.effect for c in offered], fold)
-    stage = Stage(problem.data, np.ones(rows, bool), problem, geometry, np.zeros(rows, bool))
+    grams = compress(problem, geometry.x, [c.effect for c in offered], fold)
+    stage = Stage(problem.data, np.ones(rows, bool), problem, (), geometry, np.zeros(rows, bool))
     return Searched(stage, Catalogue(offered, ()), grams, (Term(candidate),), fold)
 
 
@@ -85,7 +85,7 @@ def test_a_laws_size_is_estimated_without_the_prior_that_selected_it():
     problem = geometric(make("none", 3))
     searched = searched_with(problem, ECCENTRIC)
     grams, model = searched.grams, searched.model
-    known, flat = (refit(problem, grams, model, is_final=f).fit.problem for f in (False, True))
+    known, flat = (refit(problem, grams, model, is_final=f).problem for f in (False, True))
     mine = [known.names.index(n) for n in ECCENTRIC.names]
     sizes = [np.linalg.norm(p.prior[:, mine]) for p in (known, flat)]
     assert sizes[1] == pytest.approx(1e-2 * sizes[0])
@@ -95,9 +95,9 @@ def test_rows_are_weighed_anew_as_long_as_other_joints_scatter(monkeypatch):
     """Those that seemed to by what the model lacked did so for good: rows so weighed leave such scatter."""
     problem = geometric(make("none", 3))
     searched, left = searched_with(problem, ECCENTRIC), iter([(1e-4, 0.0, 1e-4, 0.0, 0.0, 0.0), (), ()])
-    fitted = refit(problem, searched.grams, searched.model)
+    fit = refit(problem, searched.grams, searched.model)
     before = problem.with_noise(problem.noise._replace(joints=(1e-3,) * 6))
-    stage = replace(searched.stage, geometric_problem=before, fitted=fitted)
+    stage = replace(searched.stage, geometric_problem=before, model=searched.model, fit=fit)
     monkeypatch.setattr(
         rounds, "with_own_noise", lambda _, p: p.with_noise(p.noise._replace(joints=next(left)))
     )

@@ -71,7 +71,7 @@ class Accepted:
 
     Args:
         effect: With the identified coefficients.
-        std: Their standard errors, SI, including possible bias by undetectable effects.
+        std: Their standard errors, SI.
         gain: Log evidence that it adds to the others [nat].
         before: Held-out errors of the final model without it, by the linear solution; of the fitted rows if
             none was held out.
@@ -165,7 +165,7 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
         effects: Accepted effects, the largest contribution first.
         now: The saved arm, if there were events during the measurements.
         is_tried: Whether effects were tried: the rows were enough for that.
-        undetectable: Effects of load that are undetectable in the rows.
+        undetectable: Effects of load that are undetectable in the rows, with their standard errors.
         measure_next: Joint positions of poses to measure next [rad or m].
         next_reasons: What each of them would determine.
         warnings: Advice that could not be computed, one sentence each.

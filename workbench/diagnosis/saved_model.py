@@ -21,7 +21,7 @@ from workbench.diagnosis.search.evidence import Model, Offer, Term, drop
 from workbench.diagnosis.search.reduced_models import own_offers
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import Searched
-from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
+from workbench.diagnosis.undetectable import Undetectable, undetectable
 from workbench.identification.errors.row_errors import UNKNOWN, Errors
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
@@ -45,10 +45,10 @@ class ModelComparison:
 
     def errors(self, model: Model) -> Errors:
         """Errors of the geometry with a model's effects, by the linear solution at the fit."""
-        fitted, held_out = self.searched.stage.fitted, self.ready.held_out_data
-        data = held_out if len(held_out) else fitted.problem.data
-        arm = robot_with(fitted, self.searched.grams, model)
-        return Errors.of(self.ready.errors_on(data, arm, fitted.problem.instrument(fitted.fit.x)))
+        fit, held_out = self.searched.stage.fit, self.ready.held_out_data
+        data = held_out if len(held_out) else fit.problem.data
+        arm = robot_with(fit, self.searched.grams, model)
+        return Errors.of(self.ready.errors_on(data, arm, fit.problem.instrument(fit.x)))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:
         """The best candidates for the place of a term of the search's model, with the error that remains."""
@@ -69,7 +69,7 @@ class SavedModel:
         suspects: Which held-out rows no arm explains.
         note: Note on the refit; None without one.
         undetectable: Effects of load that are unobservable in the rows.
-        std: Standard errors of the coefficients, with what undetectable effects may add.
+        std: Standard errors of the coefficients.
         effects: Effects of the model, clearest first.
         trial: Computes the errors of other models.
         now: The event after which the saved arm is valid, and its error since; None without events.
@@ -87,13 +87,13 @@ class SavedModel:
 
 def saved_model(search: CauseSearch) -> SavedModel:
     """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
-    last, ready, geometry = search.last, search.ready, search.first.fitted
+    last, ready, geometry = search.last, search.ready, search.first.fit
     fit = last.stage.fit
-    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
+    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
     trial = ModelComparison(ready, last)
     missing = ask("unobservable effects", lambda: () if search.too_few else undetectable(last), ())
-    std = StandardErrors(final, hidden_variance(last, missing))
+    std = StandardErrors(final)
     effects = _accepted(search, final, trial, std)
     return SavedModel(final, suspect_rows, note, missing, std, effects, trial, arm_now(final))
 

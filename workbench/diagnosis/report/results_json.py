@@ -12,7 +12,6 @@ from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.report.document import diagnosis_blocks
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
-from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.results_json import excluded_json, validation_json
 from workbench.report.json import Json, document
@@ -53,7 +52,10 @@ def diagnosis_json(result: Diagnosis) -> Json:
         **_joint_noise(result),
         saved_arm=None if result.now is None else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
         follows=lambda: [_followed(f) for f in result.followed],
-        not_identifiable=lambda: [_undetectable(u, result) for u in result.undetectable],
+        not_identifiable=lambda: [
+            {**_effect(effect), "std": std if np.isfinite(std) else None}
+            for effect, std in result.undetectable
+        ],
         suspects=result.held_out_data.row[result.suspects],
         verdict=result.verdict,
         message=result.message,
@@ -146,16 +148,6 @@ def _followed(found: FollowedDriver) -> Json:
         "joints": [j + 1 for j in found.joints],
         "confidence": str(found.confidence),
         "sentence": f"The error {found.text}",
-    }
-
-
-def _undetectable(missing: Undetectable, result: Diagnosis) -> Json:
-    """An undetectable effect; `std` is null if it is not loaded."""
-    return {
-        **_effect(missing.effect),
-        "reason": str(missing.reason),
-        "std": missing.std if np.isfinite(missing.std) else None,
-        "unit": missing.effect.units(result.calibrated.chain)[0],
     }
 
 
