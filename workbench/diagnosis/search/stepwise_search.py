@@ -1,6 +1,6 @@
 """Stepwise search for effects: add the best, exchange, prune, until no candidate is significant.
 
-A candidate enters if it is at least probable, as one of so many, the evidence prefers it to every other, and
+A candidate enters if it is likelier than none, as one of so many, the evidence prefers it to every other, and
 the cross-validated error decreases. After each entry every effect is compared with all others in its place,
 and several maps of joints with one smooth map.
 """
@@ -11,7 +11,6 @@ import numpy as np
 
 from workbench.arm.effects import Candidate
 from workbench.base.progress import cancelled, suspected
-from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.search.evidence import (
     Model,
     Offer,
@@ -80,8 +79,8 @@ def _names(model: Model) -> frozenset[tuple[str, ...]]:
 
 
 def significant(found: Offer, tries: int) -> bool:
-    """Whether one of so many candidates is at least probable."""
-    return found.gain > np.log(PROBABLE * max(tries, 1))
+    """Whether one of so many candidates is likelier than none."""
+    return found.gain > np.log(max(tries, 1))
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
