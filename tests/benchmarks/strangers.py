@@ -164,6 +164,13 @@ def warming(v):
     return poses(v.arm, [Effect("thermal-growth", (), (2.3e-5,))], replace(v.state, temperature=warmth))
 
 
+def grown_link(v):
+    """One link alone grows with the temperature."""
+    plain, table, link = seen(v), v.arm.table.copy(), int(v.rng.integers(1, 4))
+    table[link, 1 + int(np.abs(table[link, 2]) > np.abs(table[link, 1]))] += 2e-5
+    return plain + (v.state.temperature - 20.0)[:, None, None] * (seen(replace_arm(v, table)) - plain)
+
+
 def ceiling(v):
     """Soft joints of an arm that hangs from the ceiling, which its file doesn't say."""
     soft = [v.drawn("joint-compliance", joint=j) for j in (1, 2)]
@@ -242,6 +249,7 @@ STRANGERS = {
     "bent-link": Stranger(bent_link, "time"),
     "another-arm": Stranger(another_arm, "time"),
     "warming": Stranger(warming, "time"),
+    "grown-link": Stranger(grown_link, "temperature", ("thermal-growth",)),
     "ceiling": Stranger(ceiling, "load", (*SOFT, "gravity-direction")),
     "table": Stranger(bending_table, "place load"),
     "loose-base": Stranger(loose_base, "angle"),

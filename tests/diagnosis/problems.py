@@ -3,7 +3,8 @@
 import numpy as np
 
 from workbench.arm.frame import FRAME_PARTS
-from workbench.diagnosis.search.refit import FittedModel, refit
+from workbench.diagnosis.search.refit import refit
+from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import FrameFreedom, Noise
 
@@ -18,7 +19,7 @@ def geometric(case, *, rows=None, free_frames=False):
     return Problem.build(case.robot, data, noise=Noise(*case.sigma), frames=frames)
 
 
-def fitted(case, *, rows=None) -> FittedModel:
+def fitted(case, *, rows=None) -> Fit:
     """Its geometry fitted."""
     return refit(geometric(case, rows=rows), None, ())
 

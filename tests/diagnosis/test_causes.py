@@ -9,12 +9,14 @@ from slow import slow
 
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
+from workbench.identification.problem import Noise
 
 
 def test_a_dent_is_a_map_and_no_cause():
     case = make("dent", 5)
-    found = diagnose(case.robot, case.data)
+    found = diagnose(case.robot, case.data, noise=Noise(*case.sigma))
     assert found.causes == ()
+    assert found.verdict_text == "predicted, but no cause is named", "what is left is the noise"
     assert found.residual_map.joints == case.hidden[0].joints
     assert found.residual_map.after.position_mm.mean < 0.7 * found.residual_map.before.position_mm.mean
     assert "names no cause" in found.message

@@ -108,6 +108,7 @@ def met(kind, seed):
 @pytest.mark.parametrize(
     ("kind", "seed", "said", "most"),
     [
+        slow("grown-link", 1, "the temperature, in the arm's constants", 1.01),
         ("settling", 0, r"it isn't simply backlash.* A correction from your rows would reduce", 0.5),
         slow("bent-link", 1, r"a step between rows \d+ and \d+, in the arm's constants.* A correction", 1.05),
         slow("warming", 0, "in the arm's lengths", 1.05),

@@ -30,8 +30,8 @@ def moving(monkeypatch, by):
 
     def moved(*given, holds, **options):
         found = refit(*given, holds=holds, **options)
-        fits[holds] = replace(found.fit, search=replace(found.fit.search, x=found.fit.x + by * holds))
-        return replace(found, fit=fits[holds])
+        fits[holds] = replace(found, search=replace(found.search, x=found.x + by * holds))
+        return fits[holds]
 
     monkeypatch.setattr(final_fit, "refit", moved)
     return fits

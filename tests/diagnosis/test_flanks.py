@@ -46,7 +46,7 @@ def fitted(case, joints):
         Term(c) for c in offered if c.effect.flanked and c.effect.joints[0] in joints and not c.shrunk
     )
     assert len(model) == len(joints)
-    return refit(geometric(case), None, model).fit
+    return refit(geometric(case), None, model)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -108,7 +108,7 @@ def test_a_joint_without_load_tells_little_of_gravity():
     leaning = replace(case.robot.mounting, gravity_tolerance=0.02)
     problem = geometric(replace(case, robot=replace(case.robot, mounting=leaning)))
     effects = EFFECTS["backlash"]((0,)), EFFECTS["joint-compliance"]((5,))
-    fit = refit(problem, None, tuple(Term(Candidate(e)) for e in effects)).fit
+    fit = refit(problem, None, tuple(Term(Candidate(e)) for e in effects))
     assert fit.problem.named(fit.std)["gravity.x"] > UNCERTAIN * 0.02 / np.sqrt(len(case.data))
 
 

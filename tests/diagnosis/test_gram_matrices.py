@@ -59,8 +59,8 @@ def close(found, expected):
 
 @pytest.mark.parametrize("arm", ARMS)
 def test_inner_products_are_those_of_explicit_columns(arm):
-    stage = fitted(make("none", 3, arm), rows=ROWS)
-    problem, x = stage.problem, stage.fit.x
+    fit = fitted(make("none", 3, arm), rows=ROWS)
+    problem, x = fit.problem, fit.x
     grams = compress(problem, x, EFFECTS, FOLD)
     at = dict(zip(problem.names, x.tolist(), strict=True))
     rows = slice(problem.size)
@@ -93,12 +93,12 @@ def test_geometric_directions_span_what_the_rows_show():
 def test_accepted_effects_are_given_back_to_the_residual():
     """At the fit of a soft joint the residual is what is left and what the joint's column explains."""
     case = make("compliance", 0)
-    stage = fitted(case, rows=ROWS)
+    fit = fitted(case, rows=ROWS)
     soft = case.hidden[0].joints
     candidate = Candidate(JointCompliance(soft))
-    first = compress(stage.problem, stage.fit.x, [candidate.effect], FOLD)
-    deflected = refit(stage.problem, first, (Term(candidate),))
-    problem, x = deflected.problem, deflected.fit.x
+    first = compress(fit.problem, fit.x, [candidate.effect], FOLD)
+    deflected = refit(fit.problem, first, (Term(candidate),))
+    problem, x = deflected.problem, deflected.x
     grams = compress(problem, x, [candidate.effect, EncoderScale((0,))], FOLD)
     (name,) = candidate.names
     i = problem.names.index(name)
@@ -113,8 +113,8 @@ def test_accepted_effects_are_given_back_to_the_residual():
 
 def test_effects_of_several_elements_alone_have_their_own_inner_products():
     """No law acts on one element only, so that no column is a product."""
-    stage = fitted(make("none", 3), rows=ROWS)
-    problem, x = stage.problem, stage.fit.x
+    fit = fitted(make("none", 3), rows=ROWS)
+    problem, x = fit.problem, fit.x
     soft = JointCompliance((1, 2))
     grams = compress(problem, x, [soft], FOLD)
     columns = slopes(problem, [soft], dict(zip(problem.names, x.tolist(), strict=True))) / grams.scale

@@ -33,7 +33,7 @@ def information(problems, effects):
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("seed", range(3))
 def test_chosen_poses_say_more_than_random_ones(arm, seed):
-    fit = fitted(make("none", seed, arm, poses=40)).fit
+    fit = fitted(make("none", seed, arm, poses=40))
     problem, rng = fit.problem, np.random.default_rng(seed)
     chosen, _ = next_poses(problem, fit.x, REQUESTED, rng=rng, count=COUNT)
     assert chosen.shape == (COUNT, problem.data.joints)
@@ -51,7 +51,7 @@ def test_chosen_poses_say_more_than_random_ones(arm, seed):
 @pytest.mark.parametrize("arm", ARMS)
 def test_poses_stay_within_what_was_measured(arm):
     case = make("none", 6, arm)
-    fit = fitted(case).fit
+    fit = fitted(case)
     found, _ = next_poses(fit.problem, fit.x, REQUESTED, rng=np.random.default_rng(0))
     q = case.data.q
     assert ((found >= q.min(0)) & (found <= q.max(0))).all()

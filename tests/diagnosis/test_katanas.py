@@ -11,7 +11,6 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.undetectable import Reason
 
 SEED = 10_001
 UPRIGHT = 0.005
@@ -71,12 +70,10 @@ def test_what_gravity_cannot_show_is_named(diagnosed):
     case, result = diagnosed
     missing = {(m["name"], *m["joints"]): m for m in diagnosis_json(result)["not_identifiable"]}
     for name in ("joint-compliance", "backlash"):
-        assert missing[name, 1]["reason"] == Reason.UNLOADED
-        assert missing[name, 1]["std"] is None
+        std = missing[name, 1]["std"]
+        assert std is None or std > max(case.sizes.values())
     last = missing["joint-compliance", 5]
-    assert last["reason"] == Reason.FAINT
     assert last["std"] > 0.5 * case.sizes["joint5.compliance"]
-    (found,) = [note for note in result.notes if Reason.UNLOADED in note]
-    assert f"of joint 1 ({Reason.UNLOADED})" in found
+    assert any("not detectable" in note and "joint 1" in note for note in result.notes)
     named = {(e.effect.name, *[j + 1 for j in e.effect.joints]) for e in result.effects}
     assert not named & set(missing)

@@ -18,9 +18,8 @@ READINGS = np.deg2rad(0.03)
 """Noise of joint readings [rad]: 0.5 mrad, some five times what the instrument brings at a metre."""
 
 
-def joint_noise(fitted):
+def joint_noise(fit):
     """What a fit says of joint readings."""
-    fit = fitted.fit
     return readings(fit.problem.with_noise(with_joint_readings(fit.problem, fit.x, fit.factor)))
 
 

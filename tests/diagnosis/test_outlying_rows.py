@@ -34,9 +34,9 @@ def test_a_robust_fit_is_near_that_of_the_good_rows_alone():
     data = case.data.take(np.arange(120))
     moved(data, off, 10 * MISSEATED, rng)
     problem = type(clean.problem).build(case.robot, data, noise=clean.problem.noise)
-    pulled = fitted(type(case)(**{**vars(case), "data": data})).fit.x
+    pulled = fitted(type(case)(**{**vars(case), "data": data})).x
     robust = robust_fit(problem, pulled)
-    bad, good = (np.abs((x - clean.fit.x) / clean.fit.std).max() for x in (pulled, robust))
+    bad, good = (np.abs((x - clean.x) / clean.std).max() for x in (pulled, robust))
     assert good < 4.0
     assert bad > 10 * good
     found = find_outliers(problem, robust, np.ones(120, bool))
@@ -47,8 +47,8 @@ def test_clean_rows_are_called_wrong_no_more_often_than_stated():
     """One row in a hundred arms, at most: in twenty arms of 60 rows none or one."""
     accused = 0
     for seed in range(20):
-        stage = fitted(make("none", 100 + seed, "three-parallel", poses=60))
-        accused += find_outliers(stage.problem, stage.fit.x, np.ones(60, bool), stage.fit.factor).sum()
+        fit = fitted(make("none", 100 + seed, "three-parallel", poses=60))
+        accused += find_outliers(fit.problem, fit.x, np.ones(60, bool), fit.factor).sum()
     assert accused <= 1
 
 

@@ -32,24 +32,24 @@ def exact_masses(monkeypatch):
 
 def offered(case):
     """The fit of the geometry, inner products, and a model of a soft joint and a band of harmonics."""
-    stage = fitted(case)
+    fit = fitted(case)
     candidates = (Candidate(JointCompliance(case.hidden[0].joints)), Candidate(BAND, np.eye(16)))
-    grams = compress(stage.problem, stage.fit.x, [c.effect for c in candidates], FOLD)
+    grams = compress(fit.problem, fit.x, [c.effect for c in candidates], FOLD)
     model = ()
     for c in candidates:
         found = offer(left_by(grams, model), c)
         model = (*model, Term(c, 1.0) if found is None else found.term)
-    return stage, grams, model
+    return fit, grams, model
 
 
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.usefixtures("exact_masses")
 def test_chords_end_where_gauss_newton_ends(arm, monkeypatch):
-    stage, grams, model = offered(make("compliance", 2, arm))
-    begin = linear_answer(stage, grams, model)
-    whole = refit(stage.problem, grams, model, starts=[begin]).fit
+    fit, grams, model = offered(make("compliance", 2, arm))
+    begin = linear_answer(fit, grams, model)
+    whole = refit(fit.problem, grams, model, starts=[begin])
     monkeypatch.setattr(refits, "MAX_JACOBIAN_ELEMENTS", 0)
-    pieces = refit(stage.problem, grams, model, starts=[begin]).fit
+    pieces = refit(fit.problem, grams, model, starts=[begin])
     assert pieces.problem.names == whole.problem.names
     assert pieces.outcome.ok
     off = whole.problem.evaluate(whole.x).jacobian @ (pieces.x - whole.x)
@@ -61,11 +61,11 @@ def test_chords_end_where_gauss_newton_ends(arm, monkeypatch):
 def test_the_linear_solution_is_near_the_fit():
     """Its arm is within a tenth of the noise of the fitted one, on other rows."""
     case = make("compliance", 2)
-    stage, grams, model = offered(case)
-    linear = robot_with(stage, grams, model)
-    found = refit(stage.problem, grams, model).fit.calibrated
+    fit, grams, model = offered(case)
+    linear = robot_with(fit, grams, model)
+    found = refit(fit.problem, grams, model).calibrated
     seen = [tool_poses(a, Motion.of(case.exact))[:, :3, 3] for a in (linear, found)]
-    bare = tool_poses(stage.fit.calibrated, Motion.of(case.exact))[:, :3, 3]
+    bare = tool_poses(fit.calibrated, Motion.of(case.exact))[:, :3, 3]
     assert np.abs(seen[0] - seen[1]).max() < 0.1 * case.sigma[0]
     assert np.abs(bare - seen[1]).max() > 10 * case.sigma[0]
 
@@ -73,8 +73,8 @@ def test_the_linear_solution_is_near_the_fit():
 @pytest.mark.usefixtures("exact_masses")
 def test_shrunk_coefficients_are_held_by_their_variance():
     """The prior that joins the residuals is their common precision."""
-    stage, grams, model = offered(make("compliance", 2))
-    problem = refit(stage.problem, grams, model).problem
+    fit, grams, model = offered(make("compliance", 2))
+    problem = refit(fit.problem, grams, model).problem
     names = list(BAND.names)
     columns = [problem.names.index(n) for n in names]
     held = problem.prior.T @ problem.prior
@@ -87,8 +87,8 @@ def test_shrunk_coefficients_are_held_by_their_variance():
 def test_noise_is_what_the_fit_leaves():
     """Of twice the noise that the problem was whitened by; a fit of 24 constants has its freedom."""
     case = make("none", 4, noise=2.0)
-    stage = fitted(case)
-    left = with_own_noise(stage, geometric(case)).noise
+    fit = fitted(case)
+    left = with_own_noise(fit, geometric(case)).noise
     assert left.position == pytest.approx(case.sigma[0], rel=0.15)
     assert left.rotation == pytest.approx(case.sigma[1], rel=0.15)
 

@@ -24,6 +24,7 @@ from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop
+from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
     Searched,
     Stage,
@@ -34,7 +35,7 @@ from workbench.diagnosis.search.rounds import (
     rounds,
     under_gravity,
 )
-from workbench.identification.errors.row_errors import Validation, explains_little
+from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 
@@ -70,6 +71,13 @@ class CauseSearch:
     def last(self) -> Searched:
         """The last round, at the final fit to the fitted rows."""
         return self.rounds[-1]
+
+    def errors(self, model: Model) -> Errors:
+        """Of the geometry with a model's effects, by the linear solution at the fit, on the judging rows."""
+        fit, held_out = self.last.stage.fit, self.ready.held_out_data
+        data = held_out if len(held_out) else fit.problem.data
+        arm = robot_with(fit, self.last.grams, model)
+        return Errors.of(self.ready.errors_on(data, arm, fit.problem.instrument(fit.x)))
 
     @cached_property
     def drivers(self) -> DriverEvidence | None:

@@ -175,9 +175,7 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
         return None
     named = tuple(t for t in search.last.model if t.candidate.names in claimed)
     alone, after = search.before.judged, search.after.judged
-    with_causes = (
-        ask("the error with causes alone", lambda: saved.trial.errors(named), alone) if named else alone
-    )
+    with_causes = ask("the error with causes alone", lambda: search.errors(named), alone) if named else alone
     is_better = with_causes.main.mean < alone.main.mean
     return ResidualMap(
         effects=others,

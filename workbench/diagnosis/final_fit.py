@@ -114,10 +114,10 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     before = last.stage.fit
     starts = [before.problem.named(before.x)]
     again = partial(refit, geometric, last.grams, last.model, data=data, starts=starts, is_final=True)
-    held = again(holds=True).fit
+    held = again(holds=True)
     if _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held
-    free = again(holds=False).fit
+    free = again(holds=False)
     return free if _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free) else held
 
 

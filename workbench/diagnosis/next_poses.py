@@ -18,14 +18,12 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import observed_kinds
 from workbench.plate.exchange import by_determinant, covariance_of
-from workbench.report.numbers import readable_unit
 
 CANDIDATE_POSES = 400
 """Number of candidate poses …"""
@@ -37,14 +35,8 @@ BOX_MARGIN = 0.1
 """Share of the measured box by which a pose may lie outside it."""
 MIN_CLEARANCE = 0.01
 """Minimum clearance between links [m]."""
-OPEN_ERROR = 1e3
-"""Standard error, relative to that from one average row, above which an unknown was unobservable before."""
-UNKNOWN_ERRORS = 100.0
-"""Standard error, likewise, above which it remains practically unknown afterwards."""
-MAX_USEFUL_ERROR = 0.01
-"""Standard error of an angle or a length [rad or m] that is meaningless for a working arm."""
-MIN_FALL = 0.005
-"""Relative decrease of a standard error below which no number is given."""
+OPEN_ERROR = 100.0
+"""Standard error, relative to that from one average row, above which an unknown is unobservable."""
 MIN_CORRELATION = 0.3
 """Correlation above which a pose is said to separate two unknowns."""
 PRIOR_INFORMATION = 1e-8
@@ -120,63 +112,44 @@ def next_poses(
     chosen = exchange.fill(count)
     steps = pairwise(covariance_of(after(chosen[:k])) for k in range(len(chosen) + 1))
     unknowns = _unknowns(problem, requested)
-    reasons = tuple(_reason(*step, known=known, scale=scale, unknowns=unknowns) for step in steps)
+    reasons = tuple(_reason(*step, known=known, unknowns=unknowns) for step in steps)
     return pool.q[chosen], reasons
 
 
 @dataclass(frozen=True)
 class _DescribedUnknown:
-    """A parameter or a coefficient, described for people."""
+    """A parameter or a coefficient, described for people, and whose it is."""
 
     name: str
     owner: str
-    unit: str
 
 
 def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_DescribedUnknown]:
     """Unknowns in the order of the columns."""
-    chain = problem.robot.chain
-    found = [_DescribedUnknown(p.text, p.name, p.unit) for p in problem.parameters if p.is_plain]
+    found = [_DescribedUnknown(p.text, p.name) for p in problem.parameters if p.is_plain]
     for effect in requested:
-        for name, unit in zip(effect.names, effect.units(chain), strict=True):
-            sentence = (
-                effect.phrase if len(effect.joints) < 2 else f"{effect.name} ({name.partition('.')[0]})"
-            )
-            found.append(_DescribedUnknown(sentence, effect.label if len(effect.joints) < 2 else name, unit))
+        alone, shared = (effect.phrase, effect.label), f"{effect.name} ({{}})"
+        for name in effect.names:
+            several = shared.format(name.partition(".")[0]), name
+            found.append(_DescribedUnknown(*(alone if len(effect.joints) < 2 else several)))
     return found
 
 
 def _reason(
-    before: np.ndarray,
-    after: np.ndarray,
-    *,
-    known: int,
-    scale: np.ndarray,
-    unknowns: Sequence[_DescribedUnknown],
+    before: np.ndarray, after: np.ndarray, *, known: int, unknowns: Sequence[_DescribedUnknown]
 ) -> NextReason:
     """The parameter of interest that a pose improves most, and the one from which it separates it best."""
     old, new = (np.sqrt(np.diag(c)) for c in (before, after))
-    is_vague = (old > OPEN_ERROR) & (new > UNKNOWN_ERRORS)
-    best = known + int(np.argmin((new / old + is_vague)[known:]))
-    mine = unknowns[best]
+    best = known + int(np.argmin((new / old + (new > OPEN_ERROR))[known:]))
+    mine, shrinks_to = unknowns[best], float(new[best] / old[best])
     alike = np.abs(before[best]) / (old * old[best])
     alike[[u.owner == mine.owner for u in unknowns]] = 0.0
     other = int(np.argmax(alike))
-    size = new[best] / scale[best]
-    if is_vague[best] or (old[best] > OPEN_ERROR and mine.unit in ("rad", "m") and size > MAX_USEFUL_ERROR):
-        text = f"is a first step to make {mine.name} observable"
-    elif old[best] > OPEN_ERROR:
-        factor, unit = readable_unit(mine.unit)
-        text = f"makes {mine.name} observable: ± {factor * size:.2g} {unit}"
-    else:
-        verb = (
-            f"separates {mine.name} from {unknowns[other].name}"
-            if alike[other] > MIN_CORRELATION
-            else f"sharpens {mine.name}"
-        )
-        fall = 1.0 - new[best] / old[best]
-        text = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > MIN_FALL else f"{verb}, by less than 1 %"
-    return NextReason(text, float(new[best] / old[best]))
+    if old[best] > OPEN_ERROR:
+        return NextReason(f"is a step to make {mine.name} observable", shrinks_to)
+    parts = f"separates {mine.name} from {unknowns[other].name}"
+    verb = parts if alike[other] > MIN_CORRELATION else f"sharpens {mine.name}"
+    return NextReason(f"{verb}: ± {100.0 * (1.0 - shrinks_to):.0f} % smaller", shrinks_to)
 
 
 def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[AbstractEffect]) -> np.ndarray:
@@ -204,21 +177,8 @@ def _pool(
     arm = problem.frames.placed(arm, data.sessions).in_session(session)
     q = rng.uniform(low, high, (8 * size, data.joints))
     q = q[_about(arm, data.q, q)]
-    q = q[: 2 * size] if measurable is None else q[_measurable(measurable, q)]
+    q = q[: 2 * size] if measurable is None else q[np.asarray(measurable(q), bool)]
     return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)
-
-
-def _measurable(measurable: Measurable, q: np.ndarray) -> np.ndarray:
-    """Which postures can be measured, as the user's function says."""
-    found = np.asarray(measurable(q))
-    if found.dtype.kind != "b" or found.shape != (len(q),):
-        raise OptionError(
-            f"measurable must return True or False for each of the {len(q)} postures that it is given, got "
-            f"{found.dtype} of shape {found.shape}",
-            option="measurable",
-            found=found,
-        )
-    return found
 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -57,13 +57,11 @@ class Ranked:
     Args:
         effect: With zero coefficients.
         gain: Log evidence that it adds [nat].
-        p_value: Probability that chance would add as much, for one try.
         errors: Held-out errors of the arm with it; of the fitted rows if none was held out.
     """
 
     effect: AbstractEffect
     gain: float
-    p_value: float
     errors: Errors
 
 
@@ -73,9 +71,8 @@ class Accepted:
 
     Args:
         effect: With the identified coefficients.
-        std: Their standard errors, SI, including possible bias by undetectable effects.
+        std: Their standard errors, SI.
         gain: Log evidence that it adds to the others [nat].
-        p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
         before: Held-out errors of the final model without it, by the linear solution; of the fitted rows if
             none was held out.
         after: Of the final model with all effects, on the same rows.
@@ -86,7 +83,6 @@ class Accepted:
     effect: AbstractEffect
     std: tuple[float, ...]
     gain: float
-    p_value: float
     before: Errors
     after: Errors
     alternatives: tuple[Ranked, ...]
@@ -169,7 +165,7 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
         effects: Accepted effects, the largest contribution first.
         now: The saved arm, if there were events during the measurements.
         is_tried: Whether effects were tried: the rows were enough for that.
-        undetectable: Effects of load that are undetectable in the rows.
+        undetectable: Effects of load that are undetectable in the rows, with their standard errors.
         measure_next: Joint positions of poses to measure next [rad or m].
         next_reasons: What each of them would determine.
         warnings: Advice that could not be computed, one sentence each.

@@ -17,15 +17,12 @@ from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.final_fit import fitted_on_all, identified
 from workbench.diagnosis.result import Accepted, Ranked
-from workbench.diagnosis.search.evidence import Model, Offer, Term, drop
+from workbench.diagnosis.search.evidence import Offer, Term, drop
 from workbench.diagnosis.search.reduced_models import own_offers
-from workbench.diagnosis.search.refit import robot_with
-from workbench.diagnosis.search.rounds import Searched
-from workbench.diagnosis.undetectable import Undetectable, hidden_variance, undetectable
-from workbench.identification.errors.row_errors import UNKNOWN, Errors
+from workbench.diagnosis.undetectable import Undetectable, undetectable
+from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
-from workbench.identification.preparation import Prepared
 from workbench.identification.rows.excluded_outliers import suspects
 
 MAX_LISTED_RIVALS = 3
@@ -34,29 +31,6 @@ MIN_RELATIVE_EVIDENCE = 0.5
 """Minimum evidence of a rival relative to the effect's to be listed …"""
 MAX_EVIDENCE_GAP = 100.0
 """… and maximum difference between the two."""
-
-
-@dataclass(frozen=True, eq=False)
-class ModelComparison:
-    """Errors of models on the judging rows; on the fitted ones without those."""
-
-    ready: Prepared
-    searched: Searched
-
-    def errors(self, model: Model) -> Errors:
-        """Errors of the geometry with a model's effects, by the linear solution at the fit."""
-        fitted, held_out = self.searched.stage.fitted, self.ready.held_out_data
-        data = held_out if len(held_out) else fitted.problem.data
-        arm = robot_with(fitted, self.searched.grams, model)
-        return Errors.of(self.ready.errors_on(data, arm, fitted.problem.instrument(fitted.fit.x)))
-
-    def alternatives(self, term: Term) -> tuple[Ranked, ...]:
-        """The best candidates for the place of a term of the search's model, with the error that remains."""
-        place = place_of(self.searched, (term,))
-        minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
-        near = distinct([o for o in place.offers if o.gain > minimum])[:MAX_LISTED_RIVALS]
-        whole = ((o, self.errors((*place.left.model, o.term))) for o in near)
-        return tuple(Ranked(o.term.candidate.effect, o.gain, float(np.exp(o.log_p)), e) for o, e in whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +43,8 @@ class SavedModel:
         suspects: Which held-out rows no arm explains.
         note: Note on the refit; None without one.
         undetectable: Effects of load that are unobservable in the rows.
-        std: Standard errors of the coefficients, with what undetectable effects may add.
+        std: Standard errors of the coefficients.
         effects: Effects of the model, clearest first.
-        trial: Computes the errors of other models.
         now: The event after which the saved arm is valid, and its error since; None without events.
     """
 
@@ -81,21 +54,19 @@ class SavedModel:
     undetectable: tuple[Undetectable, ...]
     std: StandardErrors
     effects: tuple[Accepted, ...]
-    trial: ModelComparison
     now: Now | None
 
 
 def saved_model(search: CauseSearch) -> SavedModel:
     """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
-    last, ready, geometry = search.last, search.ready, search.first.fitted
+    last, ready, geometry = search.last, search.ready, search.first.fit
     fit = last.stage.fit
-    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
+    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
-    trial = ModelComparison(ready, last)
     missing = ask("unobservable effects", lambda: () if search.too_few else undetectable(last), ())
-    std = StandardErrors(final, hidden_variance(last, missing))
-    effects = _accepted(search, final, trial, std)
-    return SavedModel(final, suspect_rows, note, missing, std, effects, trial, arm_now(final))
+    std = StandardErrors(final)
+    effects = _accepted(search, final, std)
+    return SavedModel(final, suspect_rows, note, missing, std, effects, arm_now(final))
 
 
 def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
@@ -126,35 +97,40 @@ def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
     return min(left, key=left.__getitem__)
 
 
-def _accepted(
-    search: CauseSearch, final: Fit, trial: ModelComparison, std: StandardErrors
-) -> tuple[Accepted, ...]:
+def _accepted(search: CauseSearch, final: Fit, std: StandardErrors) -> tuple[Accepted, ...]:
     """The effects of the last fit with standard errors, rivals and individual contributions.
 
     Args:
         search: The search.
         final: Its model fitted to all rows.
-        trial: Evaluates other models at its last round.
         std: Standard errors of the coefficients [SI].
     """
     sized = {e.names: e for e in final.arm.effects}
     model, out = search.last.model, []
-    unknown = [Offer(term, np.nan, np.nan) for term in model]
+    unknown = [Offer(term, np.nan) for term in model]
     gains = ask("what each effect adds", lambda: own_offers(search.last.grams, model), unknown)
     for term, offered in sorted(zip(model, gains, strict=True), key=lambda each: -each[1].gain):
         effect, rest = sized[term.candidate.names], drop(model, [term])
         without = f"the error without {effect.phrase}"
-        alternatives = ask(f"alternatives to {effect.phrase}", partial(trial.alternatives, term), ())
+        alternatives = ask(f"alternatives to {effect.phrase}", partial(_alternatives, search, term), ())
         out.append(
             Accepted(
                 effect=effect,
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
-                p_value=float(np.exp(offered.log_p)),
-                before=ask(without, partial(trial.errors, rest), UNKNOWN) if rest else search.before.judged,
+                before=ask(without, partial(search.errors, rest), UNKNOWN) if rest else search.before.judged,
                 after=search.after.judged,
                 alternatives=alternatives,
                 text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),
             )
         )
     return tuple(out)
+
+
+def _alternatives(search: CauseSearch, term: Term) -> tuple[Ranked, ...]:
+    """The best candidates for the place of a term of the last model, with the error that remains."""
+    place = place_of(search.last, (term,))
+    minimum = max(MIN_RELATIVE_EVIDENCE * place.own, place.own - MAX_EVIDENCE_GAP)
+    near = distinct([o for o in place.offers if o.gain > minimum])[:MAX_LISTED_RIVALS]
+    whole = ((o, search.errors((*place.left.model, o.term))) for o in near)
+    return tuple(Ranked(o.term.candidate.effect, o.gain, errors) for o, errors in whole)

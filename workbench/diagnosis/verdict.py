@@ -10,7 +10,7 @@ from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.drivers.driver import Shape
 from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver
-from workbench.diagnosis.remaining_error import RemainingError
+from workbench.diagnosis.remaining_error import MAX_NOISE_RATIO, RemainingError
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.saved_model import SavedModel
 from workbench.identification.errors.row_errors import Errors, explains_little
@@ -55,7 +55,10 @@ def conclude(
     if not causes and residual_map is None and not followed:
         verdict = Verdict.UNEXPLAINED if remaining.is_unexplained else Verdict.NO_EFFECT
         return verdict, f"{warning}No effect was found beside the geometry; {left}."
-    is_all = not remaining.is_unexplained and is_named(causes, residual_map, before, after)
+    fitted, is_known = search.after.train.main.rms, np.isfinite(remaining.noise_ratio)
+    is_noise = is_known and after.main.rms <= MAX_NOISE_RATIO * fitted
+    is_all = is_noise or is_named(causes, residual_map, before, after)
+    is_all = is_all and not remaining.is_unexplained
     verdict = Verdict.EXPLAINED if is_all else Verdict.PARTLY  # a map alone predicts, but explains nothing
     claims = _claims_text(causes, followed, residual_map)
     if not is_added:

@@ -9,8 +9,7 @@ Effects of one kind in several joints are one cause. An accepted effect is a cau
 All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause and has more coefficients is no rival. One standard error of the log odds, from leaving out
-fold after fold, is subtracted; a cause preferred by every fold is at least probable, and a certain one
-survives more (`survival.py`). Of several joints one at least must survive this.
+fold after fold, is subtracted; a cause preferred by every fold is at least probable.
 
 A law must also win against smooth dependence without a law, on any driver and through any elements
 (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is. A cause whose driver
@@ -22,9 +21,9 @@ coupling is only probable there, as bearing loads depend on other joints' positi
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -41,7 +40,6 @@ from workbench.diagnosis.claims.accepted_terms import best_of, distinct, include
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.standard_errors import StandardErrors
-from workbench.diagnosis.claims.survival import Survival, survival
 from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
@@ -59,8 +57,7 @@ MAX_CAUSES = 6
 """Maximum number of causes."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
-NOT_ROBUST = "without a tenth of the rows, or with wider noise, another claim does nearly as well"
-NO_JOINT = "without a tenth of the rows, or with wider noise, each of its joints is unclear or replaceable"
+UNCLEAR = "its size is less than four standard errors"
 LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
@@ -170,7 +167,7 @@ class _Judge:
             at_tool: What they explain at the tool [mm, deg].
             challenge: They against what has no law.
         """
-        odds, rivals, survive = _against_rivals(self.searched, terms.group)
+        odds, rivals = _against_rivals(self.searched, terms.group)
         odds = min(odds, challenge.cap)
         clear = clearness(terms.effects, self.std)
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
@@ -180,14 +177,8 @@ class _Judge:
         reason = untried or doubt or terms.whole.doubt(self.motion) or twin
         if untried == UNTRIED:
             odds = min(odds, 1.0)
-        is_sure = not reason and odds >= CERTAIN
-        if is_sure or (len(clear) > 1 and odds >= PROBABLE):
-            kept = survive()
-            if len(clear) > 1 and kept.lost.issuperset(clear):
-                odds, reason = 1.0, reason or NO_JOINT
-            elif is_sure:
-                unclear = [j for j in clear if j in {*unclear, *kept.lost}]
-                reason = "" if kept.holds and len(unclear) < len(clear) else NOT_ROBUST
+        if odds >= CERTAIN and len(unclear) == len(clear):
+            reason = reason or UNCLEAR
         if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
@@ -269,11 +260,8 @@ def _groups(model: Model) -> list[Model]:
     return list(out.values())
 
 
-def _against_rivals(
-    searched: Searched, group: Model
-) -> tuple[float, tuple[AbstractEffect, ...], Callable[[], Survival]]:
-    """Odds of some terms against the best other claim, the claims that are indistinguishable from them, and
-    how the odds change under varied assumptions."""
+def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
+    """Odds of some terms against the best other claim, and those that are indistinguishable from them."""
     whole = place_of(searched, group)
     parts = [place_of(replace(searched, grams=g), group) for g in searched.grams.without_each]
     near = {
@@ -292,5 +280,4 @@ def _against_rivals(
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
-    survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
-    return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES]), survive
+    return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES])

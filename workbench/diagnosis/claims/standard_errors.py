@@ -1,4 +1,4 @@
-"""Standard errors of a diagnosis' coefficients, with hidden effects and with errors shared by rows.
+"""Standard errors of a diagnosis' coefficients, with errors shared by rows.
 
 With H = JᵀJ of the whitened rows, Λ the prior precision and A = H + Λ, the covariance is σ² A⁻¹ if errors of
 rows are independent. Rows of one place (a group, or a repeated posture) may share an error; then it is
@@ -25,19 +25,12 @@ MIN_ROWS = 1.5
 
 
 class StandardErrors(Mapping[str, float]):
-    """Of a fit's unknowns by name [SI].
+    """Of the saved arm's unknowns by name [SI]."""
 
-    Args:
-        fit: Fit of the saved arm.
-        hidden: Additional variance of its unknowns due to undetectable effects [SI²].
-    """
-
-    def __init__(self, fit: Fit, hidden: Mapping[str, float]):
+    def __init__(self, fit: Fit):
         self._places = {name: i for i, name in enumerate(fit.problem.names)}
-        own = fit.std
-        more = np.sqrt([hidden.get(name, 0.0) for name in self._places])
-        self._covariance, self._std = fit.covariance, np.hypot(own * dependence(fit), more)
-        self._ratio = self._std / np.where(own > 0.0, own, 1.0)
+        self._covariance, self._ratio = fit.covariance, dependence(fit)
+        self._std = fit.std * self._ratio
 
     def __getitem__(self, name: str) -> float:
         return float(self._std[self._places[name]])

@@ -9,7 +9,7 @@
 | motion | a joint's last motion, also with its load or its angle | the joint |
 | | a joint's last motion | another joint |
 | | the speed of all joints: places and joints of different times | all joints |
-| time, temperature | all rows | frame, tool, joints, lengths; for time, any constant |
+| time, temperature | all rows | frame, tool, joints, lengths, any constant |
 | place | where the tool is | frame |
 
 Over a load there are its simplest shapes besides, a line and a jump, which laws have too; over time and
@@ -257,6 +257,11 @@ class _Rows:
         return self.arm.chain
 
     @cached_property
+    def constants(self) -> tuple[str, ...]:
+        """Unknown constants of the arm."""
+        return tuple(p.name for p in self.problem.parameters if p.is_geometry and p.name in self.chain.index)
+
+    @cached_property
     def wrenches(self) -> np.ndarray:
         """Through every joint in every row; empty where neither masses nor torques are known."""
         return self.wrenches_of(self.arm)
@@ -420,7 +425,6 @@ def _times(rows: _Rows) -> Iterator[Follower]:
         yield from _through_all(rows, Driver.TIME, TIME, wandering(t))
         unsaid = f"{TIME}, as under a payload that changes, in {{}}"
         yield from _payloads(rows, Driver.TIME, unsaid, wandering(t))
-        yield from constants_over_time(rows.problem, rows.x)
     if len(names := rows.data.sessions) > 1:
         session = np.column_stack([rows.data.in_session(name) for name in names[1:]])
         yield from _through_all(rows, Driver.TIME, "the session", session)
@@ -429,10 +433,11 @@ def _times(rows: _Rows) -> Iterator[Follower]:
 def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
     """A process of all constants of the arm over time, also on a path; none without unknown constants."""
     rows, clock = _Rows(problem, x, None), clock_of(problem.data)[0]
-    free = tuple(p.name for p in problem.parameters if p.is_geometry and p.name in rows.chain.index)
-    if free:
+    if rows.constants:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
-        yield rows.follower(Driver.TIME, f"{TIME}, in the arm's constants", wandering(t), moved=free)
+        yield rows.follower(
+            Driver.TIME, f"{TIME}, in the arm's constants", wandering(t), moved=rows.constants
+        )
 
 
 def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
@@ -482,6 +487,8 @@ def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iter
         for j in range(chain.dof):
             yield through(f"{name}, in {{}}", joints=(j,))
         yield through(f"{name}, in the arm's lengths", moved=tuple(e.name for e in lengths), together=values)
+        if rows.constants:
+            yield through(f"{name}, in the arm's constants", moved=rows.constants)
 
 
 def _places(rows: _Rows) -> Iterator[Follower]:

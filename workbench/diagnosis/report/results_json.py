@@ -12,7 +12,6 @@ from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.report.document import diagnosis_blocks
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
-from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.results_json import excluded_json, validation_json
 from workbench.report.json import Json, document
@@ -53,7 +52,10 @@ def diagnosis_json(result: Diagnosis) -> Json:
         **_joint_noise(result),
         saved_arm=None if result.now is None else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
         follows=lambda: [_followed(f) for f in result.followed],
-        not_identifiable=lambda: [_undetectable(u, result) for u in result.undetectable],
+        not_identifiable=lambda: [
+            {**_effect(effect), "std": std if np.isfinite(std) else None}
+            for effect, std in result.undetectable
+        ],
         suspects=result.held_out_data.row[result.suspects],
         verdict=result.verdict,
         message=result.message,
@@ -96,13 +98,17 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
                 effect.names, effect.coefficients, found.std, units, strict=True
             )
         ],
-        "p_value": found.p_value,
-        "gain": found.gain,
+        **_chance(found.gain),
         **_held_out("before", found.before),
         **_held_out("after", found.after),
         "alternatives": [_ranked(r) for r in found.alternatives],
         "words": found.text,
     }
+
+
+def _chance(gain: float) -> Json:
+    """Log evidence, and the largest probability that chance would add as much (Markov's inequality)."""
+    return {"gain": gain, "p_value": float(np.exp(-max(gain, 0.0)))}
 
 
 def _cause(cause: Cause) -> Json:
@@ -145,20 +151,5 @@ def _followed(found: FollowedDriver) -> Json:
     }
 
 
-def _undetectable(missing: Undetectable, result: Diagnosis) -> Json:
-    """An undetectable effect; `std` is null if it is not loaded."""
-    return {
-        **_effect(missing.effect),
-        "reason": str(missing.reason),
-        "std": missing.std if np.isfinite(missing.std) else None,
-        "unit": missing.effect.units(result.calibrated.chain)[0],
-    }
-
-
 def _ranked(candidate: Ranked) -> Json:
-    return {
-        **_effect(candidate.effect),
-        **_held_out("after", candidate.errors),
-        "gain": candidate.gain,
-        "p_value": candidate.p_value,
-    }
+    return {**_effect(candidate.effect), **_held_out("after", candidate.errors), **_chance(candidate.gain)}

@@ -5,7 +5,6 @@ Candidates that can't be tried are reported with the reason.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
-from workbench.base.columns import row_drivers
 from workbench.diagnosis.search.candidate_columns import known_wrenches
 from workbench.parts import warn_of_broken
 
@@ -25,8 +23,6 @@ ONLY_LOADS = (
     "the poses are too few, or vary in too few directions of joint space, to separate other effects from "
     "geometry: only effects of the load, which changes at the same postures, were tried"
 )
-CONFOUNDED_CORRELATION = 0.95
-"""Correlation above which two drivers are reported as confounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,12 +100,3 @@ def _drivers(motion: Motion) -> Iterator[str]:
     """Notes on drivers that don't vary, or vary together."""
     if motion.payload is not None and len(motion) and np.ptp(motion.payload) == 0.0:
         yield "the payload is the same in all rows, so it can't be separated from the arm's own weight"
-    known = {n: v for n, v in motion.drivers.items() if n in row_drivers()}
-    varied = {n: v for n, v in known.items() if np.isfinite(v).all() and np.ptp(v) > 0}
-    for a, b in combinations(varied, 2):
-        together = abs(np.corrcoef(varied[a], varied[b])[0, 1])
-        if together > CONFOUNDED_CORRELATION:
-            yield (
-                f"{a} and {b} are {100 * together:.0f} % correlated in these rows, so their effects "
-                "can hardly be distinguished"
-            )

@@ -40,14 +40,14 @@ def _remainders(
     searched: Searched, solutions: Float[np.ndarray, "folds gc k"]
 ) -> Iterator[Float[np.ndarray, "m k"]]:
     """Whitened residuals of the rows of the fold that each solution left out, block by block."""
-    grams, fitted = searched.grams, searched.stage.fitted
-    problem, x = fitted.problem.with_noise(searched.stage.geometric_problem.noise), fitted.fit.x
+    grams, stage = searched.grams, searched.stage
+    problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
     tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.model])
     steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     geometry = np.einsum("pg,fgk->fpk", grams.basis, solutions[:, : grams.geometry])
     pieces = {block.start: piece for block, piece in problem.pieces(x, only=plain) if block is not None}
-    fold = searched.fold[searched.stage.keep]
+    fold = searched.fold[stage.keep]
     for block, columns in candidate_columns(problem, x, tried.carriers, loaded=tried.loaded):
         piece, table = pieces[block.start], columns.table
         label = np.repeat(fold[block.rows], len(table) // len(block.rows))

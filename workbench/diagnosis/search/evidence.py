@@ -1,4 +1,4 @@
-"""How well a model of effects explains the residuals: log evidence, p-value, cross-validation.
+"""How well a model of effects explains the residuals: log evidence and cross-validation.
 
 The residual is normal with unknown variance. Free coefficients are charged as in the Bayesian information
 criterion, ½ log N each; coefficients that share a variance are integrated out, their precision λ being the
@@ -22,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy import linalg, special
+from scipy import linalg
 
 from workbench.arm.effects import Candidate
 from workbench.diagnosis.search.gram_matrices import Grams, among
@@ -39,8 +39,6 @@ PRIOR_SHARE = 0.5
 """Prior standard deviation of coefficients as a share of their bound."""
 NONZERO_ERRORS = 3.0
 """Standard errors below which a coefficient is compatible with zero."""
-MIN_F_RATIO = 4.0
-"""F ratios below this are never significant; their p-value is not computed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,12 +111,10 @@ class Offer:
     Args:
         term: The candidate with its best precision.
         gain: Log evidence that it adds, less its handicap.
-        log_p: Logarithm of the probability that chance would add as much.
     """
 
     term: Term
     gain: float
-    log_p: float
 
 
 def projection(grams: Grams, model: Model) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
@@ -192,19 +188,14 @@ def _offers(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
 
 
 def _weighed(left: Remainder, candidates: Sequence[Candidate], names: Sequence[str]) -> list[Offer]:
-    """Effects of load, each together with the masses and centres that act through it.
-
-    Without the effect they would not act, so chance is computed for both together: evidence of e^g occurs by
-    chance in at most e^-g of all arms (Markov's inequality).
-    """
+    """Effects of load, each together with the masses and centres that act through it."""
     columns, precision = left.grams.columns(names), np.diag(_known(left.grams, names))
     factor = linalg.cholesky(left.inner(columns) + precision, lower=True, check_finite=False)
     half = linalg.solve_triangular(factor, left.rows(columns), lower=True, check_finite=False)
     beside = left.with_more(left.model, half.T)
     charge = np.log(np.diagonal(factor)).sum() - 0.5 * np.log(np.diagonal(precision)).sum()
     taken = 0.5 * left.freedom * np.log(left.square / beside.square) - float(charge)
-    gains = [(o, o.gain + taken) for o in _offers(beside, candidates)]
-    return [replace(o, gain=gain, log_p=min(o.log_p, -gain)) for o, gain in gains]
+    return [replace(o, gain=o.gain + taken) for o in _offers(beside, candidates)]
 
 
 def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
@@ -228,14 +219,7 @@ def _free(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     refused = _refused(candidates, value, vectors, size, rest, largest, left)
     usable = (rank > 0) & (left.freedom > rank + 1) & ~refused
     searched = np.log([c.tries for c in candidates])
-    return [
-        Offer(
-            Term(candidates[int(i)]),
-            float(gain[i] - searched[i]),
-            _log_p(taken[i], rest[i], int(rank[i]), left.freedom) + float(searched[i]),
-        )
-        for i in np.flatnonzero(usable)
-    ]
+    return [Offer(Term(candidates[i]), float(gain[i] - searched[i])) for i in np.flatnonzero(usable).tolist()]
 
 
 def _refused(candidates, value, vectors, size, rest, largest, left) -> np.ndarray:
@@ -246,15 +230,6 @@ def _refused(candidates, value, vectors, size, rest, largest, left) -> np.ndarra
     gives_way = np.array([c.effect.gives_way for c in candidates])
     pushes = gives_way & (found < -SIGN_TOLERANCE * spread).any(1)
     return pushes | (np.abs(found) > largest + SIGN_TOLERANCE * spread).any(1)
-
-
-def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
-    """Logarithm of the F test's p-value."""
-    ratio = (taken / rank) / (rest / (freedom - rank))
-    if ratio < MIN_F_RATIO:
-        return 0.0
-    with np.errstate(divide="ignore"):
-        return float(np.log(special.fdtrc(rank, freedom - rank, ratio)))
 
 
 def _shrunk(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
@@ -283,9 +258,8 @@ def _shrunk(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
             kept = [j for j in range(len(candidate.names)) if j not in pushing]
             found += _shrunk(left, [candidate.only(kept)]) if len(kept) > 1 else []
             continue
-        log_p = -max(gain, 0.0)  # of twice the gain, χ² distributed with two degrees of freedom
         charged = gain - 0.5 * float(np.log(grams.count)) - candidate.effect.handicap
-        found.append(Offer(Term(candidate, precision), charged, log_p))
+        found.append(Offer(Term(candidate, precision), charged))
     return found
 
 

@@ -84,7 +84,7 @@ def _places(grams: Grams, terms: Sequence[Term], used: Int[np.ndarray, " n"]) ->
 def own_offers(grams: Grams, model: Model) -> list[Offer]:
     """Contribution of each of a model's terms to the others."""
     found = [offer(left_without(grams, model, (term,)), term.candidate) for term in model]
-    return [o or Offer(t, -np.inf, 0.0) for t, o in zip(model, found, strict=True)]
+    return [o or Offer(t, -np.inf) for t, o in zip(model, found, strict=True)]
 
 
 def validated_without(

@@ -1,14 +1,12 @@
 """Joint nonlinear fit of geometry and accepted effects."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from scipy import linalg
 
-from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.robot import Robot
 from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
@@ -53,29 +51,6 @@ STEP_TOLERANCE = 1e-3
 """The search ends when the predicted step is below this many standard errors."""
 
 
-@dataclass(frozen=True, eq=False)
-class FittedModel:
-    """A model and its fit.
-
-    Args:
-        model: The accepted effects.
-        fit: Geometry and coefficients.
-    """
-
-    model: Model
-    fit: Fit
-
-    @property
-    def problem(self) -> Problem:
-        return self.fit.problem
-
-    @property
-    def events(self) -> list[AbstractEvent]:
-        """Events in the model."""
-        effects = (t.candidate.effect for t in self.model)
-        return [e for e in effects if isinstance(e, AbstractEvent)]
-
-
 def refit(
     problem: Problem,
     grams: Grams | None,
@@ -85,7 +60,7 @@ def refit(
     starts: Sequence[Mapping[str, float]] = ({},),
     holds: bool = False,
     is_final: bool = False,
-) -> FittedModel:
+) -> Fit:
     """Fit geometry and a model's effects, with the noise estimated from the residuals.
 
     Args:
@@ -123,7 +98,7 @@ def refit(
         built, search = search_flanks(algorithm, built, here)
     if built is held:  # unobservable combinations are reported without that prior
         built = free
-    return FittedModel(model, Fit(algorithm=algorithm, problem=built, search=search))
+    return Fit(algorithm=algorithm, problem=built, search=search)
 
 
 def needs_inertia(robot: Robot) -> bool:
@@ -141,9 +116,9 @@ def large(problem: Problem) -> bool:
     return huge(problem) or problem.size * len(problem.names) ** 2 > noises.MAX_QUICK_PRODUCTS
 
 
-def linear_answer(fitted: FittedModel, grams: Grams, model: Model) -> dict[str, float]:
+def linear_answer(fit: Fit, grams: Grams, model: Model) -> dict[str, float]:
     """Unknowns of another model from the linear solution at a fit, by name [SI]."""
-    problem, x = fitted.problem, fitted.fit.x
+    problem, x = fit.problem, fit.x
     step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
     plain = [p.name for p in problem.parameters if p.is_plain]
     known = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if not p.is_coefficient}
@@ -151,16 +126,15 @@ def linear_answer(fitted: FittedModel, grams: Grams, model: Model) -> dict[str, 
     return known | moved | coefficients(grams, model)
 
 
-def with_own_noise(fitted: FittedModel, problem: Problem) -> Problem:
+def with_own_noise(fit: Fit, problem: Problem) -> Problem:
     """The geometric problem, weighted by a fit's residuals in addition to the stated noise."""
-    left = with_joint_readings(fitted.problem, fitted.fit.x, fitted.fit.factor)
+    left = with_joint_readings(fit.problem, fit.x, fit.factor)
     return problem if left is None else problem.with_noise(left)
 
 
-def robot_with(fitted: FittedModel, grams: Grams, model: Model) -> Robot:
+def robot_with(fit: Fit, grams: Grams, model: Model) -> Robot:
     """The arm with another model instead of a fit's own, from the linear solution at that fit."""
-    answer = linear_answer(fitted, grams, model)
-    problem = fitted.problem
+    answer, problem = linear_answer(fit, grams, model), fit.problem
     arm = problem.robot_at(np.array([answer.get(name, 0.0) for name in problem.names]))
     gone = {p.name for p in problem.parameters if p.is_coefficient}
     own = [e for e in arm.effects if not gone & set(e.names)]

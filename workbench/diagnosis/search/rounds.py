@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from workbench.arm.effects import AbstractEffect, Candidate
+from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
 from workbench.base.types import Vector3
@@ -23,7 +24,7 @@ from workbench.diagnosis.search.candidates import Catalogue, catalogue
 from workbench.diagnosis.search.event_search import Changeable, Timeline, changeable, crowded, promising
 from workbench.diagnosis.search.evidence import Model, drop, rescaled, validated
 from workbench.diagnosis.search.gram_matrices import Grams, compress
-from workbench.diagnosis.search.refit import FittedModel, large, linear_answer, refit, with_own_noise
+from workbench.diagnosis.search.refit import large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.search.stepwise_search import MAX_EARLY_EXCHANGE_EFFECTS, MIN_FALL
 from workbench.diagnosis.search.stepwise_search import search as search_effects
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
@@ -67,7 +68,8 @@ class Stage:
         data: All rows to fit, outliers among them.
         keep: Which of them were fitted.
         geometric_problem: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
-        fitted: Geometry and accepted effects.
+        model: The accepted effects.
+        fit: Geometry and their coefficients.
         spared: Outliers close to each other in time: an event may explain them, so they are not excluded
             before events were searched.
     """
@@ -75,18 +77,14 @@ class Stage:
     data: Dataset
     keep: Bool[np.ndarray, " rows"]
     geometric_problem: Problem
-    fitted: FittedModel
+    model: Model
+    fit: Fit
     spared: Bool[np.ndarray, " rows"]
-
-    @property
-    def fit(self) -> Fit:
-        """Geometry and coefficients of the accepted effects."""
-        return self.fitted.fit
 
     @property
     def problem(self) -> Problem:
         """Geometry and accepted effects on the fitted rows."""
-        return self.fitted.problem
+        return self.fit.problem
 
     @property
     def motion(self) -> Motion:
@@ -120,13 +118,13 @@ def geometry_first(problem: Problem) -> Stage:
         problem: Geometry, on all rows to fit.
     """
     data = problem.data
-    fitted = refit(problem, None, ())
+    fit = refit(problem, None, ())
     everything = np.ones(len(data), bool)
-    wide = fitted.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
-    out = find_outliers(wide, robust_fit(wide, fitted.fit.x), everything)
+    wide = fit.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
+    out = find_outliers(wide, robust_fit(wide, fit.x), everything)
     fewest = MIN_WINDOW_OUTLIERS + 2 * int(out.mean() > MANY)  # many crowd by chance
     spared = crowded(out, data, within=EVENT_WINDOW, fewest=fewest)
-    stage = Stage(data, ~out | spared, problem, fitted, spared)
+    stage = Stage(data, ~out | spared, problem, (), fit, spared)
     return _without_outliers(_fit(stage, None, ()), None)
 
 
@@ -168,7 +166,7 @@ def rounds(
             if not any(t.candidate.effect.is_event for t in last.model):
                 stage = _without_outliers(_fit(replace(stage, keep=stage.keep & ~spared), None, ()), None)
                 last = _search(stage, fold, tried, events, without)
-        same = _same(last.model, stage.fitted.model)
+        same = _same(last.model, stage.model)
         again = not same and any(_same(last.model, each.model) for each in done)
         done.append(last)
         over = len(done) == (MAX_LARGE_ROUNDS if large(stage.problem) else MAX_ROUNDS) or cancelled()
@@ -184,7 +182,7 @@ def rounds(
             else:
                 is_last = True
     best = min(done, key=description_length) if again else last
-    fitted = _among(best.stage.fitted.model, best.offered.candidates)
+    fitted = _among(best.stage.model, best.offered.candidates)
     return (*done[:-1], replace(best, model=fitted))
 
 
@@ -212,9 +210,9 @@ def _compressed(
 def _better(searched: Searched) -> bool:
     """Whether a result has a shorter description than the fitted model, or predicts other folds noticeably
     better."""
-    if _coefficients(searched.model) < _coefficients(searched.stage.fitted.model):
+    if _coefficients(searched.model) < _coefficients(searched.stage.model):
         return True
-    fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
+    fitted = _among(searched.stage.model, searched.offered.candidates)
     before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.model))
     return bool(abs(before - after) > MIN_FALL * before)
 
@@ -223,7 +221,7 @@ def description_length(searched: Searched) -> float:
     """Description length of the rows by a stage's fit: residual noise, and ½ log N per coefficient."""
     problem = searched.stage.geometric_problem
     noise = problem.sigma[problem.inverse_sigma > 0.0]
-    charge = 0.5 * _coefficients(searched.stage.fitted.model) * np.log(problem.count)
+    charge = 0.5 * _coefficients(searched.stage.model) * np.log(problem.count)
     return problem.count * float(np.log(noise).mean()) + charge
 
 
@@ -254,15 +252,18 @@ def _search(
     if tried is Tried.LOADS:
         offered, events = offered.of_loads, ()
     kinds = changeable(stage.problem) if events is None else ()
-    line = Timeline.of(stage.problem.data, [e.moment for e in stage.fitted.events])
-    known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)
+    line = Timeline.of(
+        stage.problem.data,
+        [t.candidate.effect.moment for t in stage.model if isinstance(t.candidate.effect, AbstractEvent)],
+    )
+    known = (t.candidate for t in stage.model if t.candidate.effect.is_event)
     plain, happened = offered.candidates, [*(known if events is None else events)]
 
     def compressed() -> Grams:
         return _compressed(stage, [c.effect for c in (*plain, *happened)], fold, kinds, line)
 
     grams = compressed()
-    model = _among(stage.fitted.model, (*plain, *happened))
+    model = _among(stage.model, (*plain, *happened))
     for number in range(MAX_EVENT_ROUNDS):
         rests = [model, *(drop(model, [t]) for t in model if len(model) <= MAX_EARLY_EXCHANGE_EFFECTS)]
         best = {c.names: c for rest in rests for c in promising(grams, rest, line, kinds)}
@@ -279,14 +280,13 @@ def _search(
 def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     """The stage with another model, or other rows, fitted from the last fit's linear prediction."""
     starts, data = [stage.problem.named(stage.fit.x)], stage.data.take(stage.keep)
-    if grams is not None and not _same(model, stage.fitted.model):
-        starts.append(linear_answer(stage.fitted, grams, model))
-    fitted = refit(stage.geometric_problem, grams, model, data=data, starts=starts)
-    geometric = freed(stage.geometric_problem, fitted.fit)
+    if grams is not None and not _same(model, stage.model):
+        starts.append(linear_answer(stage.fit, grams, model))
+    fit = refit(stage.geometric_problem, grams, model, data=data, starts=starts)
+    geometric = freed(stage.geometric_problem, fit)
     if geometric is not stage.geometric_problem:
-        starts = [fitted.problem.named(fitted.fit.x)]
-        fitted = refit(geometric, grams, model, data=data, starts=starts)
-    return replace(stage, geometric_problem=geometric, fitted=fitted)
+        fit = refit(geometric, grams, model, data=data, starts=[fit.problem.named(fit.x)])
+    return replace(stage, geometric_problem=geometric, model=model, fit=fit)
 
 
 def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
@@ -301,18 +301,18 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
             keep &= np.any(stage.data.direction != 0.0, axis=1)  # of a first row it is unknown
         if (keep == stage.keep).all():
             break
-        stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model)
+        stage = _fit(replace(stage, keep=keep), grams, stage.model)
     for _ in range(MAX_WEIGHINGS):
         before = stage.geometric_problem
-        stage = replace(stage, geometric_problem=with_own_noise(stage.fitted, before))
+        stage = replace(stage, geometric_problem=with_own_noise(stage.fit, before))
         if large(stage.problem):
             return stage
         after = stage.geometric_problem
         ratio = (np.array(before.typical_noise[:2]) / np.array(after.typical_noise[:2])) ** 2
         seen = float(ratio[np.isfinite(ratio)][0])  # of positions, or of orientations without these
-        stage = _fit(stage, grams, rescaled(stage.fitted.model, seen))
+        stage = _fit(stage, grams, rescaled(stage.model, seen))
         was, now = (np.sign(p.noise.joints) for p in (before, after))
-        if np.array_equal(was, now) or not (stage.fitted.model and any(before.noise.joints)):
+        if np.array_equal(was, now) or not (stage.model and any(before.noise.joints)):
             break  # else joints may have seemed to scatter by what the model lacked before
     return stage
 

@@ -1,9 +1,8 @@
 """Stepwise search for effects: add the best, exchange, prune, until no candidate is significant.
 
-A candidate enters if three criteria agree: the evidence prefers it to every other, chance would add as much
-in less than `ALPHA` of all arms (corrected for the number of candidates), and the cross-validated error
-decreases. After each entry every effect is compared with all others in its place, and several maps of
-joints with one smooth map.
+A candidate enters if it is likelier than none, as one of so many, the evidence prefers it to every other, and
+the cross-validated error decreases. After each entry every effect is compared with all others in its place,
+and several maps of joints with one smooth map.
 """
 
 from collections.abc import Sequence
@@ -28,8 +27,6 @@ from workbench.diagnosis.search.evidence import (
 from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.diagnosis.search.reduced_models import left_of, left_without, own_offers, with_one_more
 
-ALPHA = 0.002
-"""Share of arms without effects for which one may be claimed."""
 MAX_EFFECTS = 40
 """Maximum number of effects of one arm."""
 MAX_EXCHANGE_ROUNDS = 6
@@ -82,8 +79,8 @@ def _names(model: Model) -> frozenset[tuple[str, ...]]:
 
 
 def significant(found: Offer, tries: int) -> bool:
-    """Whether the gain is significant given the number of candidates."""
-    return bool(found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA))
+    """Whether one of so many candidates is likelier than none."""
+    return found.gain > np.log(max(tries, 1))
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
