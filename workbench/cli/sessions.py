@@ -23,7 +23,7 @@ class Opening:
 
     Args:
         read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
-        begin: Makes the session from both once the page is open; reports its progress, and shows what it has.
+        begin: Makes the session from both once the page is open; reports its progress.
         is_certain: Whether both are built in, so that they need no checks.
         sentence: What the page says until then.
     """
@@ -49,7 +49,7 @@ def open_session(
 
     is_given = plate is not None
 
-    def begin(robot, plate, progress, show):
+    def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
 
         make = partial(folders.begin, folder=session) if record else folders.unrecorded_session
@@ -85,7 +85,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         opt.say_notes(recorded().notes)
         return recorded().robot, recorded().plate
 
-    def begin(robot, plate, progress, show):
+    def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
         from workbench.session.journal.restore import restore
 
@@ -97,7 +97,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
                 progress(part, text)
 
             with running(tell):
-                restored = restore(recording, show=show)
+                restored = restore(recording)
         if not record:
             return _with_recorder(folders.go_on_unrecorded(restored), live)
         return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)

@@ -35,8 +35,6 @@ from workbench.session.state import Session
 
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
-PLACES = ("drag-1.jsonl", "drag-2.jsonl")
-"""Where the newest place of a drag stands beside the journal, and the one before it."""
 LONGEST_SUFFIX = 8
 CHECK = "check"
 """Name of a line's checksum, its last value."""

@@ -2,7 +2,6 @@
 
     recordings/2026-11-21-133000/
         journal.jsonl     a header, then one line a command
-        drag-1.jsonl      during a drag, its newest place or the one before; likewise drag-2.jsonl
         inputs/           robot, plate and measurement files, as they were, and results of fits
         session.rrd       pictures for the rerun viewer
 
@@ -10,7 +9,6 @@ A session begins from the recording's own copies of robot and plate, so that a r
 to the last digit. The header holds their digests, and like every line a checksum.
 """
 
-import contextlib
 import json
 import shutil
 from collections.abc import Callable
@@ -115,9 +113,6 @@ def resume(recording: Recording, session: Session) -> StartedSession:
     folder = recording.folder
     try:
         file = Appender(folder / JOURNAL, length=recording.length)
-        if recording.unsettled:
-            with contextlib.suppress(OSError):  # it waits, and the user is told with the next line
-                file.add(recording.unsettled)
     except OSError as error:
         return _without_folder(session, NO_MORE, error, folder, recording.entries)
     return StartedSession(session, (Logbook(file),), folder, recording.entries)

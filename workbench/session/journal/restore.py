@@ -9,7 +9,6 @@ recording of its own.
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
@@ -23,7 +22,7 @@ from workbench.session.command import UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.numbers import ROUNDING, Difference, compare, numbers_of
 from workbench.session.journal.reader import Recording
-from workbench.session.journal.replay import steps, stored_steps, takes_long
+from workbench.session.journal.replay import steps, stored_steps
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
 
@@ -80,15 +79,12 @@ class Restored:
         )
 
 
-def restore(
-    recording: Recording, *, is_computed: bool = False, show: Callable[[Session], None] = lambda session: None
-) -> Restored:
+def restore(recording: Recording, *, is_computed: bool = False) -> Restored:
     """The session after the recording's last command, to go on from there.
 
     Args:
         recording: As it was read.
         is_computed: Whether searches and chores are computed again, too.
-        show: Told of the session before everything that takes long.
     """
     entries = recording.entries
     written = [recording.header["numbers"], *(line.numbers for line in recording.lines)]
@@ -100,10 +96,8 @@ def restore(
         compared += len(pairs)
         if unequal := [pair for pair in pairs if pair.size > ROUNDING]:
             found, now[step] = [*found, *unequal], numbers
-        following = entries[step : step + 1]
-        if not following or takes_long(following[0], is_computed=is_computed):
-            show(session)
-        progress(step / max(len(entries), 1), following[0].command.title if following else "")
+        following = entries[step].command.title if step < len(entries) else ""
+        progress(step / max(len(entries), 1), following)
     if recording.skipped:
         session = session.with_message(Severity.WARNING, recording.skipped)
     if not found:

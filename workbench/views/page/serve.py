@@ -14,7 +14,7 @@ import webbrowser
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import viser
 
@@ -24,9 +24,6 @@ from workbench.base.threads import one_thread
 from workbench.views.page.html import block, text
 from workbench.views.page.local_server import LocalServer, local_server, page_address
 from workbench.views.page.viser_internals import stop_server
-
-if TYPE_CHECKING:
-    from workbench.session.state import Session
 
 PORT = 8090
 """Default port, tried first."""
@@ -57,8 +54,8 @@ def serve(
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
-        begin: Makes the session of robot and plate, with what follows it; tells how far it is, and shows what
-            it has by then. None: one that is not recorded.
+        begin: Makes the session of robot and plate, with what follows it; tells how far it is. None: one that
+            is not recorded.
         sentence: What the page says until then.
         demo: Whether the demo plays first.
         beside: As of `App`.
@@ -86,21 +83,13 @@ def serve(
             if not is_announced:
                 is_announced = True
                 _announce(server, on_ready, open_browser)
-            from workbench.parts import warn_of_broken
             from workbench.plate.patterns import circle_before
-            from workbench.views.page.scene.start_scene import first_picture, next_picture
+            from workbench.views.page.scene.start_scene import first_picture
 
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
 
             def tell(part: float, step: str) -> None:
                 waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
-
-            def show(session: "Session") -> None:
-                nonlocal drawn
-                try:
-                    drawn = next_picture(server, session, drawn)
-                except Exception as error:  # the session opens without it
-                    warn_of_broken("the picture of a session that is opened", error)
 
             _go_on(stop)
             from workbench.session.journal.folder import unrecorded_session
@@ -110,7 +99,7 @@ def serve(
             _go_on(stop)
             with one_thread():
                 plate = default_circle(robot) if plate is None else plate
-                begun = begin(robot, plate, tell, show) if begin else unrecorded_session(robot, plate)
+                begun = begin(robot, plate, tell) if begin else unrecorded_session(robot, plate)
             waiting.remove()
             app = App(
                 robot,

@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 
 from workbench.session.state import Focus, Session
 from workbench.views.drawables.viewpoint import first_view, title, view_of_rows
-from workbench.views.recording.canvas import PATHS, ROW, STEP
+from workbench.views.recording.canvas import PATHS, STEP
 
 GROUND = (246, 248, 251)
 NEARER = 0.62
@@ -24,7 +24,6 @@ PLOTS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
         "Errors",
         {EACH: tuple(f"{p}_mm" for p in PATHS.values()), ROTATION: tuple(f"{p}_deg" for p in PATHS.values())},
     ),
-    "row_error": (f"By row: set the timeline to {ROW}", {EACH: tuple(f"{p}_mm/**" for p in PATHS.values())}),
 }
 """Where numbers are, how their tab is called, and what each of its plots has, by its heading."""
 

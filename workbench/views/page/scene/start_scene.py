@@ -6,10 +6,9 @@ import viser
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
-from workbench.session.state import Session
 from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK
 from workbench.views.drawables.nominal_arm import nominal_arm_at
-from workbench.views.drawables.viewpoint import first_view, title, view_of_region
+from workbench.views.drawables.viewpoint import view_of_region
 from workbench.views.page.camera import aim_all
 from workbench.views.page.scene.viser_sink import PageSink
 
@@ -87,21 +86,5 @@ def first_picture(server: viser.ViserServer, robot: Robot, plate: Plate) -> Firs
         drawn.ground.show(is_dark=False)
         drawn.sink.draw([nominal_arm_at(robot, np.clip(np.zeros(robot.dof), *robot.limits.T))])
         aim_all(server, *view_of_region(robot, plate.region))
-    server.flush()
-    return drawn
-
-
-def next_picture(server: viser.ViserServer, session: Session, drawn: FirstPicture) -> FirstPicture:
-    """All that a session has by now, sent at once: with another arm, in a scene of its own."""
-    from workbench.views.drawables.scene_contents import on_page
-
-    with server.atomic():
-        if not drawn.ground.suits(session.robot):
-            server.scene.reset()
-            drawn = FirstPicture(server, session.robot)
-            drawn.ground.show(session.page.is_dark)
-        drawn.sink.draw(on_page(session))
-        aim_all(server, *first_view(session))
-        server.gui.set_panel_label(title(session))
     server.flush()
     return drawn
