@@ -157,7 +157,7 @@ STATES = [
     # before, what is done to it, part of the sentence, tone, next and other action or their commands
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
-    ("first", with_plate_kept, "Good enough?", PLAIN, TRIAL, LOAD),
+    ("first", with_plate_kept, "Good enough?", PLAIN, LOAD, ImprovePlate),
     ("first", made_worse, "before this step it was", PLAIN, Undo, ImprovePlate),
     (
         "first",

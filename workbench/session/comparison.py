@@ -30,11 +30,6 @@ class ModelStage(StrEnum):
     GEOMETRY = "geometry"
     EFFECTS = "with effects"
 
-    @classmethod
-    def _missing_(cls, value: object) -> "ModelStage | None":
-        """By the name that it had in earlier recordings."""
-        return cls.EFFECTS if value == "with causes" else None
-
 
 STAGES = tuple(ModelStage)
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from workbench.arm.robot import Robot
-from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import Preview
 from workbench.identification.checks.arm_match import ArmMatch
@@ -71,8 +70,6 @@ OBSERVATIONS = (
     ("rotation", None, "orientation of the tool"),
     ("tilt", None, "tilt of links"),
 )
-MAX_LISTED_COLUMNS = 12
-"""Columns that are listed one by one."""
 
 
 def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ...]:
@@ -82,7 +79,6 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
         ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
         ("Joints", f"{dataset.joints}"),
         ("Measured", observation_text(dataset)),
-        ("Columns", _columns(understood)),
     ]
     if len(dataset.sessions) > 1:
         facts.append(("Sessions", ", ".join(dataset.sessions)))
@@ -103,10 +99,3 @@ def observation_text(dataset: Dataset) -> str:
             found.append(text)
             seen |= {first, second or first}
     return ", ".join(found) or "nothing"
-
-
-def _columns(understood: Preview) -> str:
-    read = [c for c in understood.columns if c.key is not None]
-    ignored = [c.heading for c in understood.columns if c.key is None]
-    text = first_of([c.heading for c in read], MAX_LISTED_COLUMNS)
-    return text + (f" (ignored: {', '.join(ignored[:MAX_LISTED_COLUMNS])})" if ignored else "")

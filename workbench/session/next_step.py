@@ -295,7 +295,7 @@ def _plate(session: Session) -> NextStep:
         undo = Action("Undo this step", Tab.PLATE, Undo())
         tone = Tone.PLAIN if judged is None else judged.tone
         return NextStep(f"{text}; before this step it was {before} mm.", tone, undo, improve)
-    is_known, trial = np.isfinite(session.score.position), _trial()
+    is_known, trial = np.isfinite(session.score.position), None if judged is None else _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
     if not is_searched:

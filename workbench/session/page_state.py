@@ -19,12 +19,6 @@ class Tab(StrEnum):
     COMPARE = "Compare"
     EXPORT = "Export"
 
-    @classmethod
-    def _missing_(cls, value: object) -> "Tab | None":
-        """By a name that it had in earlier recordings."""
-        calibration = dict.fromkeys(("Identify", "Diagnose"), cls.CALIBRATE)
-        return ({"Region": cls.PLATE, "More": cls.ROBOT} | calibration).get(str(value))
-
 
 @dataclass(frozen=True, eq=False)
 class Opened:

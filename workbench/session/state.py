@@ -171,14 +171,12 @@ class Measurements:
         unread: A file whose columns can't be read as they are understood, until another one is.
         levelled: Whether the z axis of the measuring frame is vertical, as the user says.
         left_out: Measured rows that the user keeps out, counted as in the data.
-        box: The region about the rows, where nobody had chosen another one.
     """
 
     loaded: Loaded | None = None
     unread: MeasurementFile | None = None
     levelled: bool = False
     left_out: frozenset[int] = frozenset()
-    box: Region | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

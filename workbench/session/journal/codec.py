@@ -1,9 +1,9 @@
 """Commands as plain data and back, by their field's types; files in them go beside the journal.
 
 A command is a frozen record of plain values, so every command is written and read by the same few rules; what
-a task computed may hold arrays besides. A field that an older journal lacks has its default, one that was
-renamed its value. A command that this version doesn't know, or whose fields it can't read, is an
-`UnknownCommand`. A line ends with a checksum of what comes before it.
+a task computed may hold arrays besides. A field that an older journal lacks has its default. A command that
+this version doesn't know, or whose fields it can't read, is an `UnknownCommand`. A line ends with a checksum
+of what comes before it.
 """
 
 import contextlib
@@ -40,12 +40,6 @@ CHECK = "check"
 """Name of a line's checksum, its last value."""
 CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
 
-FORMER = {"least": "low", "greatest": "high", "asked": "is_chosen"}
-"""Fields that have another name in journals of earlier versions."""
-GONE = frozenset(("exaggeration_after", "bent", "bending", "is_deflected", "deflection", "low", "high"))
-GONE |= {"law", "frames", "corners", "picked"}
-"""Fields that journals of earlier versions have besides."""
-
 
 class LostFile(Exception):
     """A file of a command is not there, or not as it was recorded."""
@@ -77,8 +71,6 @@ def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "")
     kind = kinds().get(name)
     if kind is None and not name.isidentifier():
         raise ValueError(f"'{name}' is not the name of a command")
-    if name == "LoadModel" and str(values.get("name")).lower().endswith(".xacro"):
-        return UnknownCommand("open a xacro", title)  # earlier versions expanded them
     try:
         return UnknownCommand(name, title) if kind is None else _build(kind, values, load)
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, WorkbenchError):
@@ -107,14 +99,13 @@ def decode_result(command: AbstractCommand, stored: Any, load: Load) -> Any:
     return None
 
 
-def record(kind: Any, values: Mapping[str, Any]) -> Any:
-    """A record of a kind by its fields as plain data, no file among them; what it has no field for is left
-    out."""
-    return _build(kind, {name: value for name, value in values.items() if name in _readers(kind)}, _no_file)
-
-
 def _no_file(name: str) -> bytes:
     raise ValueError(f"'{name}' is of no command")
+
+
+def record(kind: Any, values: Mapping[str, Any], load: Load = _no_file) -> Any:
+    """A record of a kind by its fields as plain data; what another version's had besides is left out."""
+    return _build(kind, {name: value for name, value in values.items() if name in _readers(kind)}, load)
 
 
 def digest(content: bytes) -> str:
@@ -192,8 +183,6 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
-    values = {name if name in readers else FORMER.get(name, name): value for name, value in values.items()}
-    values = {name: value for name, value in values.items() if name in readers or name not in GONE}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})
@@ -220,7 +209,7 @@ def _reader(hint: Any) -> Read:
     if hint is bytes:
         return lambda value, load: load(value["file"])
     if dataclasses.is_dataclass(hint):
-        return lambda value, load: _build(hint, value, load)
+        return lambda value, load: record(hint, value, load)
     if isinstance(hint, type) and issubclass(hint, bool | int | float | str | Enum):
         return lambda value, load: hint(value)
     return lambda value, load: value

@@ -19,7 +19,7 @@ POSITION, ROTATION = "position [mm]", "rotation [°]"
 EACH = f"{POSITION}: grey nominal, blue geometry, orange with what was added"
 PLOTS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
     "predicted": ("Predicted errors", {POSITION: ("position_mm",), ROTATION: ("rotation_deg",)}),
-    "index": ("Observability", {name: (name,) for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
+    "index": ("Observability", {"O": ("O",)}),
     "error": (
         "Errors",
         {EACH: tuple(f"{p}_mm" for p in PATHS.values()), ROTATION: tuple(f"{p}_deg" for p in PATHS.values())},
@@ -82,7 +82,7 @@ def _plots(origin: str, *, has_angles: bool) -> rrb.Container:
         )
         for heading, paths in plots.items()
     ]
-    return rrb.Grid(*views, grid_columns=1 if len(views) < 3 else 2, name=name)
+    return rrb.Grid(*views, grid_columns=1, name=name)
 
 
 def _scene(session: Session) -> rrb.Spatial3DView:

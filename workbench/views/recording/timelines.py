@@ -9,7 +9,6 @@ from collections.abc import Iterator
 
 import rerun as rr
 
-from workbench.plate.observability import INDICES
 from workbench.plate.plate_score import SetScore
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
@@ -78,9 +77,9 @@ def _look_alike(before: Session | None, now: Session) -> bool:
 class Series(AbstractTimeline):
     """Numbers of the session at every step.
 
-    `index/O` … `index/O5`, `index/condition`, `index/rank`: what the targets tell. `predicted/position_mm`,
-    `predicted/rotation_deg`: mean errors in the region after a calibration. `error/nominal_mm`,
-    `geometry_mm` and `effects_mm` (`_deg`): mean errors on held-out rows, on the fitted ones without any.
+    `index/O`: what the targets tell. `predicted/position_mm`, `predicted/rotation_deg`: mean errors in the
+    region after a calibration. `error/nominal_mm`, `geometry_mm` and `effects_mm` (`_deg`): mean errors on
+    held-out rows, on the fitted ones without any.
     """
 
     def __init__(self) -> None:
@@ -106,10 +105,7 @@ class Series(AbstractTimeline):
 
 
 def _score(score: SetScore) -> Iterator[tuple[str, float]]:
-    for name in INDICES:
-        yield f"index/{name}", float(score.indices[name])
-    yield "index/condition", float(score.condition)
-    yield "index/rank", float(score.rank)
+    yield "index/O", float(score.indices["O"])
     yield "predicted/position_mm", 1e3 * float(score.position)
     yield "predicted/rotation_deg", math.degrees(float(score.rotation))
 

@@ -1,14 +1,11 @@
 """Calibration: identify, diagnose, add what was found; the result, and what stands behind it."""
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import viser
 
 from workbench.base.wording import plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
-from workbench.identification.fit import Fit
-from workbench.identification.report.charts import constant_bars
 from workbench.identification.report.document import models
 from workbench.identification.report.parameters import identified, parameter_blocks
 from workbench.identification.result import Identification
@@ -27,7 +24,6 @@ from workbench.views.page.panels.plate import build_wanted
 from workbench.views.page.panels.result_card import result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-WHY = "Change of each constant: mm at the tool, ± its standard deviation"
 HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
 CONFOUNDED = "not distinguishable from the pose of camera or board"
 """Why a joint's zero was not identified from pictures."""
@@ -64,7 +60,6 @@ class FitPanel(AbstractPanel):
         self.html(_card)
         self.html(_requirement)
         self.html(_of_fit(lambda found, s: joint_zeros(found, s.results.fit)))
-        self.html(_of_fit(lambda found, s: _changes(found.runs[s.results.fit].fit)))
         self.html(_of_fit(lambda found, s: _warnings(found)))
 
     def _build_options(self, gui: viser.GuiApi) -> None:
@@ -128,13 +123,6 @@ def _fits(session: Session) -> dict[str, str]:
     found = session.results.identification
     names = ALGORITHMS if found is None else found.runs
     return {ALGORITHMS[name].title: name for name in names}
-
-
-@lru_cache(maxsize=1)
-def _changes(fit: Fit) -> str:
-    """Each constant that changed, in mm at the tool."""
-    drawing = constant_bars(fit).svg()
-    return block(folded(WHY, drawing), testid="changes") if drawing else ""
 
 
 def _requirement(session: Session) -> str:

@@ -53,12 +53,8 @@ class IndexPanel(AbstractPanel):
             if len(self._trace) >= TRACE:
                 del self._trace[1::2]
             self._trace.append((session.score.position, session.score.indices["O"]))
-        box = session.measurements.box  # nobody may have noticed that the region follows the rows
-        place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
-        return block(
-            heading(f"Predicted error in {place}; observability index O") + headline(session, self._trace),
-            testid="index",
-        )
+        about = heading("Predicted error in the region; observability index O")
+        return block(about + headline(session, self._trace), testid="index")
 
 
 class LossPanel(AbstractPanel):
