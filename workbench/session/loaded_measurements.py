@@ -82,8 +82,6 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     ]
     if len(dataset.sessions) > 1:
         facts.append(("Sessions", ", ".join(dataset.sessions)))
-    if dataset.group is not None and (groups := len(set(dataset.group.tolist()))) > 1:
-        facts.append(("Groups", f"{groups}, each held out as a whole"))
     if understood.layout != "plain":
         facts.append(("Layout", understood.layout))
     return tuple(facts)

@@ -122,7 +122,6 @@ class PlateHistory:
         past: The targets after every step, oldest first.
         best: Those with the smallest predicted error so far.
         searched: The plate that the last search for a better one ended with.
-        sought: How many targets that search was for; the most there can be where it found no plate at all.
     """
 
     first: UndoStep
@@ -131,7 +130,6 @@ class PlateHistory:
     past: tuple[UndoStep, ...] = ()
     best: UndoStep | None = None
     searched: Plate | None = None
-    sought: int = 0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -312,9 +312,7 @@ class Worker:
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after
-            self._note(
-                task, Ending.DONE, basis, seconds, result=result if task.stored or task.is_filed else None
-            )
+            self._note(task, Ending.DONE, basis, seconds, result=result if task.is_filed else None)
         except Exception as error:
             if is_chore and isinstance(error, Cancelled):
                 return

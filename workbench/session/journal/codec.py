@@ -1,9 +1,9 @@
 """Commands as plain data and back, by their field's types; files in them go beside the journal.
 
 A command is a frozen record of plain values, so every command is written and read by the same few rules; what
-a task computed may hold arrays besides. A field that an older journal lacks has its default. A command that
-this version doesn't know, or whose fields it can't read, is an `UnknownCommand`. A line ends with a checksum
-of what comes before it.
+a task computed is in a file (`records.py`). A field that an older journal lacks has its default. A command
+that this version doesn't know, or whose fields it can't read, is an `UnknownCommand`. A line ends with a
+checksum of what comes before it.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ from workbench.base.assets import PACKAGE
 from workbench.base.errors import WorkbenchError
 from workbench.base.installed_package import package_version
 from workbench.base.types import frozen
-from workbench.session.command import AbstractCommand, AbstractTask, UnknownCommand, kinds
+from workbench.session.command import AbstractCommand, UnknownCommand, kinds
 from workbench.session.journal import records
 from workbench.session.state import Session
 
@@ -77,10 +77,10 @@ def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "")
         return UnknownCommand(name, title)
 
 
-def encode_result(command: AbstractCommand, result: Any, before: Session) -> tuple[Any, dict[str, bytes]]:
-    """What a task computed as plain data, and its file; None where reopening computes it again."""
-    if result is None or not isinstance(command, AbstractTask) or not command.is_filed:
-        return None if result is None else _record(result, {}, ""), {}
+def encode_result(result: Any, before: Session) -> tuple[dict[str, str] | None, dict[str, bytes]]:
+    """Which file has what a task computed, and the file; None where reopening computes it again."""
+    if result is None:
+        return None, {}
     try:
         content = records.pack(result, records.known(before))
     except TypeError:  # a record of somebody else's package
@@ -88,14 +88,11 @@ def encode_result(command: AbstractCommand, result: Any, before: Session) -> tup
     return {"file": (name := file_name(content, ".npz")), "by": _by_us(name)}, {name: content}
 
 
-def decode_result(command: AbstractCommand, stored: Any, load: Load) -> Any:
-    """What a task computed, or the file of it; None if it is to be computed again."""
-    if stored is None or not isinstance(command, AbstractTask):
-        return None
-    if not command.is_filed:
-        return None if command.stored is None else _build(command.stored, stored, _no_file)
+def decode_result(stored: Mapping[str, str] | None, load: Load) -> bytes | None:
+    """The file of what a task computed; None if it is to be computed again."""
     with contextlib.suppress(LostFile):
-        return load(name) if stored.get("by") == _by_us(name := stored["file"]) else None
+        if stored is not None and stored.get("by") == _by_us(name := stored.get("file", "")):
+            return load(name)
     return None
 
 
@@ -183,6 +180,7 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
+    values = {name: value for name, value in values.items() if name in readers or value is not None}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})
@@ -203,9 +201,6 @@ def _reader(hint: Any) -> Read:
         return _items_reader(typing.get_args(hint))
     if getattr(hint, "array_type", None) is np.ndarray:
         return lambda value, load: frozen(np.array(value, float))
-    if isinstance(hint, type) and issubclass(hint, tuple):
-        each = tuple(map(_reader, typing.get_type_hints(hint).values()))
-        return lambda value, load: hint(*(read(v, load) for read, v in zip(each, value, strict=True)))
     if hint is bytes:
         return lambda value, load: load(value["file"])
     if dataclasses.is_dataclass(hint):

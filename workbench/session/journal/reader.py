@@ -258,7 +258,7 @@ def _line(text: bytes, step: int, path: Path, place: int) -> JournalLine:
             seconds=float(found["seconds"]),
             text=found["text"],
             at=float(found["at"]),
-            result=codec.decode_result(command, found.get("result"), load),
+            result=codec.decode_result(found.get("result"), load),
         )
         return JournalLine(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
     except (*MALFORMED, WorkbenchError, codec.LostFile) as error:

@@ -183,7 +183,7 @@ class Logbook(AbstractKeeper):
             if not is_instead:
                 self._before = self._last
             self._step, self._last = step, session
-            result, more = codec.encode_result(entry.command, entry.result, self._before or session)
+            result, more = codec.encode_result(entry.result, self._before or session)
             content = _line(step, entry, fields, result, session, self._before)
             line = json.dumps(content, ensure_ascii=False, allow_nan=False)
             self._file.add(codec.sealed(line), files | more, instead=is_instead)
