@@ -189,7 +189,6 @@ def serve(
         beside = [stack.enter_context(companion.opened()) for companion in page.joined]
         run(
             opening.read,
-            is_certain=opening.is_certain,
             begin=opening.begin,
             sentence=opening.sentence,
             data=data,

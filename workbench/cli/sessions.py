@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import workbench as wb
-from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.base.progress import running
 from workbench.cli import options as opt
@@ -24,13 +23,11 @@ class Opening:
     Args:
         read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
         begin: Makes the session from both once the page is open; reports its progress.
-        is_certain: Whether both are built in, so that they need no checks.
         sentence: What the page says until then.
     """
 
     read: Callable[[], tuple[Any, Any]]
     begin: Callable
-    is_certain: bool = False
     sentence: str = "Solving inverse kinematics for the targets"
 
 
@@ -63,7 +60,7 @@ def open_session(
             return arm, wb.load_plate(plate)
         return arm, load_plate("table2") if robot.startswith("aria") else None
 
-    return Opening(read, begin, is_certain=plate is None and robot.lower() in built_in_robots())
+    return Opening(read, begin)
 
 
 def _is_session(folder: Path) -> bool:

@@ -52,9 +52,11 @@ def with_targets(
     """The session with these targets, scored; in the middle of a drag only what was moved is looked at."""
     states = with_obstacles(session.robot, plate, states, session.states)
     chosen = min(max(session.selected if selected is None else selected, 0), len(plate) - 1)
-    found = score(session.robot, plate, states, noise=session.noise, region_q=session.region.q)
-    focus = replace(session.playback, focus=Focus.TARGET)
-    return replace(session, plate=plate, states=states, score=found, selected=chosen, playback=focus)
+    noise, focus = instrument_for(session, plate), replace(session.playback, focus=Focus.TARGET)
+    found = score(session.robot, plate, states, noise=noise, region_q=session.region.q)
+    return replace(
+        session, plate=plate, states=states, noise=noise, score=found, selected=chosen, playback=focus
+    )
 
 
 def move_targets(

@@ -1,4 +1,4 @@
-"""The nominal arm, which is drawn first, before there is a session; nothing here depends on one."""
+"""The nominal arm, and bodies to draw of any."""
 
 from functools import lru_cache
 

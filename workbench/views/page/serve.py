@@ -1,7 +1,7 @@
 """Serving the app until it is interrupted.
 
-The page can be opened before the program has read its own modules, which takes most of the start: the
-browser loads meanwhile. The arm is sent as soon as it is read; what only the session needs comes after it.
+The page can be opened as soon as the arm is read: the browser loads while the program reads the modules that
+only the session needs.
 """
 
 import contextlib
@@ -32,7 +32,6 @@ PORT = 8090
 def serve(
     read: Callable[[], tuple[Any, Any]],
     *,
-    is_certain: bool = False,
     data: Path | str | None = None,
     host: str = "127.0.0.1",
     port: int | None = None,
@@ -49,7 +48,6 @@ def serve(
     Args:
         read: Reads the nominal robot and the fixture with its targets; None as the fixture for one that is
             made for the arm. What it raises comes out, and nobody has been told of the page.
-        is_certain: Whether nothing can go wrong there, so that the page may be opened before.
         data: Measurement file, or folder of pictures, to begin with.
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
@@ -63,35 +61,20 @@ def serve(
         on_ready: Told the page's address as soon as it can be opened.
     """
     first = None if data is None else _content(Path(data))
-    stop = threading.Event()
-    is_announced = False
-    handle = _stopped_by_interrupt(stop)
-    before = signal.signal(signal.SIGINT, handle)
+    before, stop, is_announced = signal.getsignal(signal.SIGINT), threading.Event(), False
     server = bound(host, port)
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block(f"{text(sentence)} …"))
-        if is_certain:
+        with _without_collection():
+            robot, plate = read()
+            signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
             is_announced = True
             _announce(server, on_ready, open_browser)
-        else:  # as anywhere in the program: it may take long, and what it raises is told
-            signal.signal(signal.SIGINT, before)
-        with _without_collection():
-            _go_on(stop)
-            robot, plate = read()
-            signal.signal(signal.SIGINT, handle)
-            if not is_announced:
-                is_announced = True
-                _announce(server, on_ready, open_browser)
-            from workbench.plate.patterns import circle_before
-            from workbench.views.page.scene.start_scene import first_picture
-
-            drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
 
             def tell(part: float, step: str) -> None:
                 waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
 
-            _go_on(stop)
             from workbench.session.journal.folder import unrecorded_session
             from workbench.session.start import default_circle
             from workbench.views.page.app import App
@@ -110,7 +93,6 @@ def serve(
                 demo=1.0 if demo else None,
                 beside=beside,
                 asks=asks,
-                drawn=drawn,
             )
             end = app.close
         with one_thread():

@@ -1,16 +1,11 @@
-"""The arm on its ground: what a page shows while a session begins, and what its scene goes on with."""
+"""What an arm stands on: light, grid and axes of its size."""
 
 import numpy as np
 import viser
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.plate.plate import Plate
 from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK
-from workbench.views.drawables.nominal_arm import nominal_arm_at
-from workbench.views.drawables.viewpoint import view_of_region
-from workbench.views.page.camera import aim_all
-from workbench.views.page.scene.viser_sink import PageSink
 
 
 class Ground:
@@ -27,10 +22,6 @@ class Ground:
             "/base_axes", axes_length=0.17 * reach, axes_radius=0.0035 * reach, origin_radius=0.0
         )
         server.initial_camera.fov = np.deg2rad(42.0)
-
-    def suits(self, robot: Robot) -> bool:
-        """Whether it is one for this arm too, such as its file's copy."""
-        return bool(np.allclose([robot.reach, height_above_floor(robot)], [self._reach, self._height]))
 
     def show(self, is_dark: bool) -> None:
         """Draw the grid, light or dark; the sky is the page's own (`style.py`)."""
@@ -64,27 +55,3 @@ def _light(server: viser.ViserServer) -> None:
     scene.add_light_directional(
         "/light/fill", color=(225, 235, 255), intensity=1.4, position=(1.0, -4.0, 1.0), cast_shadow=False
     )
-
-
-class FirstPicture:
-    """Set up for an arm alone; its light stays: with another one a page makes all its shaders again.
-
-    Attributes:
-        ground: What the arm stands on.
-        sink: What draws the arm.
-    """
-
-    def __init__(self, server: viser.ViserServer, robot: Robot):
-        self.ground = Ground(server, robot)
-        self.sink = PageSink(server)
-
-
-def first_picture(server: viser.ViserServer, robot: Robot, plate: Plate) -> FirstPicture:
-    """The arm at zero or near it, sent at once, and looked at from where the plate will be seen as well."""
-    with server.atomic():
-        drawn = FirstPicture(server, robot)
-        drawn.ground.show(is_dark=False)
-        drawn.sink.draw([nominal_arm_at(robot, np.clip(np.zeros(robot.dof), *robot.limits.T))])
-        aim_all(server, *view_of_region(robot, plate.region))
-    server.flush()
-    return drawn
