@@ -27,7 +27,7 @@ from workbench.parts import offered, resolved, warn_of_broken
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
-SERVED = ("host", "port", "open_browser", "record", "rerun", "session")
+SERVED = ("host", "port", "open_browser", "record", "rerun", "session", "json")
 """Options that do not determine what the app shows; without any others the user is asked."""
 
 app = typer.Typer(
@@ -177,19 +177,34 @@ def serve(
     rerun: Annotated[
         str | None, option("Show the session in this open rerun viewer as well: HOST:PORT.")
     ] = None,
+    json: Annotated[Path | None, option("--json", "Write address and recording here once it runs.")] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
+    from workbench.report.json import document
     from workbench.views.page.serve import serve as run
 
     at_once()
+    opt.check_writable(json)
     gc.set_threshold(*USUALLY)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is closed as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
+    told: list[str] = []
+
+    def ready(text: str) -> None:
+        opt.say(f"{'note' if told else 'page'}:     {text}")
+        told.append(text)
+
+    def begin(*given: Any) -> Any:
+        begun = opening.begin(*given)
+        folder = begun.folder and str(begun.folder)
+        opt.write_result(json, document("workbench.serve/1", address=told[0], session=folder))
+        return begun
+
     with contextlib.ExitStack() as stack:
         beside = [stack.enter_context(companion.opened()) for companion in page.joined]
         run(
             opening.read,
-            begin=opening.begin,
+            begin=begin,
             sentence=opening.sentence,
             data=data,
             demo=demo,
@@ -198,13 +213,8 @@ def serve(
             host=host,
             port=port,
             open_browser=open_browser,
-            on_ready=_say_ready,
+            on_ready=ready,
         )
-
-
-def _say_ready(text: str) -> None:
-    """Print the page's address, or a note about it."""
-    opt.say(f"page:     {text}" if text.startswith("http") else f"note:     {text}")
 
 
 PANELS: dict[str, tuple] = {

@@ -41,8 +41,11 @@ def open_session(
         from workbench.views.recording.rerun_output import url_of
 
         url_of(live)  # refused where no viewer listens, before anything begins
-    if session is not None and (step is not None or _is_session(session)):
-        return _reopen(session, step, record, live)
+    if session is not None:
+        from workbench.session.journal.reader import JOURNAL
+
+        if step is not None or (session / JOURNAL).exists():
+            return _reopen(session, step, record, live)
 
     is_given = plate is not None
 
@@ -61,12 +64,6 @@ def open_session(
         return arm, load_plate("table2") if robot.startswith("aria") else None
 
     return Opening(read, begin)
-
-
-def _is_session(folder: Path) -> bool:
-    from workbench.session.journal.reader import JOURNAL
-
-    return (folder / JOURNAL).exists()
 
 
 def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> Opening:

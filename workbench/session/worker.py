@@ -10,6 +10,7 @@ was.
 
 import logging
 import math
+import operator
 import threading
 import time
 from collections import deque
@@ -201,7 +202,7 @@ class Worker:
                 return
             assert isinstance(command, AbstractChange)
             before = self._session
-            after = command.apply(before)
+            after = _news(before, command.apply(before))
             is_read = after.page.message_count == before.page.message_count and not command.is_automatic
             after = after.without_messages(_refusals_of(type(command)))
             self._session = after.without_messages(lambda m: m.severity in PASSING) if is_read else after
@@ -309,6 +310,7 @@ class Worker:
                 raise failure
             with failures() as failed:
                 after = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
+            after = _news(self._session, after)
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after
@@ -365,6 +367,15 @@ def _checked(session: Any, what: str) -> Session:
     if not isinstance(session, Session):
         raise TypeError(f"{what} must return the session, got {type(session).__name__}")
     return session
+
+
+def _news(before: Session, after: Session) -> Session:
+    """With another arm, other rows or another result, what was told of the former ones is over."""
+    both = [(s.robot, s.measurements.loaded, s.results.run) for s in (before, after)]
+    if all(map(operator.is_, *both)):
+        return after
+    count = before.page.message_count
+    return after.without_messages(lambda m: m.number <= count and m.severity is Severity.WARNING)
 
 
 def _refusals_of(kind: type[AbstractCommand]) -> Callable[[Message], bool]:

@@ -7,6 +7,7 @@ from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.exit_status import at_once, in_section
 from workbench.cli.options import argument, option
+from workbench.report.json import document
 
 RecordingArgument = Annotated[Path, argument("A recording: a folder such as recordings/sample.")]
 
@@ -16,6 +17,7 @@ def review(
     recording: RecordingArgument,
     web: Annotated[bool, option("--web", "Open the viewer in the browser.")] = False,
     out: Annotated[Path | None, option("Write the scene here (.rrd) instead of opening a viewer.")] = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """Open a recorded session in the rerun viewer."""
     from workbench.session.journal.reader import read_recording
@@ -24,13 +26,15 @@ def review(
         at_once()
     found = read_recording(recording)
     opt.say_notes(found.notes)
-    opt.check_writable(out)
+    opt.check_writable(out, json)
     from workbench.extras.review.viewer import show_recording
 
     with opt.progress_bar("drawing"):
         show_recording(found, out=out, web=web, say=opt.say)
     if out is not None:
         opt.say(f"pictures: {out}")
+    shown = document("workbench.review/1", steps=len(found.lines), notes=[*found.notes], out=out and str(out))
+    opt.write_result(json, shown)
 
 
 @in_section("Files")

@@ -180,7 +180,8 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
-    values = {name: value for name, value in values.items() if name in readers or value is not None}
+    says = {name: value for name, value in values.items() if value is not None and value is not False}
+    values = {name: value for name, value in values.items() if name in readers or name in says}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})

@@ -2,8 +2,9 @@
 
 Neither the end of the process by whatever signal nor a loss of power loses a line: lines are only appended.
 One that stands for the one before it as well (the places of a drag) has the same step, and follows it; with
-the next command the last of them is written over the first, and the others are cut off. The operating system
-brings them onto the disk when it likes: a loss of power may take the drag in hand, but nothing before it.
+the next command, or once they are many, the last of them is written over the first, and the others are cut
+off. The operating system brings them onto the disk when it likes: a loss of power may take the drag in hand,
+but nothing before it.
 
 Trouble with the disk is told once, the session goes on, and the lines wait; when there is room again they
 follow, so that nothing is missing.
@@ -31,6 +32,8 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, Notify
 
 LOCK = ".lock"
+ROOM = 2**16
+"""Bytes that lines of one step take before they become one."""
 
 
 class Appender:
@@ -51,6 +54,8 @@ class Appender:
             os.close(self._lock)
             raise
         self._size = os.fstat(self._file).st_size
+        for left in (path.parent / codec.INPUTS).glob(".*"):  # by a kill while it was written
+            left.unlink()
         for folder in (path.parent, path.parent.absolute().parent):
             sync_folder(folder)
 
@@ -100,7 +105,7 @@ class Appender:
 
     def _append(self, content: bytes, *, instead: bool) -> None:
         self._keep_lock()
-        if not instead:
+        if not instead or self._length - self._first > ROOM:
             self._settle()
         self._cut()
         try:
