@@ -32,7 +32,6 @@ from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import FoundPlate, ImprovePlate, SetNoise
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
@@ -43,7 +42,6 @@ from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, read_recordi
 from workbench.session.journal.restore import restore
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
-from workbench.session.view import Keepers
 
 RPY = (-2.6, 0.0, 0.0)
 check = partial(restore, is_computed=True)
@@ -360,30 +358,32 @@ def test_what_is_no_regular_file_of_a_recording_is_never_opened(whole, tmp_path,
     assert not (tmp_path / "new").exists()
 
 
-def test_a_recording_from_another_machine_is_only_shown_until_that_is_confirmed(whole, tmp_path, monkeypatch):
+def test_a_recording_from_another_machine_is_only_shown_unless_a_copy_is_asked_for(
+    whole, tmp_path, monkeypatch
+):
     folder, root = shutil.copytree(whole[0], tmp_path / "copy"), tmp_path / "mine"
     monkeypatch.setattr(codec, "_machine", lambda: b"another")
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     recording = read_recording(folder)
-    begun = go_on(restore(recording), root=root)
-    run = Run(replace(begun, keepers=(Keepers(lambda: begun.confirmed().keepers),)))
+    run = Run(go_on(restore(recording), root=root))
     first = run.worker.session
-    assert mentions(first.page.question, folder.name, str(root))
-    assert next_step(first).next.command == ConfirmRecording()
+    assert mentions(first.page.only_shown, folder.name, str(root), f"--step {len(recording.lines)}")
+    assert next_step(first).sentence == f"{first.page.only_shown}."
     refused = run(*moves(first, 3), Identify(("ols",)), Undo())
+    run.worker.close()
     assert refused.plate is first.plate
     assert refused.results is first.results
-    assert [m.text for m in refused.page.messages].count(first.page.question) == 1
+    assert [m.text for m in refused.page.messages].count(first.page.only_shown) == 1
     assert not root.exists()
-    after = run(ConfirmRecording(), *moves(first, 3))
+    run = Run(go_on(restore(recording), is_branch=True, root=root))
+    after = run(*moves(first, 3))
     run.worker.close()
-    assert not after.page.question
     assert after.plate is not first.plate
     (made,) = root.iterdir()
     copy = read_recording(made)
     assert copy.is_own
     assert not read_recording(folder).is_own
-    assert len(copy.lines) == len(recording.lines) + 1 + 3
+    assert len(copy.lines) == len(recording.lines) + 3
     assert not restore(copy).warning
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 

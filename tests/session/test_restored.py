@@ -166,7 +166,7 @@ def test_fits_are_read_where_they_were_recorded_and_computed_where_they_come_fro
     computed.clear()
     monkeypatch.setattr("workbench.session.journal.codec._machine", lambda: b"another one")
     elsewhere = restore(read_recording(run.folder, to=2))
-    copy = go_on(elsewhere, root=tmp_path / "copies").confirmed()
+    copy = go_on(elsewhere, is_branch=True, root=tmp_path / "copies")
     for keeper in copy.keepers:
         keeper.close()
     for differences in (elsewhere.differences, restore(read_recording(copy.folder)).differences):

@@ -101,11 +101,6 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
 
 def _with_recorder(begun, live: str | None):
     """The session with its recorder; prints where it is stored and how to stop."""
-    if begun.confirmed is not None:
-        from workbench.session.view import Keepers
-
-        opt.say(f"session:  {begun.trouble}\nto stop:  Ctrl-C")
-        return replace(begun, keepers=(Keepers(lambda: _with_recorder(begun.confirmed(), live).keepers),))
     if begun.folder is None:
         opt.say("session:  not recorded\nto stop:  Ctrl-C")
     else:

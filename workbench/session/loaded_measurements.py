@@ -61,15 +61,14 @@ class Loaded:
         return self.match is not None and self.match.is_foreign
 
 
-OBSERVATIONS = (
-    ("position", "rotation", "full pose of the tool"),
-    ("position", None, "position of the tool"),
-    ("markers", None, "markers on the tool"),
-    ("distance", None, "distance to an anchor"),
-    ("contact", None, "contact with a fixed point"),
-    ("rotation", None, "orientation of the tool"),
-    ("tilt", None, "tilt of links"),
-)
+OBSERVATIONS = {
+    "position": "position of the tool",
+    "rotation": "orientation of the tool",
+    "markers": "markers on the tool",
+    "distance": "distance to an anchor",
+    "contact": "contact with a fixed point",
+    "tilt": "tilt of links",
+}
 
 
 def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ...]:
@@ -89,11 +88,5 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
 
 def observation_text(dataset: Dataset) -> str:
     """What the instrument measured, in words."""
-    found: list[str] = []
-    seen: set[str] = set()
-    for first, second, text in OBSERVATIONS:
-        has = getattr(dataset, first) is not None and first not in seen
-        if has and (second is None or getattr(dataset, second) is not None):
-            found.append(text)
-            seen |= {first, second or first}
+    found = (text for name, text in OBSERVATIONS.items() if getattr(dataset, name) is not None)
     return ", ".join(found) or "nothing"

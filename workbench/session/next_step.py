@@ -23,7 +23,6 @@ from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import ConfirmRecording
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.export import File, NotedFile, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
@@ -93,12 +92,8 @@ def next_step(session: Session) -> NextStep:
     return replace(step, next=following, other=other)
 
 
-def _asked(session: Session) -> NextStep | None:
-    """What the user has to confirm first."""
-    if not session.page.question:
-        return None
-    action = Action("Continue in a copy", Tab.PLATE, ConfirmRecording())
-    return NextStep(session.page.question, Tone.CAREFUL, action)
+def _only_shown(session: Session) -> NextStep | None:
+    return NextStep(f"{why}.", Tone.CAREFUL) if (why := session.page.only_shown) else None
 
 
 def _under_way(session: Session) -> NextStep | None:
@@ -228,7 +223,7 @@ def _identified(session: Session) -> NextStep | None:
 
 
 ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
-    _asked,
+    _only_shown,
     _under_way,
     _of_extras,
     _unread,

@@ -34,7 +34,7 @@ TIGHT = 0.02
 
 
 def solve_all_targets(
-    robot: Robot, plate: Plate, *, region_q: Float[np.ndarray, "poses n"], seed: int = 0
+    robot: Robot, plate: Plate, *, region_q: Float[np.ndarray, "poses n"]
 ) -> tuple[TargetState, ...]:
     """The arm at every target, in the most informative mix of branches for the region.
 
@@ -42,7 +42,6 @@ def solve_all_targets(
         robot: The arm.
         plate: Its targets; those that name a branch or joint positions keep them.
         region_q: Poses that matter [rad or m]; without any, each target takes its best branch.
-        seed: Of the mixes that are tried.
     """
     plate.check_joints(robot)
     results = []
@@ -56,7 +55,7 @@ def solve_all_targets(
         pairs = zip(open_, solutions, strict=True)
         targets = (_with_known_branch(plate.targets[i], branches) for i, branches in pairs)
         part = replace(plate, targets=tuple(targets))
-        rng = np.random.default_rng(seed)
+        rng = np.random.default_rng(0)
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
         check_cancelled()  # a mix that was cut short is no answer
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):

@@ -26,7 +26,7 @@ from workbench.base.progress import Cancelled, running
 from workbench.base.remedy import speak_to_page
 from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
-from workbench.session.commands.messages import ConfirmRecording, Tell
+from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
 from workbench.session.page_state import PASSING, Message, RunningJob, Severity
 from workbench.session.state import Session
@@ -190,10 +190,9 @@ class Worker:
 
     def _carry_out(self, command: AbstractCommand) -> None:
         begin, basis = time.monotonic(), len(self._journal)
-        question = self._session.page.question
-        if question and command.is_kept and not isinstance(command, ConfirmRecording):
-            shown = self._session.without_messages(_refusals_of(ConfirmRecording))
-            self._session = shown.with_message(Severity.WARNING, question, refused=ConfirmRecording.__name__)
+        if (why := self._session.page.only_shown) and command.is_kept:
+            shown = self._session.without_messages(lambda m: m.text == why)
+            self._session = shown.with_message(Severity.WARNING, why)
             return
         try:
             command.check(self._session)
@@ -238,7 +237,7 @@ class Worker:
 
     def _look_for_chores(self) -> None:
         """Begin the first chore that the session needs, and cancel the running one if it no longer does."""
-        chores = () if self._session.page.question else self._chores
+        chores = () if self._session.page.only_shown else self._chores
         needed = next((c for kind in chores if (c := kind.needed(self._session)) is not None), None)
         if self._chore is not None:
             if all(kind.needed(self._session) != self._chore for kind in self._chores):

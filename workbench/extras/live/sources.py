@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from workbench.extras.live.sample import Sample, samples
+from workbench.extras.live.sample import samples
 from workbench.extras.live.session import Measuring, Source, TakeSample, TellSource
 from workbench.extras.live.standstill import StandstillDetector
 from workbench.session.commands.messages import Tell

@@ -340,7 +340,6 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
         ("Arm", hidden),
         ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
         ("Held out for checking", f"{CHECK_POSES} poses in the region near the targets"),
-        ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
     )
 

@@ -11,8 +11,6 @@ from workbench.views.page.panels.panel import AbstractPanel
 
 SWITCHES = {
     "ghosts": ("Other branches", "Show the other branches that reach the selected target as faint arms."),
-    "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
-    "calibrated": ("Real arm", "Show the real arm in orange, bent away from the model by its error."),
     "points": (
         "Measured points",
         "Show the measured tool positions, coloured by their error once there is a fit.",
