@@ -15,7 +15,6 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.commands.undo import Undo
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
     ADD,
@@ -102,10 +101,6 @@ def unchanged(session: Session) -> Session:
     return session
 
 
-def made_worse(session: Session) -> Session:
-    return replace(with_plate_kept(session), score=replace(session.score, position=1.0))
-
-
 def with_plate_kept(session: Session) -> Session:
     history = replace(session.history, done=(session.history.best,))
     plate = replace(session.plate, xyz=session.plate.xyz + 0.01)
@@ -118,12 +113,6 @@ def fallen_short(session: Session, **change) -> Session:
     trial = PlateTrial(*at, 200, 0.7, 0, 1.3, 1e-4, "tried", "instrument")
     history = replace(session.history, done=(session.history.best,), **change)
     return replace(session, history=history).with_part(trial)
-
-
-def crowded(session: Session) -> Session:
-    """With the best plate found, and no room for another target."""
-    plate = replace(session.plate, size=np.array([0.2, 0.2, 0.012]))
-    return replace(session, plate=plate, history=replace(session.history, searched=plate))
 
 
 def with_another_robot(session: Session) -> Session:
@@ -157,8 +146,7 @@ STATES = [
     # before, what is done to it, part of the sentence, tone, next and other action or their commands
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
-    ("first", with_plate_kept, "Good enough?", PLAIN, TRIAL, LOAD),
-    ("first", made_worse, "before this step it was", PLAIN, Undo, ImprovePlate),
+    ("first", with_plate_kept, "Good enough?", PLAIN, LOAD, ImprovePlate),
     (
         "first",
         lambda s: replace(with_plate_kept(s), score=replace(s.score, position=np.nan)),
@@ -178,15 +166,7 @@ STATES = [
         ImprovePlate,
     ),
     ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), MAKE),
-    (
-        "first",
-        lambda s: fallen_short(s, searched=s.plate),
-        "95 % of them should, and do within 1.3 mm",
-        CAREFUL,
-        ImprovePlate(1, 17),
-        MAKE,
-    ),
-    ("first", lambda s: fallen_short(crowded(s)), "No better plate", CAREFUL, MAKE, LOAD),
+    ("first", lambda s: fallen_short(s, searched=s.plate), "No better plate", CAREFUL, MAKE, LOAD),
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", lambda s: s.with_part(Following()).updated("playback", focus=JOG), "real", PLAIN, LOAD, None),

@@ -45,9 +45,7 @@ def killed(tmp_path_factory):
         run(*tasks, GrabTarget(2, 1), *drag)
         left = shutil.copytree(folder, folder.parent / "killed")
         run.worker.close()
-        shown = []
-        assert restore(read_recording(left), show=shown.append).differences == ()
-        assert [s.results.diagnosis is not None for s in shown] == [False, False, True, True]
+        assert restore(read_recording(left)).differences == ()
     finally:
         forget()
     return left
@@ -66,8 +64,8 @@ def test_a_missing_plug_in_is_named_with_the_numbers_then_and_now(killed, restor
     worst = found["diagnosis.after.held_out.position_mm.mean"]
     assert (worst.then, worst.now) == (then, pytest.approx(now))
     assert now > 1.05 * then
-    for part in ("step 3 ", f"{then:.4g} → {now:.4g} mm", "'gear-sag' is not installed"):
-        assert part in restored.warning
+    assert f"{worst.name} {then:.4g} → {now:.4g}" == worst.text
+    assert mentions(restored.warning, restored.worst.text, "extra")
 
 
 def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, tmp_path):
@@ -129,7 +127,6 @@ def test_a_command_of_another_version_is_named_and_skipped(plain, change):
     for found in (restore(recording), restore(recording, is_computed=True)):
         assert found.session.measurements.loaded is None
         assert {d.step for d in found.differences} == {2}
-        assert name in found.warning
         assert [m.text for m in found.session.page.messages] == [note]
 
 
@@ -169,7 +166,7 @@ def test_fits_are_read_where_they_were_recorded_and_computed_where_they_come_fro
     computed.clear()
     monkeypatch.setattr("workbench.session.journal.codec._machine", lambda: b"another one")
     elsewhere = restore(read_recording(run.folder, to=2))
-    copy = go_on(elsewhere, root=tmp_path / "copies").confirmed()
+    copy = go_on(elsewhere, is_branch=True, root=tmp_path / "copies")
     for keeper in copy.keepers:
         keeper.close()
     for differences in (elsewhere.differences, restore(read_recording(copy.folder)).differences):

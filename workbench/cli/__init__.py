@@ -27,7 +27,7 @@ from workbench.parts import offered, resolved, warn_of_broken
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
-SERVED = ("host", "port", "open_browser", "record", "rerun", "session")
+SERVED = ("host", "port", "open_browser", "record", "rerun", "session", "json")
 """Options that do not determine what the app shows; without any others the user is asked."""
 
 app = typer.Typer(
@@ -178,10 +178,22 @@ def serve(
     gc.set_threshold(*USUALLY)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is closed as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
+    told: list[str] = []
+
+    def ready(text: str) -> None:
+        opt.say(f"{'note' if told else 'page'}:     {text}")
+        told.append(text)
+
+    def begin(*given: Any) -> Any:
+        begun = opening["begin"](*given)
+        folder = begun.folder and str(begun.folder)
+        opt.write_result({"schema": "workbench.serve/1", "address": told[0], "session": folder})
+        return begun
+
     with contextlib.ExitStack() as stack:
         beside = [stack.enter_context(companion.opened()) for companion in page.joined]
         run(
-            **opening,
+            **opening | {"begin": begin},
             data=data,
             demo=demo,
             beside=beside,
@@ -189,16 +201,8 @@ def serve(
             host=host,
             port=port,
             open_browser=open_browser,
-            on_ready=_say_ready,
+            on_ready=ready,
         )
-
-
-def _say_ready(text: str) -> None:
-    """Print the page's address, or a note about it."""
-    is_address = text.startswith("http")
-    opt.say(f"{'page' if is_address else 'note'}:     {text}")
-    if is_address:
-        opt.write_result({"schema": "workbench.page/1", "address": text})
 
 
 PANELS: dict[str, tuple] = {

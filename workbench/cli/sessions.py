@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import workbench as wb
-from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.base.progress import running
 from workbench.cli import options as opt
@@ -26,12 +25,15 @@ def open_session(
         from workbench.views.recording.rerun_output import url_of
 
         url_of(live)  # refused where no viewer listens, before anything begins
-    if session is not None and (step is not None or _is_session(session)):
-        return _reopen(session, step, record, live)
+    if session is not None:
+        from workbench.session.journal.reader import JOURNAL
+
+        if step is not None or (session / JOURNAL).exists():
+            return _reopen(session, step, record, live)
 
     is_given = plate is not None
 
-    def begin(robot, plate, progress, show):
+    def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
 
         make = partial(folders.begin, folder=session) if record else folders.unrecorded_session
@@ -45,13 +47,7 @@ def open_session(
             return arm, wb.load_plate(plate)
         return arm, load_plate("table2") if robot.startswith("aria") else None
 
-    return {"read": read, "begin": begin, "is_certain": plate is None and robot.lower() in built_in_robots()}
-
-
-def _is_session(folder: Path) -> bool:
-    from workbench.session.journal.reader import JOURNAL
-
-    return (folder / JOURNAL).exists()
+    return {"read": read, "begin": begin}
 
 
 def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> dict[str, Any]:
@@ -67,7 +63,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         opt.say_notes(recorded().notes)
         return recorded().robot, recorded().plate
 
-    def begin(robot, plate, progress, show):
+    def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
         from workbench.session.journal.restore import restore
 
@@ -79,7 +75,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
                 progress(part, text)
 
             with running(tell):
-                restored = restore(recording, show=show)
+                restored = restore(recording)
         if not record:
             return _with_recorder(folders.go_on_unrecorded(restored), live)
         return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)
@@ -89,11 +85,6 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
 
 def _with_recorder(begun, live: str | None):
     """The session with its recorder; prints where it is stored and how to stop."""
-    if begun.confirmed is not None:
-        from workbench.session.view import Keepers
-
-        opt.say(f"session:  {begun.trouble}\nto stop:  Ctrl-C")
-        return replace(begun, keepers=(Keepers(lambda: _with_recorder(begun.confirmed(), live).keepers),))
     if begun.folder is None:
         opt.say("session:  not recorded\nto stop:  Ctrl-C")
     else:

@@ -93,10 +93,8 @@ class AbstractTask(AbstractCommand, Generic[Result]):
     Other commands go on meanwhile; what was computed is put into the session as it is at the end.
     """
 
-    stored: ClassVar[type | None] = None
-    """Type of the result, a frozen record, if the journal's line keeps it; None: it is computed again."""
     is_filed: ClassVar[bool] = False
-    """Whether the recording keeps the result as a file (`journal/records.py`)."""
+    """Whether the recording keeps the result as a file (`journal/records.py`); else it is computed again."""
 
     @abstractmethod
     def compute(self, session: Session) -> Result:

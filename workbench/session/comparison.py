@@ -30,11 +30,6 @@ class ModelStage(StrEnum):
     GEOMETRY = "geometry"
     EFFECTS = "with effects"
 
-    @classmethod
-    def _missing_(cls, value: object) -> "ModelStage | None":
-        """By the name that it had in earlier recordings."""
-        return cls.EFFECTS if value == "with causes" else None
-
 
 STAGES = tuple(ModelStage)
 
@@ -147,8 +142,6 @@ class Overlay:
     """What is laid over the scene.
 
     Args:
-        nominal: The nominal arm at a measured row.
-        calibrated: The real arm, as far as it is known, bent away from the model.
         points: Where the tool was measured, coloured by its error once there is a fit.
         stage: The model whose errors are shown; of those not known, the last one before; None: the model as
             it is now (`stages.shown_stage`).
@@ -157,8 +150,6 @@ class Overlay:
         exaggeration: How many times larger than they are all errors are drawn: of arms, arrows, paths.
     """
 
-    nominal: bool = True
-    calibrated: bool = True
     points: bool = True
     stage: ModelStage | None = None
     arrows: bool = True

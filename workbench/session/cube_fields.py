@@ -1,7 +1,7 @@
 """What the cubes of the region may be coloured by: fields of a number for every cube."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -19,14 +19,8 @@ from workbench.session.target_state import TargetState
 
 CROWDED = 95.0
 """Percentile at which the colour scale of errors ends, so that a few bad cubes don't hide the rest."""
-SMOOTH = 5.0
-"""Percentile at which that of predicted errors begins."""
 SPANS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 """Changes, as shares, at which the scale of a drag may end."""
-MAX_SCALE_RATIO = 2.0
-"""Maximum ratio of the end of the first plate's scale to that of the present one for which it is kept."""
-ROOM = 0.2
-"""Share beyond both ends, by which a plate may become better or worse than the first one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +86,16 @@ class CubeField:
 
 
 def _predicted(session: Session, cubes: CubeMap) -> CubeValues:
-    first = session.history.first.score.linearisation
-    return _predicted_after(cubes, session.score.linearisation, first)
+    """On the scale of the first plate, so that one sees what a target's move makes better or worse."""
+    first, errors = session.history.first.score.linearisation, cubes.errors(session.score.linearisation)
+    return replace(_begun(cubes, first) or CubeValues.scaled(errors), numbers=errors)
+
+
+@lru_cache(maxsize=1)
+def _begun(cubes: CubeMap, first: Linearisation | None) -> CubeValues | None:
+    """Those of the first plate; None where nothing bounds any of them."""
+    errors = cubes.errors(first)
+    return CubeValues.scaled(errors) if np.isfinite(errors).any() else None
 
 
 def _predicted_change(session: Session, cubes: CubeMap) -> CubeValues:
@@ -202,25 +204,3 @@ def _errors_at(
     """Predicted errors where the targets stood [m]."""
     found = score(robot, plate, states, noise=noise, region_q=np.zeros((0, robot.dof))).linearisation
     return cubes.errors(found)
-
-
-@lru_cache(maxsize=2)
-def _predicted_after(cubes: CubeMap, now: Linearisation | None, first: Linearisation | None) -> CubeValues:
-    """On the scale of the first plate, so that one sees what a target's move makes better or worse.
-
-    On its own where that one was far worse: all would have one colour.
-    """
-    errors = cubes.errors(now)
-    scale, own = _ends(cubes.errors(first)), _ends(errors)
-    if scale is None or (own is not None and scale[1] > MAX_SCALE_RATIO * own[1]):
-        scale = own
-    return CubeValues(errors, *(scale or (0.0, 1.0)))
-
-
-def _ends(errors: Float[np.ndarray, " cubes"]) -> tuple[float, float] | None:
-    """Ends of a scale about a plate's errors, of two digits [m]; None where nothing bounds any of them."""
-    finite = errors[np.isfinite(errors)]
-    if not finite.any():
-        return None
-    low, high = np.percentile(finite, (SMOOTH, CROWDED)) * (1.0 - ROOM, 1.0 + ROOM)
-    return float(f"{low:.2g}"), float(f"{high:.2g}")

@@ -6,13 +6,12 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.built_in_arms import save_robot
 from workbench.arm.joint_units import shown_joints, sliding, sliding_numbers
@@ -22,6 +21,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_text
 from workbench.base import se3
 from workbench.base.errors import DataError
+from workbench.base.types import Poses
 from workbench.data import writer
 from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
@@ -188,43 +188,16 @@ def stem_of(name: str) -> str:
 COORDINATES = ("x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
 
 
-@dataclass(frozen=True, eq=False)
-class CapturedPoses:
-    """Poses that were kept while jogging, before and after a calibration as in the thesis (Katana §3.4).
-
-    Args:
-        q: Joint positions [rad or m].
-        nominal: Tool poses of the nominal arm, robot's base.
-        calibrated: Those of the calibrated arm; None before a calibration.
-    """
-
-    q: Float[np.ndarray, "poses n"]
-    nominal: Float[np.ndarray, "poses 4 4"]
-    calibrated: Float[np.ndarray, "poses 4 4"] | None
-
-    @property
-    def distance(self) -> Float[np.ndarray, " poses"]:
-        """Distance between the two tools [m]; NaN before a calibration."""
-        if self.calibrated is None:
-            return np.full(len(self.q), np.nan)
-        return np.linalg.norm(self.calibrated[:, :3, 3] - self.nominal[:, :3, 3], axis=1)
-
-
-def captured(session: Session) -> CapturedPoses:
-    """The kept poses as the present models have them."""
-    q = np.array(session.choices.captured).reshape(-1, session.robot.dof)
-    calibrated = None if session.results.calibrated is None else _in_base(session.results.calibrated, q)
-    return CapturedPoses(q, _in_base(session.robot, q), calibrated)
-
-
 def captured_csv(session: Session) -> File:
-    """The poses that were kept while jogging, with units in the header."""
+    """The poses that were kept while jogging, before and after a calibration (Katana §3.4), with units in the
+    header."""
     if not session.choices.captured:
         raise DataError("no poses have been kept; press Keep this pose first")
-    poses = captured(session)
-    head, columns = _headings(session.robot), [shown_joints(session.robot, poses.q)]
-    for name, frames in (("nominal", poses.nominal), ("calibrated", poses.calibrated)):
-        if frames is not None:
+    q = np.array(session.choices.captured).reshape(-1, session.robot.dof)
+    head, columns = _headings(session.robot), [shown_joints(session.robot, q)]
+    for name, robot in (("nominal", session.robot), ("calibrated", session.results.calibrated)):
+        if robot is not None:
+            frames = _in_base(robot, q)
             head += [f"{name}_{column}" for column in COORDINATES]
             angles = [se3.matrix_to_rpy(pose[:3, :3]) for pose in frames]
             columns += [1e3 * frames[:, :3, 3], np.rad2deg(angles).reshape(-1, 3)]
@@ -242,7 +215,7 @@ def _csv(head: list[str], rows: Iterable[list]) -> str:
     return out.getvalue()
 
 
-def _in_base(robot: Robot, q: np.ndarray) -> Float[np.ndarray, "poses 4 4"]:
+def _in_base(robot: Robot, q: np.ndarray) -> Poses:
     """By what joint positions tell: neither time, temperature nor motion is known of a kept pose."""
     known = driven_by_pose(robot) or robot.with_effects()
     return se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from workbench.arm.robot import Robot
-from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import Preview
 from workbench.identification.checks.arm_match import ArmMatch
@@ -62,17 +61,14 @@ class Loaded:
         return self.match is not None and self.match.is_foreign
 
 
-OBSERVATIONS = (
-    ("position", "rotation", "full pose of the tool"),
-    ("position", None, "position of the tool"),
-    ("markers", None, "markers on the tool"),
-    ("distance", None, "distance to an anchor"),
-    ("contact", None, "contact with a fixed point"),
-    ("rotation", None, "orientation of the tool"),
-    ("tilt", None, "tilt of links"),
-)
-MAX_LISTED_COLUMNS = 12
-"""Columns that are listed one by one."""
+OBSERVATIONS = {
+    "position": "position of the tool",
+    "rotation": "orientation of the tool",
+    "markers": "markers on the tool",
+    "distance": "distance to an anchor",
+    "contact": "contact with a fixed point",
+    "tilt": "tilt of links",
+}
 
 
 def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ...]:
@@ -82,12 +78,9 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
         ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
         ("Joints", f"{dataset.joints}"),
         ("Measured", observation_text(dataset)),
-        ("Columns", _columns(understood)),
     ]
     if len(dataset.sessions) > 1:
         facts.append(("Sessions", ", ".join(dataset.sessions)))
-    if dataset.group is not None and (groups := len(set(dataset.group.tolist()))) > 1:
-        facts.append(("Groups", f"{groups}, each held out as a whole"))
     if understood.layout != "plain":
         facts.append(("Layout", understood.layout))
     return tuple(facts)
@@ -95,18 +88,5 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
 
 def observation_text(dataset: Dataset) -> str:
     """What the instrument measured, in words."""
-    found: list[str] = []
-    seen: set[str] = set()
-    for first, second, text in OBSERVATIONS:
-        has = getattr(dataset, first) is not None and first not in seen
-        if has and (second is None or getattr(dataset, second) is not None):
-            found.append(text)
-            seen |= {first, second or first}
+    found = (text for name, text in OBSERVATIONS.items() if getattr(dataset, name) is not None)
     return ", ".join(found) or "nothing"
-
-
-def _columns(understood: Preview) -> str:
-    read = [c for c in understood.columns if c.key is not None]
-    ignored = [c.heading for c in understood.columns if c.key is None]
-    text = first_of([c.heading for c in read], MAX_LISTED_COLUMNS)
-    return text + (f" (ignored: {', '.join(ignored[:MAX_LISTED_COLUMNS])})" if ignored else "")

@@ -23,16 +23,13 @@ from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import ConfirmRecording
-from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, more_targets
-from workbench.session.commands.undo import Undo
+from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.export import File, NotedFile, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages
 from workbench.session.state import Session
-from workbench.session.target_steps import is_better
 
 UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
 BEYOND_NOISE = 1.5
@@ -95,12 +92,8 @@ def next_step(session: Session) -> NextStep:
     return replace(step, next=following, other=other)
 
 
-def _asked(session: Session) -> NextStep | None:
-    """What the user has to confirm first."""
-    if not session.page.question:
-        return None
-    action = Action("Continue in a copy", Tab.PLATE, ConfirmRecording())
-    return NextStep(session.page.question, Tone.CAREFUL, action)
+def _only_shown(session: Session) -> NextStep | None:
+    return NextStep(f"{why}.", Tone.CAREFUL) if (why := session.page.only_shown) else None
 
 
 def _under_way(session: Session) -> NextStep | None:
@@ -230,7 +223,7 @@ def _identified(session: Session) -> NextStep | None:
 
 
 ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
-    _asked,
+    _only_shown,
     _under_way,
     _of_extras,
     _unread,
@@ -291,32 +284,15 @@ def _plate(session: Session) -> NextStep:
     if judged is not None and judged.tone is Tone.GOOD:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
-    if before := _better_before(session):
-        undo = Action("Undo this step", Tab.PLATE, Undo())
-        tone = Tone.PLAIN if judged is None else judged.tone
-        return NextStep(f"{text}; before this step it was {before} mm.", tone, undo, improve)
-    is_known, trial = np.isfinite(session.score.position), _trial()
+    is_known, trial = np.isfinite(session.score.position), None if judged is None else _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
     if not is_searched:
         text = f"{text}. A search may find better places for the targets."
-    elif (number := more_targets(session)) is not None:
-        text = f"{text}. These places are the best found; more targets lower the error."
-        improve = Action(f"Search {number} targets", Tab.PLATE, ImprovePlate(len(history.past), number))
     else:
         text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
         return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
     return NextStep(text, Tone.CAREFUL, improve, LOAD if session.tried is None else MAKE)
-
-
-def _better_before(session: Session) -> str:
-    """The error [mm] by this instrument to which undo leads back, if it was smaller."""
-    done, now = session.history.done, session.score
-    same = (step for step in session.history.past if done and step.plate is done[-1].plate)
-    if (last := next(same, None)) is None:
-        return ""
-    before = compared(1e3 * last.score.position)
-    return before if is_better(last.score, now) and before != compared(1e3 * now.position) else ""
 
 
 def _trial() -> Action | None:

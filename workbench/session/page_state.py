@@ -19,12 +19,6 @@ class Tab(StrEnum):
     COMPARE = "Compare"
     EXPORT = "Export"
 
-    @classmethod
-    def _missing_(cls, value: object) -> "Tab | None":
-        """By a name that it had in earlier recordings."""
-        calibration = dict.fromkeys(("Identify", "Diagnose"), cls.CALIBRATE)
-        return ({"Region": cls.PLATE, "More": cls.ROBOT} | calibration).get(str(value))
-
 
 @dataclass(frozen=True, eq=False)
 class Opened:
@@ -92,10 +86,9 @@ class PageState:
     """What stays with another arm: how the page looks, what is under way, and messages.
 
     Args:
-        is_dark_chosen: Whether that was said by hand; else they are as their system is.
         opened: The tab that the program opened last, if any.
         tab: The tab that was opened last, by the program or by hand on any page; None: not known.
-        question: What the user has to confirm before anything else is done; empty if nothing.
+        only_shown: Why nothing can be changed; empty if it can.
         caption: What the demo says at present; empty if none plays.
         is_paused: Whether the demo waits.
         is_over: Whether it has said its last.
@@ -103,10 +96,9 @@ class PageState:
     """
 
     is_dark: bool = False
-    is_dark_chosen: bool = False
     opened: Opened | None = None
     tab: Tab | None = None
-    question: str = ""
+    only_shown: str = ""
     caption: str = ""
     is_paused: bool = False
     is_over: bool = False

@@ -122,7 +122,6 @@ class PlateHistory:
         past: The targets after every step, oldest first.
         best: Those with the smallest predicted error so far.
         searched: The plate that the last search for a better one ended with.
-        sought: How many targets that search was for; the most there can be where it found no plate at all.
     """
 
     first: UndoStep
@@ -131,7 +130,6 @@ class PlateHistory:
     past: tuple[UndoStep, ...] = ()
     best: UndoStep | None = None
     searched: Plate | None = None
-    sought: int = 0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -171,14 +169,12 @@ class Measurements:
         unread: A file whose columns can't be read as they are understood, until another one is.
         levelled: Whether the z axis of the measuring frame is vertical, as the user says.
         left_out: Measured rows that the user keeps out, counted as in the data.
-        box: The region about the rows, where nobody had chosen another one.
     """
 
     loaded: Loaded | None = None
     unread: MeasurementFile | None = None
     levelled: bool = False
     left_out: frozenset[int] = frozenset()
-    box: Region | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

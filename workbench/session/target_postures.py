@@ -11,15 +11,13 @@ replaced by a collision-free one, if there is any.
 from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.branch import Branch, InverseResult, choose, margins, nearest_of, quality, roomy
+from workbench.arm.inverse.branch import Branch, InverseResult, choose, nearest_of, quality, roomy
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.solve import follow, solve
-from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled
@@ -36,7 +34,7 @@ TIGHT = 0.02
 
 
 def solve_all_targets(
-    robot: Robot, plate: Plate, *, region_q: Float[np.ndarray, "poses n"], seed: int = 0
+    robot: Robot, plate: Plate, *, region_q: Float[np.ndarray, "poses n"]
 ) -> tuple[TargetState, ...]:
     """The arm at every target, in the most informative mix of branches for the region.
 
@@ -44,7 +42,6 @@ def solve_all_targets(
         robot: The arm.
         plate: Its targets; those that name a branch or joint positions keep them.
         region_q: Poses that matter [rad or m]; without any, each target takes its best branch.
-        seed: Of the mixes that are tried.
     """
     plate.check_joints(robot)
     results = []
@@ -58,7 +55,7 @@ def solve_all_targets(
         pairs = zip(open_, solutions, strict=True)
         targets = (_with_known_branch(plate.targets[i], branches) for i, branches in pairs)
         part = replace(plate, targets=tuple(targets))
-        rng = np.random.default_rng(seed)
+        rng = np.random.default_rng(0)
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
         check_cancelled()  # a mix that was cut short is no answer
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
@@ -102,25 +99,6 @@ def with_clear_branches(
             branch = nearest_of(unobstructed(robot, plate, i, branches_to(robot, target)), state.q)
             free[i] = state if branch is None else _reached(branch.q, branch.name)
     return tuple(free)
-
-
-class FromLimit(NamedTuple):
-    """How far the joint that is nearest to its limit is from it [rad or m]; joints count from 0."""
-
-    distance: float
-    joint: int
-    slides: bool
-
-    @property
-    def text(self) -> str:
-        return f"{1e3 * self.distance:.3g} mm" if self.slides else f"{np.rad2deg(self.distance):.3g}°"
-
-
-def from_limit(robot: Robot, q: Float[np.ndarray, " n"]) -> FromLimit:
-    """The joint that is nearest to a limit at these positions [rad or m]."""
-    left = margins(q[None], robot.limits)[0]
-    joint = int(left.argmin())
-    return FromLimit(float(left[joint]), joint, bool(sliding(robot)[joint]))
 
 
 def clearance(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:

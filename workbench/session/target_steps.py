@@ -1,12 +1,13 @@
 """Shared helpers of target commands: undo steps, the score after a change, the history of scores."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.plate import Plate
+from workbench.plate.plate import Plate, Target
 from workbench.plate.plate_score import SetScore
 from workbench.plate.target_readings import usual_sigma
 from workbench.session.command import AbstractChange
@@ -93,17 +94,14 @@ def instrument_for(session: Session, plate: Plate) -> Noise:
     return other if session.noise == own != other else session.noise
 
 
-def score_of(session: Session, plate: Plate, states: tuple[TargetState, ...]) -> SetScore:
-    """What such targets would tell about the session's robot."""
-    noise = instrument_for(session, plate)
-    return score(session.robot, plate, states, noise=noise, region_q=session.region.q)
-
-
 def rescore(session: Session) -> Session:
     """The session after what the scores mean has changed: now, first and best are compared alike."""
-    first = session.history.first
-    first = replace(first, score=score_of(session, first.plate, first.states))
-    now = score_of(session, session.plate, session.states)
+    judge, first = (
+        partial(score, session.robot, noise=session.noise, region_q=session.region.q),
+        session.history.first,
+    )
+    first = replace(first, score=judge(first.plate, first.states))
+    now = judge(session.plate, session.states)
     history = replace(session.history, first=first, past=(), best=None)
     return with_history(replace(session, score=now, history=history))
 
@@ -115,6 +113,10 @@ def is_better(score: SetScore, than: SetScore) -> bool:
     return score.position < than.position
 
 
-def with_item(items: tuple, index: int, item) -> tuple:
-    """The tuple with one entry replaced."""
-    return (*items[:index], item, *items[index + 1 :])
+def with_target(
+    session: Session, number: int, target: Target, state: TargetState
+) -> tuple[Plate, tuple[TargetState, ...]]:
+    """Plate and states with another target in place of one."""
+    targets, states = list(session.plate.targets), list(session.states)
+    targets[number], states[number] = target, state
+    return replace(session.plate, targets=tuple(targets)), tuple(states)

@@ -1,7 +1,7 @@
 """A view: anything that draws snapshots of the session (the browser, a recording, a test)."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from workbench.session.journal.entry import Entry
 from workbench.session.page_state import Severity
@@ -54,30 +54,3 @@ class AbstractKeeper(ABC):
     @abstractmethod
     def close(self) -> None:
         """The session ends; nothing is noted afterwards."""
-
-
-class Keepers(AbstractKeeper):
-    """Keepers that begin with the first command.
-
-    Args:
-        make: Makes them.
-    """
-
-    def __init__(self, make: Callable[[], Iterable[AbstractKeeper]]):
-        self._make, self._made = make, tuple[AbstractKeeper, ...]()
-        self._begin: Callable[[AbstractKeeper], None] | None = None
-
-    def begin(self, session: Session, *, step: int, at: float, notify: Notify) -> None:
-        self._begin = lambda keeper: keeper.begin(session, step=step, at=at, notify=notify)
-
-    def note(self, step: int, entry: Entry, session: Session) -> None:
-        if self._begin is not None:
-            self._made, begin, self._begin = tuple(self._make()), self._begin, None
-            for keeper in self._made:
-                begin(keeper)
-        for keeper in self._made:
-            keeper.note(step, entry, session)
-
-    def close(self) -> None:
-        for keeper in self._made:
-            keeper.close()

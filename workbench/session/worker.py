@@ -10,6 +10,7 @@ was.
 
 import logging
 import math
+import operator
 import threading
 import time
 from collections import deque
@@ -25,7 +26,7 @@ from workbench.base.progress import Cancelled, running
 from workbench.base.remedy import speak_to_page
 from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
-from workbench.session.commands.messages import ConfirmRecording, Tell
+from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
 from workbench.session.page_state import PASSING, Message, RunningJob, Severity
 from workbench.session.state import Session
@@ -189,10 +190,9 @@ class Worker:
 
     def _carry_out(self, command: AbstractCommand) -> None:
         begin, basis = time.monotonic(), len(self._journal)
-        question = self._session.page.question
-        if question and command.is_kept and not isinstance(command, ConfirmRecording):
-            shown = self._session.without_messages(_refusals_of(ConfirmRecording))
-            self._session = shown.with_message(Severity.WARNING, question, refused=ConfirmRecording.__name__)
+        if (why := self._session.page.only_shown) and command.is_kept:
+            shown = self._session.without_messages(lambda m: m.text == why)
+            self._session = shown.with_message(Severity.WARNING, why)
             return
         try:
             command.check(self._session)
@@ -201,7 +201,7 @@ class Worker:
                 return
             assert isinstance(command, AbstractChange)
             before = self._session
-            after = command.apply(before)
+            after = _news(before, command.apply(before))
             is_read = after.page.message_count == before.page.message_count and not command.is_automatic
             after = after.without_messages(_refusals_of(type(command)))
             self._session = after.without_messages(lambda m: m.severity in PASSING) if is_read else after
@@ -237,7 +237,7 @@ class Worker:
 
     def _look_for_chores(self) -> None:
         """Begin the first chore that the session needs, and cancel the running one if it no longer does."""
-        chores = () if self._session.page.question else self._chores
+        chores = () if self._session.page.only_shown else self._chores
         needed = next((c for kind in chores if (c := kind.needed(self._session)) is not None), None)
         if self._chore is not None:
             if all(kind.needed(self._session) != self._chore for kind in self._chores):
@@ -309,12 +309,11 @@ class Worker:
                 raise failure
             with failures() as failed:
                 after = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
+            after = _news(self._session, after)
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after
-            self._note(
-                task, Ending.DONE, basis, seconds, result=result if task.stored or task.is_filed else None
-            )
+            self._note(task, Ending.DONE, basis, seconds, result=result if task.is_filed else None)
         except Exception as error:
             if is_chore and isinstance(error, Cancelled):
                 return
@@ -367,6 +366,15 @@ def _checked(session: Any, what: str) -> Session:
     if not isinstance(session, Session):
         raise TypeError(f"{what} must return the session, got {type(session).__name__}")
     return session
+
+
+def _news(before: Session, after: Session) -> Session:
+    """With another arm, other rows or another result, what was told of the former ones is over."""
+    both = [(s.robot, s.measurements.loaded, s.results.run) for s in (before, after)]
+    if all(map(operator.is_, *both)):
+        return after
+    count = before.page.message_count
+    return after.without_messages(lambda m: m.number <= count and m.severity is Severity.WARNING)
 
 
 def _refusals_of(kind: type[AbstractCommand]) -> Callable[[Message], bool]:

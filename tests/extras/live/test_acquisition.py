@@ -12,7 +12,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.extras.live.acquisition import Acquisition, plate_targets
+from workbench.extras.live.acquisition import Acquisition
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
 from workbench.plate.plate_toml import load_plate
@@ -22,7 +22,7 @@ ARM, PLATE = load_robot("aria"), load_plate("table2")
 
 
 def acquired(plate=PLATE):
-    return Acquisition(targets=plate_targets(ARM, plate), robot=ARM)
+    return Acquisition(plate=plate, robot=ARM)
 
 
 @cache
@@ -78,7 +78,7 @@ def test_a_lost_tool_is_not_stored_and_orientations_that_some_rows_lack_are_left
 )
 def test_what_is_not_stored(acquisition, reason):
     with refuses(DataError, reason):
-        acquisition.stored(anywhere=True)
+        acquisition.stored()
 
 
 def test_a_sample_that_asks_is_stored_or_the_reason_is_said():
@@ -99,20 +99,19 @@ def test_a_row_is_not_booked_for_a_target_where_the_tool_is_not(pose):
     assert "target 4" in place.advice
     with refuses(DataError, "target 1", "target 4", f"{1e3 * far:.1f} mm"):
         acquisition.stored()
-    acquisition = acquisition.step(3).stored()
+    acquisition = acquisition.turned_to(3).stored()
     assert acquisition.current == 4
     acquisition = stored(acquisition, 4, 5, pose=pose)
     assert acquisition.dataset(source="x").group.tolist() == ["target 4", "target 5", "target 6"]
 
 
 @pytest.mark.parametrize("pose", [True, False])
-def test_at_no_target_nothing_is_stored_unless_told_so(pose):
+def test_at_no_target_nothing_is_stored(pose):
     acquisition = standing(acquired(), at(0, q=postures()[0] + 0.3, pose=pose))
     assert not acquisition.place().is_known
     for by in (0, 3):
         with refuses(DataError, "mm", "not at a target"):
-            acquisition.step(by).stored()
-    assert [*acquisition.stored(anywhere=True).rows] == [0]
+            acquisition.turned_to(by).stored()
 
 
 @pytest.mark.parametrize(("millimetres", "degrees", "known"), [(29, 0, True), (31, 0, False), (0, 6, False)])
@@ -141,11 +140,11 @@ def test_an_instrument_in_a_frame_of_its_own_is_no_reason_to_refuse():
 
 
 def test_rows_are_taken_again_and_targets_passed_over():
-    acquisition = stored(stored(acquired(), 0, 1, 2).step(2), 5)
+    acquisition = stored(stored(acquired(), 0, 1, 2).turned_to(2), 5)
     assert [*acquisition.rows] == [0, 1, 2, 5]
     acquisition = acquisition.again().again()
     assert ([*acquisition.rows], acquisition.current) == ([0, 1], 2)
-    acquisition = acquisition.step(-3)
+    acquisition = acquisition.turned_to(-3)
     assert acquisition.current == len(PLATE) - 1
-    acquisition = acquisition.step(1).again()
+    acquisition = acquisition.turned_to(1).again()
     assert ([*acquisition.rows], acquisition.current) == ([1], 0)

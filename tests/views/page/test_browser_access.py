@@ -4,7 +4,7 @@ from contextlib import suppress
 
 import pytest
 
-from workbench.session.commands.compare import SetDark
+from workbench.session.commands.compare import FollowSystem
 from workbench.session.page_state import Tab
 from workbench.views.appearance.colours import SKY, SKY_DARK
 
@@ -46,7 +46,7 @@ PROBLEMS = """() => {
 def test_every_control_has_a_name_and_all_words_can_be_read(app, look, is_dark):
     """WCAG AA: a contrast of 4.5, also of what is off; nothing below 12 px."""
     screen = look()
-    app.worker.submit(SetDark(is_dark))
+    app.worker.submit(FollowSystem(is_dark))
     screen.until(lambda session: session.page.is_dark is is_dark)
     sky = "rgb({}, {}, {})".format(*(SKY_DARK if is_dark else SKY))
     canvas = "sky => getComputedStyle(document.querySelector('canvas[data-engine]')).backgroundColor === sky"

@@ -7,7 +7,7 @@ from workbench.plate.region import Region
 from workbench.views.appearance.shapes import box
 from workbench.views.drawables.drawable import Mesh, Points
 from workbench.views.page.scene.cube_mesh import FACE_ROTATIONS, NORMALS, outer_faces
-from workbench.views.page.scene.picking import distance_to, picked
+from workbench.views.page.scene.picking import picked
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
 
@@ -31,17 +31,6 @@ def test_a_hidden_cube_uncovers_one_face_of_each_neighbour():
     new = np.array(sorted(faces - whole))
     assert len(new) == 6
     assert REGION.centres[new[:, 0]] + 0.1 * NORMALS[new[:, 1]] == pytest.approx(np.tile(hole, (6, 1)))
-
-
-def test_a_ray_meets_a_solid_where_it_is_nearest_even_through_an_edge_of_its_triangles():
-    solid = box(np.array([0.2, 0.4, 0.6]))
-    top, middle = solid.vertices[:, 2].max(), 0.5 * (solid.vertices.min(0) + solid.vertices.max(0))
-    down = np.array([0.0, 0.0, -1.0])
-    for aside in ([0.0, 0.0], [0.05, -0.15]):  # the first is on the diagonal of the upper face
-        over = np.array([*(middle[:2] + aside), top + 0.5])
-        assert distance_to(solid, over, down) == pytest.approx(0.5)
-        assert distance_to(solid, over, -down) is None
-    assert distance_to(solid, np.array([middle[0] + 0.11, middle[1], top + 0.5]), down) is None
 
 
 @pytest.mark.parametrize(("height", "first"), [(0.001, "measured"), (-0.001, "measured"), (-0.1, "target")])

@@ -7,7 +7,6 @@ import time
 import urllib.error
 import urllib.parse
 import urllib.request
-from contextlib import suppress
 
 import msgspec
 import pytest
@@ -161,18 +160,6 @@ def test_serve_says_where_and_ends_when_interrupted():
     process.send_signal(signal.SIGINT)
     rest, errors = process.communicate(timeout=120)
     assert (process.returncode, rest, errors) == (0, "", "")
-
-
-def test_messages_that_are_none_are_one_line_a_minute(server, caplog):
-    for content in (b"\xc1", b"\x01", b"no", packed(type="TransformControlsUpdateMessage", name=[])) * 3:
-        with dialled(server.get_port()) as socket, suppress(websockets.ConnectionClosed):
-            socket.send(content)
-            socket.send(b"no")  # which ends the connection
-            while True:
-                socket.recv(timeout=60)
-    (line,) = caplog.records
-    assert "not understood" in line.getMessage()
-    assert line.exc_info is None
 
 
 def test_a_target_held_by_a_program_that_left_without_showing_a_page_is_free_again(server, worker):

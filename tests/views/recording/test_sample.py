@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from workbench.plate.observability import INDICES
 from workbench.views.recording.blueprint import subject
-from workbench.views.recording.canvas import ROW, STEP, TIME
+from workbench.views.recording.canvas import STEP, TIME
 
 
 @pytest.fixture(scope="module")
@@ -30,15 +29,15 @@ def test_every_kind_of_thing_is_there(pictures, replayed):
     bodies = {f"/world/arm/{arm}/body{i}" for arm in ("nominal", "calibrated") for i in range(7)}
     targets = {f"/world/plate/targets/{i}" for i in range(1, 11)}
     scene = {"/world/plate/solid", "/world/region/outline", "/world/region/cubes", "/world/measured"}
-    errors = {"/world/errors/nominal", "/world/errors/calibrated", "/row_error/nominal_mm/1_opt2"}
+    errors = {"/world/errors/nominal", "/world/errors/calibrated"}
     text = {"/log", "/about", "/parameters", "/target/index_O"}
     assert bodies | targets | scene | errors | text <= pictures.paths
-    assert pictures.timelines == {STEP, TIME, ROW}
+    assert pictures.timelines == {STEP, TIME}
 
 
 def test_the_numbers_are_the_session_s(pictures, sample, replayed):
     session, found = replayed.session, replayed.session.results.identification
-    wanted = {f"/index/{name}": session.score.indices[name] for name in INDICES}
+    wanted = {"/index/O": session.score.indices["O"]}
     for path, value in (wanted | {"/predicted/position_mm": 1e3 * session.score.position}).items():
         assert pictures.values(path, "Scalars:scalars")[-1][1][0] == pytest.approx(value, rel=1e-12)
     seen = np.ravel([v for _, v in pictures.values("/error/geometry_mm", "Scalars:scalars")])
@@ -57,14 +56,3 @@ def test_at_every_decision_the_prediction_is_the_journal_s(pictures, sample):
         if line.entry.command.key is None:
             shown = [value[0] for at, value in drawn if at <= step][-1]
             assert shown == pytest.approx(1e3 * written, rel=1e-12), step
-
-
-def test_the_arm_stands_at_every_measured_row(pictures, replayed):
-    rows = replayed.session.results.comparison
-    places = pictures.values("/world/arm/nominal/body6", "Transform3D:translation", ROW)
-    assert sorted({row for row, _ in places}) == list(range(len(rows)))
-    for path in ("plate/solid", "plate/targets/1", "region/outline", "errors/calibrated"):
-        assert any(ROW in batch.schema.names for batch in pictures.batches[f"/world/{path}"]), path
-    for k, arm in enumerate(("nominal", "geometry")):
-        errors = [v[0] for _, v in pictures.values(f"/row_error/{arm}_mm/1_opt2", "Scalars:scalars", ROW)]
-        assert errors == pytest.approx((1e3 * rows.stage_errors[:, k]).tolist(), rel=1e-9)

@@ -7,7 +7,9 @@ imposes. One run stores one of the two, never a mix.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
+from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -16,8 +18,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
-from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.base.errors import DataError
+from workbench.base.types import Matrix4, Poses, Vector3
 from workbench.data.dataset import Dataset
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import JOINT_STILL, ArmState
@@ -30,29 +32,9 @@ ROUGH, CLEARER = 6.0, 2.0
 target must be."""
 
 
-@dataclass(frozen=True, eq=False)
-class CaptureTarget:
-    """A pose to be measured.
-
-    Args:
-        name: Of the plate's target, for people.
-        pose: Pose of the tool, in the frame that the source measures in.
-        is_oriented: Whether its orientation is imposed as well.
-    """
-
-    name: str
-    pose: Float[np.ndarray, "4 4"]
-    is_oriented: bool = True
-
-
-def plate_targets(robot: Robot, plate: Plate) -> tuple[CaptureTarget, ...]:
-    """Targets of a plate as poses in the measuring frame."""
-    if not len(plate):
-        raise OptionError(f"plate '{plate.name}' has no targets to measure; add [[target]] tables")
-    return tuple(
-        CaptureTarget(f"target {i}", frozen(robot.base.pose @ target.pose), target.kind is Kind.SEAT)
-        for i, target in enumerate(plate.targets, start=1)
-    )
+def name_of(target: int) -> str:
+    """Of a target of the plate, counted from 0."""
+    return f"target {target + 1}"
 
 
 @dataclass(frozen=True)
@@ -75,7 +57,7 @@ class Acquisition:
     """Targets, the newest sample, and the rows stored so far.
 
     Args:
-        targets: In the order in which they are taken.
+        plate: Its targets are taken in their order.
         robot: Nominal arm: where the source measures no pose, it says where the tool should be.
         rows: Stored samples by the index of their target, the last one last.
         current: Index of the target that the next row belongs to.
@@ -86,7 +68,7 @@ class Acquisition:
         message: Outcome of the last request.
     """
 
-    targets: tuple[CaptureTarget, ...]
+    plate: Plate
     robot: Robot
     rows: Mapping[int, Sample] = field(default_factory=lambda: MappingProxyType({}))
     current: int = 0
@@ -96,16 +78,22 @@ class Acquisition:
     is_measured: bool = False
     message: str = ""
 
+    @cached_property
+    def poses(self) -> Poses:
+        """Of the tool at the targets, in the frame that the source measures in."""
+        return self.robot.base.pose @ self.plate.poses
+
     @property
-    def target(self) -> CaptureTarget:
-        return self.targets[self.current]
+    def pose(self) -> Matrix4:
+        """Of the tool at the current target."""
+        return self.poses[self.current]
 
     @property
     def is_done(self) -> bool:
         """Whether every target has its row."""
-        return len(self.rows) == len(self.targets)
+        return len(self.rows) == len(self.plate)
 
-    def with_sample(self, sample: Sample, arm_state: ArmState) -> "Acquisition":
+    def with_sample(self, sample: Sample, arm_state: ArmState) -> Self:
         """With a newer sample, which is stored if it asks for that."""
         is_measured = self.is_measured or (not self.rows and sample.position is not None)
         now = replace(self, latest=sample, arm_state=arm_state, silence=0.0, is_measured=is_measured)
@@ -116,27 +104,23 @@ class Acquisition:
         except DataError as error:
             return replace(now, message=str(error))
 
-    def stored(self, *, anywhere: bool = False) -> "Acquisition":
-        """With the latest sample as the row of the current target.
-
-        Args:
-            anywhere: Also where the tool is not at the target.
-        """
+    def stored(self) -> Self:
+        """With the latest sample as the row of the current target."""
         sample, place, current = self._storable(), self.place(), self.current
-        if not place.is_known and not anywhere:
+        if not place.is_known:
             raise DataError(f"not stored: the tool is {place.text}. {place.advice}")
         if not self.is_measured:
-            turn = self.target.pose[:3, :3] if self.target.is_oriented else None
-            sample = replace(sample, position=self.target.pose[:3, 3], rotation=turn)
+            turn = self.pose[:3, :3] if self.plate.targets[current].kind is Kind.SEAT else None
+            sample = replace(sample, position=self.pose[:3, 3], rotation=turn)
         rows = {i: row for i, row in self.rows.items() if i != current} | {current: sample}
-        after = (*range(current + 1, len(self.targets)), *range(current))
+        after = (*range(current + 1, len(self.plate)), *range(current))
         doubts = [] if self.arm_state is ArmState.STILL else [f"the arm {self.arm_state}"]
         doubts += [f"the tool is {place.text}"] if place.text else []
         return replace(
             self,
             rows=MappingProxyType(rows),
             current=next((i for i in after if i not in rows), current),
-            message=f"{self.target.name} stored" + (f" ({'; '.join(doubts)})" if doubts else ""),
+            message=f"{name_of(current)} stored" + (f" ({'; '.join(doubts)})" if doubts else ""),
         )
 
     def _storable(self) -> Sample:
@@ -159,26 +143,26 @@ class Acquisition:
             raise DataError(f"not stored: {reason}")
         return sample
 
-    def again(self) -> "Acquisition":
+    def again(self) -> Self:
         """Without the row of the current target, or else the last one; its target is current."""
         if not self.rows:
             raise DataError("there is no row to retake; store one first")
         index = self.current if self.current in self.rows else [*self.rows][-1]
         rows = MappingProxyType({i: row for i, row in self.rows.items() if i != index})
-        message = f"{self.targets[index].name}: its row was discarded; measure it again"
+        message = f"{name_of(index)}: its row was discarded; measure it again"
         return replace(self, rows=rows, current=index, message=message)
 
-    def step(self, by: int) -> "Acquisition":
+    def turned_to(self, by: int) -> Self:
         """Another target is current, counted from the present one and around."""
-        current = (self.current + by) % len(self.targets)
+        current = (self.current + by) % len(self.plate)
         has_row = " has a row, which the next replaces" if current in self.rows else ""
-        return replace(self, current=current, message=f"{self.targets[current].name}{has_row}")
+        return replace(self, current=current, message=f"{name_of(current)}{has_row}")
 
     def dataset(self, *, source: str) -> Dataset:
         """What is stored, in the order of the targets; a target's name is its group."""
         kept = dict(sorted(self.rows.items()))
         turns = [row.rotation for row in kept.values() if row.rotation is not None]
-        notes = [] if self.is_done else [f"{len(kept)} of {len(self.targets)} targets were measured"]
+        notes = [] if self.is_done else [f"{len(kept)} of {len(self.plate)} targets were measured"]
         if 0 < len(turns) < len(kept):
             notes.append("orientations are left out, as some rows have none")
         owner = "the source" if self.is_measured else "the targets, as the source measures none"
@@ -188,7 +172,7 @@ class Acquisition:
             position=np.stack([row.position for row in kept.values() if row.position is not None]),
             rotation=np.stack(turns) if len(turns) == len(kept) else None,
             time=np.array([row.time for row in kept.values()]),
-            group=np.array([self.targets[i].name for i in kept], dtype=str),
+            group=np.array([name_of(i) for i in kept], dtype=str),
             source=source,
             notes=(*notes, f"stored with the joints: poses of {owner}"),
         )
@@ -198,7 +182,7 @@ class Acquisition:
         pose, is_oriented = self._pose()
         if pose is None:
             return None, None
-        error = se3.pose_error(pose, self.target.pose)
+        error = se3.pose_error(pose, self.pose)
         return error[:3], error[3:] if is_oriented else None
 
     def place(self) -> TargetPlace:
@@ -220,20 +204,19 @@ class Acquisition:
         off, limit = (seen, 1.0) if is_decided else (self._distances(expected, True), ROUGH)
         nearest, own = int(np.argmin(off)), off[self.current]
         is_other = bool(off[nearest] * CLEARER < own > 1.0)
-        error = se3.pose_error(pose, self.target.pose)
+        error = se3.pose_error(pose, self.pose)
         angle = f" and {np.rad2deg(np.linalg.norm(error[3:])):.1f}°" if is_oriented else ""
-        text = f"{1e3 * np.linalg.norm(error[:3]):.1f} mm{angle} from {self.target.name}"
+        text = f"{1e3 * np.linalg.norm(error[:3]):.1f} mm{angle} from {name_of(self.current)}"
         if is_other:
-            return TargetPlace(False, text, f"This looks like {self.targets[nearest].name}: go to that one.")
+            return TargetPlace(False, text, f"This looks like {name_of(nearest)}: go to that one.")
         return TargetPlace(bool(own <= limit), text)
 
     def _distances(self, pose: Matrix4, is_oriented: bool) -> Float[np.ndarray, " targets"]:
         """From a pose to every target, in multiples of what it may be off."""
-        poses = np.stack([target.pose for target in self.targets])
-        error = se3.pose_error(np.broadcast_to(pose, poses.shape), poses)
+        error = se3.pose_error(np.broadcast_to(pose, self.poses.shape), self.poses)
         off = np.linalg.norm(error[:, :3], axis=1) / MAX_DISTANCE
         turned = np.linalg.norm(error[:, 3:], axis=1) / MAX_ANGLE
-        is_imposed = np.array([target.is_oriented for target in self.targets])
+        is_imposed = np.array([target.kind is Kind.SEAT for target in self.plate.targets])
         return np.where(is_oriented & is_imposed, np.maximum(off, turned), off)
 
     def _nominal(self, sample: Sample) -> Matrix4:

@@ -48,7 +48,6 @@ def drive(
     to: Annotated[str, option("HOST:PORT to listen at for workbench serve --source.")] = "localhost:5000",
     speed: Annotated[float, option("Speed-up over real time; 0: without waiting.")] = 1.0,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
-    of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
@@ -58,12 +57,7 @@ def drive(
     if not speed >= 0.0:
         raise OptionError(f"--speed must be at least 0 (0: without waiting), got {speed:g}")
     opt.check_writable(actual)
-    hidden, samples = drive_plate(
-        wb.load_robot(robot),
-        wb.load_plate(plate),
-        actual=None if of is None else wb.load_robot(of),
-        seed=seed,
-    )
+    hidden, samples = drive_plate(wb.load_robot(robot), wb.load_plate(plate), seed=seed)
     if actual is not None:
         wb.write_toml(hidden, actual)
 

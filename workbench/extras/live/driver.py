@@ -78,15 +78,12 @@ def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, rate: float) ->
     return start + (end - start) * (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None]
 
 
-def drive_plate(
-    robot: Robot, plate: Plate, *, actual: Robot | None = None, seed: int = 0
-) -> tuple[Robot, Iterator[Sample]]:
+def drive_plate(robot: Robot, plate: Plate, *, seed: int = 0) -> tuple[Robot, Iterator[Sample]]:
     """A virtual arm with hidden errors, steered to every target of a plate (ARIA 5.1).
 
     Args:
         robot: Nominal arm.
         plate: The fixture, in the robot's base.
-        actual: The arm that moves; one with hidden manufacturing errors if None.
         seed: Of the hidden errors, the steering and the noise.
 
     Returns:
@@ -94,9 +91,8 @@ def drive_plate(
     """
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets to drive to; add [[target]] tables")
-    rng = np.random.default_rng(seed)
-    actual = virtual_arm(robot, rng=rng) if actual is None else actual
-    exact = INSTRUMENTS["ideal"]
+    rng, exact = np.random.default_rng(seed), INSTRUMENTS["ideal"]
+    actual = virtual_arm(robot, rng=rng)
     _, rows = measure_plate(robot, plate, instrument=exact, actual=actual, seed=seed)
     turn = se3.rotvec_to_matrix(rng.normal(0.0, STEERING[1], (len(plate), 3)))
     places = plate.poses[:, :3, 3] + rng.normal(0.0, STEERING[0], (len(plate), 3))

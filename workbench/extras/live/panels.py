@@ -5,7 +5,7 @@ import viser
 
 from workbench.base.errors import WorkbenchError
 from workbench.base.wording import capital
-from workbench.extras.live.acquisition import MAX_ANGLE, MAX_DISTANCE, Acquisition
+from workbench.extras.live.acquisition import MAX_ANGLE, MAX_DISTANCE, Acquisition, name_of
 from workbench.extras.live.session import (
     USE,
     EndMeasuring,
@@ -16,7 +16,7 @@ from workbench.extras.live.session import (
     StoreRow,
     TakeAgain,
     UseRows,
-    acquisition_of,
+    measuring,
 )
 from workbench.extras.live.standstill import ArmState
 from workbench.session.page_state import Tab
@@ -74,15 +74,7 @@ class MeasuringPanel(AbstractPanel):
             "Store joint readings and pose as this target's row.",
             main=True,
             visible=_goes_on,
-            disabled=lambda s: not _can(s, StoreRow()),
-        )
-        button(
-            "Store anyway",
-            lambda: StoreRow(anywhere=True),
-            icon.ALERT_TRIANGLE,
-            "Store the row for the current target although the tool is not there.",
-            visible=lambda s: _goes_on(s) and not acquisition_of(s).place().is_known,
-            disabled=lambda s: not _can(s, StoreRow(anywhere=True)),
+            disabled=_is_refused,
         )
         hint = "Discard this target's row, or the last one, and measure again."
         button("Retake", TakeAgain, icon.ROTATE, hint, visible=_is_on, disabled=_has_no_row)
@@ -107,23 +99,23 @@ def _is_on(session: Session) -> bool:
 
 
 def _goes_on(session: Session) -> bool:
-    return _is_on(session) and not acquisition_of(session).is_done
+    return _is_on(session) and not measuring(session).is_done
 
 
 def _has_no_row(session: Session) -> bool:
-    return not acquisition_of(session).rows
+    return not measuring(session).rows
 
 
-def _can(session: Session, command: StoreRow) -> bool:
+def _is_refused(session: Session) -> bool:
     try:
-        command.check(session)
+        StoreRow().check(session)
     except WorkbenchError:
-        return False
-    return True
+        return True
+    return False
 
 
 def _measuring(session: Session) -> str:
-    return _source(session.part(Source)) + status(acquisition_of(session)) if _is_on(session) else ""
+    return _source(session.part(Source)) + status(measuring(session)) if _is_on(session) else ""
 
 
 def _source(source: Source | None) -> str:
@@ -137,19 +129,19 @@ def _source(source: Source | None) -> str:
 
 def status(now: Acquisition) -> str:
     """The rows stored, the current target, and how far the arm is from it."""
-    share = 100.0 * len(now.rows) / len(now.targets)
+    share = 100.0 * len(now.rows) / len(now.plate)
     rows = (
-        f'<div data-testid="progress">{len(now.rows)} of {len(now.targets)} rows stored</div>'
+        f'<div data-testid="progress">{len(now.rows)} of {len(now.plate)} rows stored</div>'
         f'<div style="height:8px;border-radius:4px;background:{LINE};margin:4px 0 12px">'
         f'<div style="height:8px;border-radius:4px;background:{GOOD};width:{share:.0f}%"></div></div>'
     )
     if now.is_done:
         end = f'<div style="{LARGE}">All targets are stored</div><div style="color:{MUTED}">{COMPLETE}</div>'
         return block(rows + end, testid="measuring", style="margin:10px 0")
-    place = ", ".join(f"{1e3 * v:.1f}" for v in now.target.pose[:3, 3])
+    place = ", ".join(f"{1e3 * v:.1f}" for v in now.pose[:3, 3])
     message = f'<div style="{SMALL}">{text(capital(now.message))}</div>' if now.message else ""
     return block(
-        f'{rows}<div style="{LARGE}">{capital(now.target.name)}</div>'
+        f'{rows}<div style="{LARGE}">{capital(name_of(now.current))}</div>'
         f'<div style="color:{MUTED}">at {place} mm</div>{_deviation(now)}'
         f'<div style="font-size:18px">{_light(now)}</div>{message}<div style="{SMALL}">{SPACE}</div>',
         testid="measuring",

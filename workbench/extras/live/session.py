@@ -7,7 +7,7 @@ import numpy as np
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.base.wording import plural
-from workbench.extras.live.acquisition import Acquisition, plate_targets
+from workbench.extras.live.acquisition import Acquisition
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
 from workbench.report.blocks import Tone
@@ -23,29 +23,22 @@ USE = "Use the rows"
 ENDED = "the live source has ended; restart it, then the page with --source"
 
 
-@dataclass(frozen=True, eq=False)
-class Measuring(AbstractPart):
-    """A guided measurement.
-
-    Args:
-        acquisition: Targets and rows.
-    """
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measuring(Acquisition, AbstractPart):
+    """A guided measurement."""
 
     is_mode = True
 
-    acquisition: Acquisition
-
     def step(self, session: Session) -> NextStep:
         """Where the arm stands, and the rows stored so far."""
-        acquisition, stored = self.acquisition, len(self.acquisition.rows)
-        tab = Tab.CALIBRATE if acquisition.is_done else Tab.MEASURE
+        tab, stored = Tab.CALIBRATE if self.is_done else Tab.MEASURE, len(self.rows)
         done = Action(USE, tab, UseRows()) if stored else None
-        if acquisition.is_done:
+        if self.is_done:
             return NextStep(
                 f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
             )
         text = "Drive the arm to the current target, wait until it is still, store the row"
-        return NextStep(f"{text}; {stored} of {len(acquisition.targets)} stored.", next=done)
+        return NextStep(f"{text}; {stored} of {len(self.plate)} stored.", next=done)
 
 
 @dataclass(frozen=True)
@@ -76,14 +69,11 @@ def _source(session: Session) -> Source:
     return source
 
 
-def acquisition_of(session: Session) -> Acquisition:
-    if (measuring := session.part(Measuring)) is None:
+def measuring(session: Session) -> Measuring:
+    """The guided measurement under way."""
+    if (found := session.part(Measuring)) is None:
         raise OptionError("no guided measurement is running; begin one first")
-    return measuring.acquisition
-
-
-def _with(session: Session, acquisition: Acquisition) -> Session:
-    return session.with_part(Measuring(acquisition))
+    return found
 
 
 class MeasureLive(AbstractChange):
@@ -98,8 +88,7 @@ class MeasureLive(AbstractChange):
             raise OptionError("a guided measurement is running; use its rows or stop it first")
 
     def apply(self, session: Session) -> Session:
-        targets = plate_targets(session.robot, session.plate)
-        return _with(session, Acquisition(targets=targets, robot=session.robot))
+        return session.with_part(Measuring(plate=session.plate, robot=session.robot))
 
 
 class TakeSample(AbstractChange):
@@ -133,8 +122,8 @@ class TakeSample(AbstractChange):
             raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
-        if session.part(Measuring) is not None:
-            session = _with(session, acquisition_of(session).with_sample(Sample.of(self), self.arm_state))
+        if (now := session.part(Measuring)) is not None:
+            session = session.with_part(now.with_sample(Sample.of(self), self.arm_state))
         elif session.part(Source) is None:
             return session
         if session.drag is not None:
@@ -148,24 +137,15 @@ class TakeSample(AbstractChange):
 
 
 class StoreRow(AbstractChange):
-    """Keep the latest sample as the current target's row.
-
-    Args:
-        anywhere: Also where the tool is not at the target.
-    """
+    """Keep the latest sample as the current target's row."""
 
     title = "Store the row"
 
-    anywhere: bool = False
-
     def check(self, session: Session) -> None:
-        self._stored(session)
+        self.apply(session)
 
     def apply(self, session: Session) -> Session:
-        return _with(session, self._stored(session))
-
-    def _stored(self, session: Session) -> Acquisition:
-        return acquisition_of(session).stored(anywhere=self.anywhere)
+        return session.with_part(measuring(session).stored())
 
 
 class TakeAgain(AbstractChange):
@@ -174,10 +154,10 @@ class TakeAgain(AbstractChange):
     title = "Retake a row"
 
     def check(self, session: Session) -> None:
-        acquisition_of(session).again()
+        self.apply(session)
 
     def apply(self, session: Session) -> Session:
-        return _with(session, acquisition_of(session).again())
+        return session.with_part(measuring(session).again())
 
 
 class NextWanted(AbstractChange):
@@ -188,7 +168,7 @@ class NextWanted(AbstractChange):
     by: int = 1
 
     def apply(self, session: Session) -> Session:
-        return _with(session, acquisition_of(session).step(self.by))
+        return session.with_part(measuring(session).turned_to(self.by))
 
 
 class UseRows(AbstractChange):
@@ -198,14 +178,14 @@ class UseRows(AbstractChange):
     key = "use"
 
     def check(self, session: Session) -> None:
-        if not acquisition_of(session).rows:
+        if not measuring(session).rows:
             raise DataError("no row has been stored yet; drive the arm to a target and store a row")
 
     def apply(self, session: Session) -> Session:
-        acquisition, name = acquisition_of(session), "Real arm, live"
-        rows = acquisition.dataset(source=name)
+        name, count = "Real arm, live", len(measuring(session).plate)
+        rows = measuring(session).dataset(source=name)
         facts = (
-            ("Measured at", f"{len(rows)} of {len(acquisition.targets)} targets, stored one by one"),
+            ("Measured at", f"{len(rows)} of {count} targets, stored one by one"),
             ("Measured", observation_text(rows)),
             ("Joints", f"{rows.joints}"),
         )
@@ -220,7 +200,7 @@ class EndMeasuring(AbstractChange):
     key = "stop"
 
     def check(self, session: Session) -> None:
-        acquisition_of(session)
+        measuring(session)
 
     def apply(self, session: Session) -> Session:
         return session.without_part(Measuring).updated("playback", focus=Focus.TARGET)
@@ -246,6 +226,6 @@ class TellSource(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         session = session.with_part(Source(self.name, self.is_open, self.silence))
-        if session.part(Measuring) is not None and self.silence:
-            session = _with(session, replace(acquisition_of(session), silence=self.silence))
+        if (now := session.part(Measuring)) is not None and self.silence:
+            session = session.with_part(replace(now, silence=self.silence))
         return session if self.is_open else session.with_message(Severity.WARNING, f"{self.name}: {ENDED}")

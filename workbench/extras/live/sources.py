@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from workbench.extras.live.sample import Sample, samples
+from workbench.extras.live.sample import samples
 from workbench.extras.live.session import Measuring, Source, TakeSample, TellSource
 from workbench.extras.live.standstill import StandstillDetector
 from workbench.session.commands.messages import Tell
@@ -18,8 +18,6 @@ from workbench.session.worker import Worker
 
 RATE = 20.0
 """Samples that are passed on in a second, at most."""
-MOVED = 1e-4
-"""Change of a joint that is worth showing while nothing is measured [rad or m]."""
 SILENT = 2.0
 """A source without samples for this long counts as silent [s]."""
 
@@ -37,7 +35,6 @@ class LiveSource(AbstractView):
     def __init__(self, worker: Worker, lines: Iterable[str], *, name: str):
         self._worker, self._lines, self._name = worker, lines, name
         self._newest: TakeSample | None = None
-        self._shown: TakeSample | None = None
         self._heard = time.monotonic()
         self._requested = -np.inf
         self._detector = StandstillDetector()
@@ -58,9 +55,13 @@ class LiveSource(AbstractView):
             if self._stop.is_set():
                 return
             self._heard = time.monotonic()
-            if not self._fits(sample):
+            session, joints = self._worker.session, len(sample.q)
+            if joints != session.robot.dof:
+                text = (
+                    f"the arm at {self._name} has {joints} joints, but the robot here has {session.robot.dof}"
+                )
+                self._say(f"{text}; choose the robot that is connected")
                 continue
-            session = self._worker.session
             noise = session.noise.position, session.noise.rotation
             command = TakeSample(**sample.plain(), arm_state=self._detector.update(sample, noise))
             is_wanted = sample.capture and session.part(Measuring) is not None
@@ -72,15 +73,6 @@ class LiveSource(AbstractView):
         if not self._stop.is_set():
             self._stop.set()
             self._worker.submit(TellSource(self._name, is_open=False))
-
-    def _fits(self, sample: Sample) -> bool:
-        """Whether it is of an arm with so many joints; said once where it is not."""
-        joints = self._worker.session.robot.dof
-        if len(sample.q) != joints:
-            text = f"the arm at {self._name} has {len(sample.q)} joints, but the robot here has {joints}"
-            self._say(f"{text}; choose the robot that is connected")
-            return False
-        return True
 
     def _say(self, text: str) -> None:
         """The first mistake of a source: the same one would come twenty times a second."""
@@ -96,16 +88,8 @@ class LiveSource(AbstractView):
             if (silence > SILENT) is not is_silent:
                 is_silent = silence > SILENT
                 self._worker.submit(TellSource(self._name, silence=round(silence, 1) if is_silent else 0.0))
-            if newest is not None and self._is_news(newest):
-                self._shown = newest
+            if newest is not None:
                 self._worker.submit(newest)
-
-    def _is_news(self, newest: TakeSample) -> bool:
-        """A measurement needs every sample, a picture those that move it."""
-        shown = self._shown
-        if self._worker.session.part(Measuring) is not None or shown is None or len(shown.q) != len(newest.q):
-            return True
-        return bool(np.abs(np.subtract(newest.q, shown.q)).max() > MOVED)
 
 
 def end_former(worker: Worker) -> None:

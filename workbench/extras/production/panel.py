@@ -8,7 +8,6 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.plate import try_plate
 
 
 class YieldPanel(AbstractPanel):
@@ -18,9 +17,9 @@ class YieldPanel(AbstractPanel):
     depends = ("is_idle", lambda session: session.part(PlateTrial), "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.press(
+        self.button(
             "Try this plate",
-            lambda event: try_plate(event, self._worker, TryPlate()),
+            TryPlate,
             viser.Icon.CHART_BAR,
             "Calibrate virtual arms with random manufacturing errors: the share that keeps the required "
             "error everywhere in the region, and what dominates. Takes half a minute; Cancel stops it.",

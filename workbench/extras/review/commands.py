@@ -29,6 +29,8 @@ def review(
         show_recording(found, out=out, web=web, say=opt.say)
     if out is not None:
         opt.say(f"pictures: {out}")
+    written = {"steps": len(found.lines), "notes": [*found.notes], "out": out and str(out)}
+    opt.write_result({"schema": "workbench.review/1"} | written)
 
 
 @in_section("Files")

@@ -98,12 +98,15 @@ def _last_step(path: Path) -> int | None:
 def _mended(path: Path, room: Path) -> Path:
     """A copy with all whole messages of a file that was cut off; empty if there are none."""
     copy = room / f"mended-{path.name}"
-    done = subprocess.run(
-        [_program(), "rrd", "optimize", str(path), "-o", str(copy)], capture_output=True, check=False
-    )
-    if done.returncode != 0 or not copy.exists():
+    if not _made(copy, "optimize", path) or not copy.exists():
         shutil.copyfile(path, copy)
     return copy
+
+
+def _made(out: Path, how: str, *files: Path) -> bool:
+    """Whether rerun could make a file of others."""
+    command = [_program(), "rrd", how, *map(str, files), "-o", str(out)]
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 def _join(files: list[Path], out: Path, room: Path) -> Path:
@@ -111,12 +114,7 @@ def _join(files: list[Path], out: Path, room: Path) -> Path:
     joined = files[0]
     if len(files) > 1:
         joined = room / "joined.rrd"
-        done = subprocess.run(
-            [_program(), "rrd", "merge", *map(str, files), "-o", str(joined)],
-            capture_output=True,
-            check=False,
-        )
-        if done.returncode != 0:
+        if not _made(joined, "merge", *files):
             raise FileError(
                 f"the recording's parts can't be joined in {room}; free some space there", path=str(out)
             )
@@ -152,10 +150,6 @@ class FileServer(ThreadingHTTPServer):
         self.host = f"{ADDRESS}:{self.server_port}"
         self.files: Mapping[str, Path] = {f"/{secret}/{i}/{path.name}": path for i, path in enumerate(files)}
 
-    @property
-    def links(self) -> list[str]:
-        return [f"http://{self.host}{path}" for path in self.files]
-
 
 class _Request(BaseHTTPRequestHandler):
     server: FileServer
@@ -185,7 +179,7 @@ def opened(files: Sequence[Path]) -> Iterator[list[str]]:
     with FileServer(files) as door:
         threading.Thread(target=door.serve_forever, name="workbench-door", daemon=True).start()
         try:
-            yield door.links
+            yield [f"http://{door.host}{path}" for path in door.files]
         finally:
             door.shutdown()
 

@@ -171,21 +171,8 @@ class SetOverlay(AbstractChange):
         return session.updated("choices", overlay=self.overlay)
 
 
-class SetDark(AbstractChange):
-    """Make all pages dark, or light."""
-
-    key = "dark"
-
-    is_dark: bool
-
-    title = computed(lambda self: "Dark pages" if self.is_dark else "Light pages")
-
-    def apply(self, session: Session) -> Session:
-        return session.updated("page", is_dark=self.is_dark, is_dark_chosen=True)
-
-
 class FollowSystem(AbstractChange):
-    """Follow the system's light or dark preference, unless the user has chosen one."""
+    """Follow the light or dark preference of a page's system."""
 
     title = "Follow the system setting"
     key = "system"
@@ -194,6 +181,4 @@ class FollowSystem(AbstractChange):
     is_dark: bool
 
     def apply(self, session: Session) -> Session:
-        if session.page.is_dark_chosen:
-            return session
         return session.updated("page", is_dark=self.is_dark)

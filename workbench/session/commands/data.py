@@ -14,7 +14,6 @@ import numpy as np
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, UnitError, WorkbenchError
 from workbench.base.progress import progress
 from workbench.base.wording import plural
@@ -27,7 +26,6 @@ from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Obser
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.meaning.as_read import ReadAs, as_read
-from workbench.plate.region import Region
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (
     AbstractChange,
@@ -38,7 +36,6 @@ from workbench.session.command import (
     kinds,
 )
 from workbench.session.commands.compare import with_comparison
-from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile, facts_of
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
@@ -50,12 +47,8 @@ MAX_FILE_BYTES = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
 CHECK_POSES = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
-MARGIN, ACROSS = 0.01, 12
-"""Of a region about rows: room beyond them [m], cubes along its longest side."""
 EARLIER_ERRORS = 5e-3, float(np.deg2rad(5.0))
 """Those of virtual arms in journals that don't say them: largest errors of lengths [m] and angles [rad]."""
-MIN_REGION_ROWS = 8
-"""Fewer rows show no region."""
 MAX_SEED = 2**32 - 1
 """What numpy's generators accept."""
 MAX_MORE = 500
@@ -334,28 +327,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     session = replace(kept, measurements=Measurements(loaded=loaded), results=Results())
     focus = Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW
     session = session.updated("playback", focus=focus)
-    session = with_comparison(session)
-    if session.results.comparison is None or loaded is None or loaded.virtual:
-        return session
-    return _around_rows(session, session.results.comparison)
-
-
-def _around_rows(session: Session, rows: Comparison) -> Session:
-    """The session with the box of the rows for its region, where that was nobody's choice."""
-    is_chosen = session.is_plate_given or session.plate.region is not session.history.first.plate.region
-    if is_chosen or len(rows.nominal) < MIN_REGION_ROWS:
-        return session
-    places = (se3.inverse(session.robot.base.pose) @ rows.nominal)[:, :3, 3]
-    low, high = (np.round(end, 3) for end in (places.min(0) - MARGIN, places.max(0) + MARGIN))
-    region = Region(min=low, max=high, cube=round(float((high - low).max()) / ACROSS, 3))
-    plate = replace(session.plate, region=region)
-    first = session.history.first
-    moved = plate if session.plate is first.plate else replace(first.plate, region=region)
-    session = session.updated("history", first=replace(first, plate=moved))
-    session = replace(session, plate=plate).updated("measurements", box=region)
-    size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)
-    text = f"the region is now the bounding box of the rows, {size} mm; change it in the Plate tab"
-    return session.with_message(Severity.LOG, text)  # the Plate tab names it
+    return with_comparison(session)
 
 
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
@@ -368,7 +340,6 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
         ("Arm", hidden),
         ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
         ("Held out for checking", f"{CHECK_POSES} poses in the region near the targets"),
-        ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
     )
 

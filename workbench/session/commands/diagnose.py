@@ -29,7 +29,6 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         held_out: Share of the rows that is kept for judging; they choose nothing.
         seed: Of the held-out rows and the folds.
         anyway: Whether to go on though the rows are clearly another arm's.
-        levelled: As of `Identify`.
     """
 
     title = "Diagnose"
@@ -38,7 +37,6 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     held_out: float = 0.2
     seed: int = 0
     anyway: bool = False
-    levelled: bool = False
 
     def check(self, session: Session) -> None:
         check_same_arm(session, anyway=self.anyway or session.results.identification is not None)
@@ -61,7 +59,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             free=session.robot.default_free,
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
-            levelled=self.levelled or session.measurements.levelled,
+            levelled=session.measurements.levelled,
             reading=ReadAs.GIVEN,
             seed=self.seed,
             measurable=partial(allows_target, session.robot, session.plate, standing)

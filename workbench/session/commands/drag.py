@@ -22,7 +22,8 @@ from workbench.session.target_steps import (
     check_free,
     check_unlocked,
     commit_step,
-    with_item,
+    move_targets,
+    with_target,
     with_targets,
 )
 
@@ -103,11 +104,8 @@ class MoveTarget(AbstractChange):
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
         before = self.start or session.states[self.target]
         state = follow_target(session.robot, target, before)
-        plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
-        states = with_item(session.states, self.target, state)
-        if session.drag is not None:
-            return with_targets(session, plate, states, selected=self.target)
-        return commit_step(with_targets(begin_step(session), plate, states, selected=self.target))
+        move = with_targets if session.drag is not None else move_targets
+        return move(session, *with_target(session, self.target, target, state), selected=self.target)
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
         if session.drag is None or not self._is_part_of(session.drag):
@@ -136,7 +134,7 @@ class DropTarget(AbstractChange):
             return session.updated("history", done=session.history.done[:-1])
         target = session.plate.targets[index]
         state = with_branch_name(target, session.states[index], branches_to(session.robot, target))
-        return commit_step(replace(session, states=with_item(session.states, index, state)))
+        return commit_step(replace(session, states=with_target(session, index, target, state)[1]))
 
 
 def plain(point: np.ndarray) -> Place:

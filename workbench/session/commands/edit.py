@@ -18,7 +18,7 @@ from workbench.session.target_steps import (
     check_unlocked,
     move_targets,
     place_plate,
-    with_item,
+    with_target,
 )
 
 STEP = 0.06
@@ -87,8 +87,8 @@ class LockTarget(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], locked=self.locked)
-        plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
-        return move_targets(session, plate, session.states)
+        both = with_target(session, self.target, target, session.states[self.target])
+        return move_targets(session, *both)
 
 
 class MovePlate(AbstractTargetStep):
@@ -149,6 +149,5 @@ class ChooseBranch(AbstractChange):
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
         state = place(session.robot, target, session.states[self.target].q)
-        plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
-        states = with_item(session.states, self.target, state)
-        return move_targets(session, plate, states, selected=self.target)
+        both = with_target(session, self.target, target, state)
+        return move_targets(session, *both, selected=self.target)

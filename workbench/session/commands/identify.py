@@ -37,7 +37,6 @@ class Identify(AbstractTask[IdentifiedRows]):
         frames: `auto`, `shared` or `per-session`: whether base and tool differ between sessions.
         seed: Of the choice of held-out rows.
         anyway: Whether to go on though the rows are clearly another arm's.
-        levelled: Whether the z axis of the measuring frame is vertical, if `SetLevelled` did not say so.
     """
 
     title = "Identify the parameters"
@@ -48,7 +47,6 @@ class Identify(AbstractTask[IdentifiedRows]):
     frames: str = "auto"
     seed: int = 0
     anyway: bool = False
-    levelled: bool = False
 
     def check(self, session: Session) -> None:
         check_same_arm(session, anyway=self.anyway)
@@ -74,7 +72,7 @@ class Identify(AbstractTask[IdentifiedRows]):
             exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             prior=_known(run.fit, names) if added and run is not None else None,
             effects=names,
-            levelled=self.levelled or session.measurements.levelled,
+            levelled=session.measurements.levelled,
             reading=ReadAs.GIVEN,  # the rows were read when they were loaded
             seed=self.seed,
         )

@@ -3,7 +3,6 @@
 from enum import StrEnum
 
 from workbench.session.command import AbstractChange, computed
-from workbench.session.commands.drag import DropTarget
 from workbench.session.page_state import Opened, Severity, Tab
 from workbench.session.state import Session
 
@@ -28,17 +27,6 @@ class Dismiss(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return session.updated("page", messages=())
-
-
-class ConfirmRecording(AbstractChange):
-    """Go on with a recording that comes from elsewhere: until then the session is only shown."""
-
-    title = "Continue this recording here"
-
-    def apply(self, session: Session) -> Session:
-        drag = session.drag
-        session = session if drag is None else DropTarget(drag.client).apply(session)
-        return session.updated("page", question="")
 
 
 class SetCaption(AbstractChange):

@@ -1,15 +1,12 @@
 """Commands for whole plates: smallest error, trials on virtual arms."""
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from workbench.base.errors import DataError, OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
-from workbench.plate.plate_toml import plate_text
 from workbench.report.blocks import Tone
 from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.judgement import plate_judgement
@@ -17,13 +14,7 @@ from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Severity
 from workbench.session.start import is_default_plate
 from workbench.session.state import Session
-from workbench.session.target_postures import from_limit
 from workbench.session.target_steps import check_free, is_better, place_plate, rescore
-
-MIN_ADDED, MAX_ADVISED = 2, 20
-"""Minimum number of targets added, and maximum number that is advised."""
-ROOM_FACTOR = 1.3
-"""How much more than the minimum distance of targets there is to be where more are advised."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +37,12 @@ class ImprovePlate(AbstractTask[FoundPlate]):
 
     Args:
         seed: Of the search.
-        targets: How many there are to be; as many as now if None.
     """
 
     title = "Improve this plate"
-    stored = FoundPlate
+    is_filed = True
 
     seed: int = 0
-    targets: int | None = None
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -66,82 +55,49 @@ class ImprovePlate(AbstractTask[FoundPlate]):
         noise, judged = session.noise, plate_judgement(session)
         is_bad = judged is not None and judged.tone is Tone.CAREFUL
         is_lacking = not all(state.measurable for state in session.states)
-        search = partial(
-            optimise_plate,
-            session.robot,
-            session.plate,
-            production=session.plate.production,
-            sigma=(noise.position, noise.rotation),
-            moves=is_default_plate(session) or is_bad or is_lacking,
-            seed=self.seed,
-        )
-        fewer = None if self.targets is None else (self.targets + len(session.plate)) // 2
-        wrong = ""
-        for number in dict.fromkeys((self.targets, fewer)):
-            try:
-                design = search(number=number)
-                return FoundPlate(design.plate, design.narrowed)
-            except DataError as error:  # so many don't go together, or no target keeps what it must
-                wrong = wrong or str(error)
-        return FoundPlate(None, wrong)
+        try:
+            design = optimise_plate(
+                session.robot,
+                session.plate,
+                production=session.plate.production,
+                sigma=(noise.position, noise.rotation),
+                moves=is_default_plate(session) or is_bad or is_lacking,
+                seed=self.seed,
+            )
+        except DataError as error:  # no target keeps what it must
+            return FoundPlate(None, str(error))
+        return FoundPlate(design.plate, design.narrowed)
 
     def finish(self, session: Session, result: FoundPlate) -> Session:
         check_free(session)
         if result.plate is None:
-            return _searched(session, MAX_ADVISED).with_message(Severity.WARNING, result.note)
+            searched = session.updated("history", searched=session.plate)
+            return searched.with_message(Severity.WARNING, result.note)
         old = session.plate
         kept = {i: target for i, target in enumerate(old.targets) if target.locked}
         targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
         found = replace(old, targets=targets, xyz=result.plate.xyz)
         better = place_plate(session, found)
         if not is_better(better.score, session.score):
-            text = "the search found no better plate"
-            return _searched(session, len(found)).with_message(Severity.INFO, text)
+            searched = session.updated("history", searched=session.plate)
+            return searched.with_message(Severity.INFO, "the search found no better plate")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
-        left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
-        text = f"{text}; joints stay {left.text} or more from their limits"
         is_shown = session.measurements.loaded is None  # by the strip
         if (away := 1e3 * float(np.linalg.norm(found.xyz - old.xyz))) > 0.5:
             text, is_shown = f"the plate was moved by {away:.0f} mm; {text}", False
         if result.note:
             text, is_shown = f"{text}; little room: {result.note}", False
-        return _searched(better, len(found)).with_message(Severity.LOG if is_shown else Severity.INFO, text)
-
-
-def _searched(session: Session, number: int) -> Session:
-    """The session after a search for so many targets that ended with its plate."""
-    return session.updated("history", searched=session.plate, sought=number)
-
-
-def more_targets(session: Session) -> int | None:
-    """How many targets to try where the best places of the present ones fall short; None: no more.
-
-    The mean square of the errors falls with their number, more or less; where a search for more found nothing
-    better, another one won't.
-    """
-    from workbench.plate.design import NARROW
-    from workbench.plate.optimiser.constraints import check_room, half_size
-
-    if session.history.sought > len(session.plate):
-        return None
-    falls_short = 1.0 if session.tried is None else max(session.tried.used, 1.0)
-    wanted = max(len(session.plate) + MIN_ADDED, int(np.ceil(len(session.plate) * falls_short**2)))
-    for number in range(min(wanted, MAX_ADVISED), len(session.plate), -1):
-        with suppress(OptionError):
-            check_room(session.plate, number, half_size(session.plate, NARROW), ROOM_FACTOR * NARROW.spacing)
-            return number
-    return None
+        better = better.updated("history", searched=better.plate)
+        return better.with_message(Severity.LOG if is_shown else Severity.INFO, text)
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):
     """Try the plate on virtual arms, as an extra does: the next step is the first such command."""
 
-    stored = PlateTrial
+    is_filed = True
 
     def finish(self, session: Session, result: PlateTrial) -> Session:
-        if plate_text(result.plate) == plate_text(session.plate):  # of a journal it is another object
-            result = replace(result, plate=session.plate)
         return session.with_part(result).with_message(Severity.LOG, result.text)
 
 

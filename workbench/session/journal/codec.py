@@ -1,9 +1,9 @@
 """Commands as plain data and back, by their field's types; files in them go beside the journal.
 
 A command is a frozen record of plain values, so every command is written and read by the same few rules; what
-a task computed may hold arrays besides. A field that an older journal lacks has its default, one that was
-renamed its value. A command that this version doesn't know, or whose fields it can't read, is an
-`UnknownCommand`. A line ends with a checksum of what comes before it.
+a task computed is in a file (`records.py`). A field that an older journal lacks has its default. A command
+that this version doesn't know, or whose fields it can't read, is an `UnknownCommand`. A line ends with a
+checksum of what comes before it.
 """
 
 import contextlib
@@ -29,24 +29,16 @@ from workbench.base.assets import PACKAGE
 from workbench.base.errors import WorkbenchError
 from workbench.base.installed_package import package_version
 from workbench.base.types import frozen
-from workbench.session.command import AbstractCommand, AbstractTask, UnknownCommand, kinds
+from workbench.session.command import AbstractCommand, UnknownCommand, kinds
 from workbench.session.journal import records
 from workbench.session.state import Session
 
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
-PLACES = ("drag-1.jsonl", "drag-2.jsonl")
-"""Where the newest place of a drag stands beside the journal, and the one before it."""
 LONGEST_SUFFIX = 8
 CHECK = "check"
 """Name of a line's checksum, its last value."""
 CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
-
-FORMER = {"least": "low", "greatest": "high", "asked": "is_chosen"}
-"""Fields that have another name in journals of earlier versions."""
-GONE = frozenset(("exaggeration_after", "bent", "bending", "is_deflected", "deflection", "low", "high"))
-GONE |= {"law", "frames", "corners", "picked"}
-"""Fields that journals of earlier versions have besides."""
 
 
 class LostFile(Exception):
@@ -79,18 +71,16 @@ def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "")
     kind = kinds().get(name)
     if kind is None and not name.isidentifier():
         raise ValueError(f"'{name}' is not the name of a command")
-    if name == "LoadModel" and str(values.get("name")).lower().endswith(".xacro"):
-        return UnknownCommand("open a xacro", title)  # earlier versions expanded them
     try:
         return UnknownCommand(name, title) if kind is None else _build(kind, values, load)
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, WorkbenchError):
         return UnknownCommand(name, title)
 
 
-def encode_result(command: AbstractCommand, result: Any, before: Session) -> tuple[Any, dict[str, bytes]]:
-    """What a task computed as plain data, and its file; None where reopening computes it again."""
-    if result is None or not isinstance(command, AbstractTask) or not command.is_filed:
-        return None if result is None else _record(result, {}, ""), {}
+def encode_result(result: Any, before: Session) -> tuple[dict[str, str] | None, dict[str, bytes]]:
+    """Which file has what a task computed, and the file; None where reopening computes it again."""
+    if result is None:
+        return None, {}
     try:
         content = records.pack(result, records.known(before))
     except TypeError:  # a record of somebody else's package
@@ -98,25 +88,21 @@ def encode_result(command: AbstractCommand, result: Any, before: Session) -> tup
     return {"file": (name := file_name(content, ".npz")), "by": _by_us(name)}, {name: content}
 
 
-def decode_result(command: AbstractCommand, stored: Any, load: Load) -> Any:
-    """What a task computed, or the file of it; None if it is to be computed again."""
-    if stored is None or not isinstance(command, AbstractTask):
-        return None
-    if not command.is_filed:
-        return None if command.stored is None else _build(command.stored, stored, _no_file)
+def decode_result(stored: Mapping[str, str] | None, load: Load) -> bytes | None:
+    """The file of what a task computed; None if it is to be computed again."""
     with contextlib.suppress(LostFile):
-        return load(name) if stored.get("by") == _by_us(name := stored["file"]) else None
+        if stored is not None and stored.get("by") == _by_us(name := stored.get("file", "")):
+            return load(name)
     return None
-
-
-def record(kind: Any, values: Mapping[str, Any]) -> Any:
-    """A record of a kind by its fields as plain data, no file among them; what it has no field for is left
-    out."""
-    return _build(kind, {name: value for name, value in values.items() if name in _readers(kind)}, _no_file)
 
 
 def _no_file(name: str) -> bytes:
     raise ValueError(f"'{name}' is of no command")
+
+
+def record(kind: Any, values: Mapping[str, Any], load: Load = _no_file) -> Any:
+    """A record of a kind by its fields as plain data; what another version's had besides is left out."""
+    return _build(kind, {name: value for name, value in values.items() if name in _readers(kind)}, load)
 
 
 def digest(content: bytes) -> str:
@@ -194,8 +180,8 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
-    values = {name if name in readers else FORMER.get(name, name): value for name, value in values.items()}
-    values = {name: value for name, value in values.items() if name in readers or name not in GONE}
+    says = {name: value for name, value in values.items() if value is not None and value is not False}
+    values = {name: value for name, value in values.items() if name in readers or name in says}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})
@@ -216,13 +202,10 @@ def _reader(hint: Any) -> Read:
         return _items_reader(typing.get_args(hint))
     if getattr(hint, "array_type", None) is np.ndarray:
         return lambda value, load: frozen(np.array(value, float))
-    if isinstance(hint, type) and issubclass(hint, tuple):
-        each = tuple(map(_reader, typing.get_type_hints(hint).values()))
-        return lambda value, load: hint(*(read(v, load) for read, v in zip(each, value, strict=True)))
     if hint is bytes:
         return lambda value, load: load(value["file"])
     if dataclasses.is_dataclass(hint):
-        return lambda value, load: _build(hint, value, load)
+        return lambda value, load: record(hint, value, load)
     if isinstance(hint, type) and issubclass(hint, bool | int | float | str | Enum):
         return lambda value, load: hint(value)
     return lambda value, load: value

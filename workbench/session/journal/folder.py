@@ -2,7 +2,6 @@
 
     recordings/2026-11-21-133000/
         journal.jsonl     a header, then one line a command
-        drag-1.jsonl      during a drag, its newest place or the one before; likewise drag-2.jsonl
         inputs/           robot, plate and measurement files, as they were, and results of fits
         session.rrd       pictures for the rerun viewer
 
@@ -10,13 +9,10 @@ A session begins from the recording's own copies of robot and plate, so that a r
 to the last digit. The header holds their digests, and like every line a checksum.
 """
 
-import contextlib
 import json
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +52,6 @@ class StartedSession:
         folder: Where it is recorded; None if nowhere.
         entries: Commands before, if the session goes on from a recording.
         trouble: Why it is recorded nowhere or elsewhere; empty if all is as it was asked for.
-        confirmed: Begins the recording of it once the user has confirmed that; None: without a question.
     """
 
     session: Session
@@ -64,13 +59,12 @@ class StartedSession:
     folder: Path | None = None
     entries: tuple[Entry, ...] = ()
     trouble: str = ""
-    confirmed: Callable[[], "StartedSession"] | None = None
 
     @property
     def opening(self) -> tuple[AbstractCommand, ...]:
         """What comes first: the end of a drag in which the program was stopped."""
-        drag = self.session.drag
-        return () if drag is None or self.confirmed else (DropTarget(drag.client),)
+        drag = None if self.session.page.only_shown else self.session.drag
+        return () if drag is None else (DropTarget(drag.client),)
 
 
 def unrecorded_session(robot: Robot, plate: Plate, *, is_given: bool = False) -> StartedSession:
@@ -115,9 +109,6 @@ def resume(recording: Recording, session: Session) -> StartedSession:
     folder = recording.folder
     try:
         file = Appender(folder / JOURNAL, length=recording.length)
-        if recording.unsettled:
-            with contextlib.suppress(OSError):  # it waits, and the user is told with the next line
-                file.add(recording.unsettled)
     except OSError as error:
         return _without_folder(session, NO_MORE, error, folder, recording.entries)
     return StartedSession(session, (Logbook(file),), folder, recording.entries)
@@ -127,23 +118,22 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
     """Continue a recording that was opened again: in its own folder, if it came out as it was recorded.
 
     Otherwise, and if asked to, in a new one; the user is told of the difference. One from elsewhere is only
-    shown until the user has confirmed to continue, in a new one as well.
+    shown, unless the user asks for a new one.
 
     Args:
         restored: The recording and its session.
-        is_branch: Whether the recording was cut off, so that it can't be continued itself.
+        is_branch: Whether to go on in a new one.
         root: Where new recordings go.
     """
     recording, session, warning = restored.recording, restored.session, restored.warning
-    if not recording.is_own:
-        question = (
+    if not (recording.is_own or is_branch):
+        why = (
             f"{recording.folder.name} was recorded on another machine, or by an earlier version, and is only "
-            f"shown: to continue copies it into {root}, where it is changed and its fits are computed here"
+            f"shown; start with --step {len(recording.lines)} to continue it in a copy below {root}"
         )
-        asked = session.updated("page", question=question)
-        asked = asked.with_message(Severity.WARNING, warning) if warning else asked
-        confirmed = partial(branch, recording, session, root=root)
-        return StartedSession(asked, entries=recording.entries, trouble=question, confirmed=confirmed)
+        shown = session.updated("page", only_shown=why)
+        shown = shown.with_message(Severity.WARNING, warning) if warning else shown
+        return StartedSession(shown, entries=recording.entries, trouble=why)
     if not warning:
         return branch(recording, session, root=root) if is_branch else resume(recording, session)
     text = f"{warning}; that recording is left unchanged, and the session continues in a new one"

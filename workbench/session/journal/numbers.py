@@ -104,6 +104,11 @@ class Difference:
     now: Any
     size: float
 
+    @property
+    def text(self) -> str:
+        values = (f"{v:.4g}" if isinstance(v, float) else str(v)[:40] for v in (self.then, self.now))
+        return f"{self.name} {' → '.join(values)}"
+
 
 def compare(then: Any, now: Any, *, step: int = 0, name: str = "") -> Iterator[Difference]:
     """All pairs of values by name; what only one side has (another version wrote it) is passed over."""

@@ -2,14 +2,14 @@
 
 A last line that has no line end, is not valid JSON, or contradicts its checksum means that the program was
 stopped or lost power while writing it: it is skipped with a note. Any other damage is refused, with the last
-step up to which the recording can be used. A program that was stopped in a drag left its last place beside
-the journal, and that stands for the last line.
+step up to which the recording can be used. Of lines with the same step, as the places of a drag, the last one
+stands for all from the first.
 
 A recording may come from anybody: of its folder only regular files are opened, never what a link leads to.
 """
 
-import contextlib
 import json
+import re
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property, lru_cache, partial
@@ -38,6 +38,8 @@ NAME, NUMBER = "workbench.journal", 1
 SCHEMA = f"{NAME}/{NUMBER}"
 JOURNAL = "journal.jsonl"
 ROBOT, PLATE = Path(codec.INPUTS, "robot.toml"), Path(codec.INPUTS, "plate.toml")
+STEP = re.compile(rb'\{"step": (\d+),')
+"""How a line begins."""
 MET = 1e-6
 """Maximum distance of the tool from a target that a recorded posture reaches [m]."""
 
@@ -107,7 +109,6 @@ class Recording:
         lines: Its commands, in order.
         length: Bytes of the journal that are whole lines and stay.
         is_torn: Whether an incomplete last line was left out.
-        unsettled: The last line, if it stands beside the journal: it takes its place there.
     """
 
     folder: Path
@@ -117,7 +118,6 @@ class Recording:
     lines: tuple[JournalLine, ...]
     length: int
     is_torn: bool = False
-    unsettled: str = ""
 
     @property
     def is_own(self) -> bool:
@@ -175,35 +175,21 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
         rest = whole.pop() + b"\n"
     if not whole:
         raise FileError("has no complete line; the recording was stopped before it began", path=str(path))
-    header, unsettled = _header(whole[0], path), b""
-    length = len(content) - len(rest)
-    if (place := _last_place(folder)) is not None:
-        step, text = place
-        if step == len(whole) - 1:
-            length -= len(whole.pop()) + 1
-        if step == len(whole):
-            whole.append(text)
-            unsettled, rest = text, b""
-    wanted = whole[1:] if to is None else whole[1 : max(to, 0) + 1]
-    lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
+    header, placed = _header(whole[0], path), list[tuple[int, bytes]]()
+    begins = [text[: step.end()] if (step := STEP.match(text)) else text for text in whole]
+    last = {begin: k for k, begin in enumerate(begins)}
+    k = 0
+    while (k := k + 1) < len(whole):
+        k = last[begins[k]]
+        placed.append((k + 1, whole[k]))
+    wanted = placed if to is None else placed[: max(to, 0)]
+    lines = tuple(_line(text, step, path, place) for step, (place, text) in enumerate(wanted, start=1))
     robot, plate = inputs(folder)
-    found = Recording(folder, header, robot, plate, lines, length, bool(rest), unsettled.decode())
+    found = Recording(folder, header, robot, plate, lines, len(content) - len(rest), bool(rest))
     if to is not None and not 0 <= to <= len(found.lines):
         wrong = f"step must be 0 to {len(found.lines)} in {found.folder}, got {to}"
         raise OptionError(wrong, option="step", found=to)
     return replace(found, lines=found.lines[:to])
-
-
-def _last_place(folder: Path) -> tuple[int, bytes] | None:
-    """Step and line of the newest place of a drag that stands beside the journal whole."""
-    found = []
-    for name in codec.PLACES:
-        with contextlib.suppress(FileError, *MALFORMED):
-            text = read_bytes(folder / name, wanted="", opener=open_regular).partition(b"\n")[0]
-            if codec.is_whole(text):
-                line = json.loads(text)
-                found.append((float(line["at"]), max(int(line["step"]), 1), text))
-    return max(found)[1:] if found else None
 
 
 def _is_torn(text: bytes) -> bool:
@@ -253,7 +239,7 @@ def _first_states(header: dict[str, Any], robot: Robot, plate: Plate) -> tuple[T
     return states if is_met and len(states) == len(plate) else ()
 
 
-def _line(text: bytes, step: int, path: Path) -> JournalLine:
+def _line(text: bytes, step: int, path: Path, place: int) -> JournalLine:
     try:
         if not codec.is_whole(text):
             raise ValueError("it was changed after it was recorded")
@@ -272,15 +258,13 @@ def _line(text: bytes, step: int, path: Path) -> JournalLine:
             seconds=float(found["seconds"]),
             text=found["text"],
             at=float(found["at"]),
-            result=codec.decode_result(command, found.get("result"), load),
+            result=codec.decode_result(found.get("result"), load),
         )
         return JournalLine(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
     except (*MALFORMED, WorkbenchError, codec.LostFile) as error:
         why = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
         remedy = f"--step {step - 1} opens the session before it"
-        raise FileError(
-            f"step {step} can't be read ({why}); {remedy}", path=str(path), line=step + 1
-        ) from None
+        raise FileError(f"step {step} can't be read ({why}); {remedy}", path=str(path), line=place) from None
 
 
 def _load(folder: Path, name: str) -> bytes:

@@ -31,7 +31,8 @@ def known(session: Session) -> dict[str, Any]:
     """What results share with the session in which they were computed."""
     loaded = session.measurements.loaded
     of_rows = {} if loaded is None else {"loaded": loaded, "dataset": loaded.dataset, "checks": loaded.checks}
-    return {"robot": session.robot, "diagnosis": session.results.diagnosis, **of_rows}
+    own = {"robot": session.robot, "plate": session.plate, "diagnosis": session.results.diagnosis}
+    return own | of_rows
 
 
 def pack(value: Any, shared: Mapping[str, Any]) -> bytes:

@@ -45,13 +45,6 @@ def stored_steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session
     return _steps(session, entries)
 
 
-def takes_long(entry: Entry, *, is_computed: bool) -> bool:
-    """Whether an entry is computed again, where everything is or what no result is kept of."""
-    if entry.ending is not Ending.DONE or not isinstance(entry.command, AbstractTask):
-        return False
-    return is_computed or (entry.result is None and not _is_left(entry.command))
-
-
 def _is_left(command: AbstractCommand) -> bool:
     """Whether a reopened session asks for it by itself."""
     return isinstance(command, AbstractChore) and command.is_redone
@@ -82,8 +75,6 @@ def _do_again(session: Session, entry: Entry, basis: Session | None) -> Session:
     if isinstance(command, AbstractChange):
         return command.apply(session)
     assert isinstance(command, AbstractTask)
-    if entry.result is not None and not command.is_filed:
-        return command.finish(session, entry.result)
     assert basis is not None, "it starts from a step that is missing"
     if entry.result is not None:
         try:

@@ -9,25 +9,20 @@ recording of its own.
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
-from workbench.arm.effects import EFFECTS
 from workbench.base.installed_package import package_version
 from workbench.base.progress import progress
 from workbench.report.json import document
 from workbench.report.result_fields import ResultFields
-from workbench.session.command import UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.numbers import ROUNDING, Difference, compare, numbers_of
 from workbench.session.journal.reader import Recording
-from workbench.session.journal.replay import steps, stored_steps, takes_long
+from workbench.session.journal.replay import steps, stored_steps
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
-
-MEAN_ERROR = "position_mm.mean"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +46,14 @@ class Restored:
     @property
     def worst(self) -> Difference:
         """The most telling difference."""
-        telling = lambda d: (d.name.endswith(MEAN_ERROR), math.isfinite(d.size), d.size)  # noqa: E731
-        return max(self.differences, key=telling)
+        return max(self.differences, key=lambda d: (math.isfinite(d.size), d.size))
 
     @property
     def text(self) -> str:
         if not self.differences:
             return "all the same"
         where = f"after step {self.worst.step}" if self.worst.step else "at the start"
-        return f"{len(self.differences)} differ, {where}: {_number(self.worst)}"
+        return f"{len(self.differences)} differ, {where}: {self.worst.text}"
 
     @property
     def warning(self) -> str:
@@ -69,7 +63,7 @@ class Restored:
         step, where = self.worst.step, self.recording.folder.name
         if step:
             where = f"step {step} of {where} ({self.recording.lines[step - 1].title})"
-        return f"{where} no longer gives the recorded value: {_number(self.worst)}; {self.reason}"
+        return f"{where} no longer gives the recorded value: {self.worst.text}; {self.reason}"
 
     def json(self) -> dict[str, Any]:
         return document(
@@ -80,15 +74,12 @@ class Restored:
         )
 
 
-def restore(
-    recording: Recording, *, is_computed: bool = False, show: Callable[[Session], None] = lambda session: None
-) -> Restored:
+def restore(recording: Recording, *, is_computed: bool = False) -> Restored:
     """The session after the recording's last command, to go on from there.
 
     Args:
         recording: As it was read.
         is_computed: Whether searches and chores are computed again, too.
-        show: Told of the session before everything that takes long.
     """
     entries = recording.entries
     written = [recording.header["numbers"], *(line.numbers for line in recording.lines)]
@@ -100,10 +91,8 @@ def restore(
         compared += len(pairs)
         if unequal := [pair for pair in pairs if pair.size > ROUNDING]:
             found, now[step] = [*found, *unequal], numbers
-        following = entries[step : step + 1]
-        if not following or takes_long(following[0], is_computed=is_computed):
-            show(session)
-        progress(step / max(len(entries), 1), following[0].command.title if following else "")
+        following = entries[step].command.title if step < len(entries) else ""
+        progress(step / max(len(entries), 1), following)
     if recording.skipped:
         session = session.with_message(Severity.WARNING, recording.skipped)
     if not found:
@@ -115,38 +104,12 @@ def restore(
         text = json.dumps(fields | {"numbers": now[k + 1]}, ensure_ascii=False, allow_nan=False)
         lines[k] = replace(line, numbers=now[k + 1], text=codec.sealed(text))
     rewritten = replace(recording, lines=tuple(lines), header=header)
-    return Restored(session, rewritten, compared, tuple(found), _reason(recording, found[0].step))
+    return Restored(session, rewritten, compared, tuple(found), _reason(recording))
 
 
-def _number(difference: Difference) -> str:
-    name, unit = difference.name, ""
-    if name.endswith(MEAN_ERROR):
-        name = "mean error of the " + ("held-out" if "held_out" in name else "fitted") + " rows"
-        unit = " mm"
-    then, now = (
-        f"{value:.4g}" if isinstance(value, float) else str(value)[:40]
-        for value in (difference.then, difference.now)
-    )
-    return f"{name} {then} → {now}{unit}"
-
-
-def _reason(recording: Recording, step: int) -> str:
-    """Why a step probably gives another result here."""
-    commands = (entry.command for entry in recording.entries[:step])
-    if unknown := [c.name for c in commands if isinstance(c, UnknownCommand)]:
-        return f"the command '{unknown[-1]}' is unknown here"
-    numbers = recording.lines[step - 1].numbers if step else {}
-    if missing := sorted(name for name in _effects(numbers) if name not in EFFECTS):
-        return f"the effect '{missing[0]}' is not installed here"
+def _reason(recording: Recording) -> str:
+    """Why it probably gives other results here."""
     then, now = recording.header.get("workbench", "unknown"), package_version()
     if then != now:
         return f"it was recorded by version {then}, this is {now}"
-    return "probably the program or a file has changed since, or a plug-in is missing"
-
-
-def _effects(numbers: dict[str, Any]) -> list[str]:
-    """Names of the effects that a diagnosis had found."""
-    try:
-        return [str(effect["name"]) for effect in numbers["diagnosis"]["effects"]]
-    except (KeyError, TypeError):
-        return []
+    return "probably the program has changed since, or an extra with a command or an effect is missing"

@@ -1,11 +1,10 @@
 """The journal on the disk: one line a command, whole or not at all, written before the next one is taken.
 
 Neither the end of the process by whatever signal nor a loss of power loses a line: lines are only appended.
-One that stands for the one before it as well (the places of a drag) would have to be written over it, and a
-write that crosses a page may be cut off there. Such a line goes into two files beside the journal in turn, so
-that the older one stays until the newer one is whole, which its checksum tells; it joins the journal with the
-next command. The operating system brings it onto the disk when it likes: a loss of power may take the drag in
-hand, but nothing before it.
+One that stands for the one before it as well (the places of a drag) has the same step, and follows it; with
+the next command, or once they are many, the last of them is written over the first, and the others are cut
+off. The operating system brings them onto the disk when it likes: a loss of power may take the drag in hand,
+but nothing before it.
 
 Trouble with the disk is told once, the session goes on, and the lines wait; when there is room again they
 follow, so that nothing is missing.
@@ -33,6 +32,8 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, Notify
 
 LOCK = ".lock"
+ROOM = 2**16
+"""Bytes that lines of one step take before they become one."""
 
 
 class Appender:
@@ -44,17 +45,17 @@ class Appender:
     """
 
     def __init__(self, path: Path, *, length: int = 0):
-        self._folder, self._length, self._last = path.parent, length, length
-        self._waiting: deque[tuple[bytes, Mapping[str, bytes]]] = deque()
-        self._place = b""
-        self._slots: list[int] = []
+        self._folder, self._length, self._first, self._last = path.parent, length, length, length
+        self._waiting: deque[tuple[bytes, Mapping[str, bytes], bool]] = deque()
         self._lock = _lock(path.parent)
         try:
-            self._file = open_regular(path, os.O_WRONLY | os.O_CREAT)
+            self._file = open_regular(path, os.O_RDWR | os.O_CREAT)
         except OSError:
             os.close(self._lock)
             raise
         self._size = os.fstat(self._file).st_size
+        for left in (path.parent / codec.INPUTS).glob(".*"):  # by a kill while it was written
+            left.unlink()
         for folder in (path.parent, path.parent.absolute().parent):
             sync_folder(folder)
 
@@ -64,54 +65,31 @@ class Appender:
         Args:
             line: Without its end.
             files: By their place in the folder.
-            instead: Whether it takes the place of the line before it; it has no files then.
+            instead: Whether it stands for the line before it as well.
         """
-        content = line.encode() + b"\n"
-        if instead and not self._waiting:
-            self._place = content
-            self._keep_place()
-            return
-        if instead:
+        if instead and self._waiting:
             self._waiting.pop()
-        self._flush_place()
-        self._waiting.append((content, files or {}))
+        self._waiting.append((line.encode() + b"\n", files or {}, instead))
         self.write_waiting()
 
     def write_waiting(self) -> None:
         """Write what could not be written so far."""
         while self._waiting:
-            content, needed = self._waiting[0]
+            content, needed, instead = self._waiting[0]
             for name, data in needed.items():
                 if not os.path.lexists(self._folder / name):
                     write_bytes(self._folder / name, data)
-            self._append(content, is_synced=len(self._waiting) == 1)
+            self._append(content, instead=instead)
             self._waiting.popleft()
 
     def close(self) -> None:
         """Write what waits, if there is room, and let others append."""
-        self._flush_place()
         with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
             self._keep_lock()
             self.write_waiting()
-            for name in codec.PLACES:
-                (self._folder / name).unlink(missing_ok=True)
-        for file in (*self._slots, self._file, self._lock):
+            self._settle()
+        for file in (self._file, self._lock):
             os.close(file)
-
-    def _keep_place(self) -> None:
-        """Write the newest place of a drag over the one before the last."""
-        self._keep_lock()
-        if not self._slots:
-            places = (self._folder / name for name in codec.PLACES)
-            self._slots = [open_regular(place, os.O_WRONLY | os.O_CREAT) for place in places]
-        _write_whole(self._slots[0], self._place, 0)
-        self._slots.reverse()
-
-    def _flush_place(self) -> None:
-        """Have the last place of a drag take the place of the journal's last line."""
-        if self._place:
-            self._waiting.append((self._place, {}))
-            self._place, self._length = b"", self._last
 
     def _keep_lock(self) -> None:
         """Take the lock again where its file was removed, unless another session has begun here meanwhile."""
@@ -125,28 +103,37 @@ class Appender:
         os.close(self._lock)
         self._lock = lock
 
-    def _append(self, content: bytes, *, is_synced: bool) -> None:
+    def _append(self, content: bytes, *, instead: bool) -> None:
         self._keep_lock()
+        if not instead or self._length - self._first > ROOM:
+            self._settle()
         self._cut()
         try:
-            _write_whole(self._file, content, self._length)
+            self._write(content, self._length)
         except OSError:
             self._cut()
             raise
-        if is_synced:
+        self._last, self._first = self._length, self._first if instead else self._length
+        self._size = self._length = self._length + len(content)
+        if not instead and len(self._waiting) == 1:
             getattr(os, "fdatasync", os.fsync)(self._file)  # macOS has the second alone
-        self._last, self._length = self._length, self._length + len(content)
-        self._size = self._length
+
+    def _settle(self) -> None:
+        """Have the last line of a step stand where its first one does; the last stays until that is whole."""
+        end = self._first + self._length - self._last
+        if end <= self._last:
+            self._write(os.pread(self._file, end - self._first, self._last), self._first)
+            self._last, self._length = self._first, end
+            self._cut()
+
+    def _write(self, content: bytes, at: int) -> None:
+        if os.pwrite(self._file, content, at) != len(content):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def _cut(self) -> None:
         """End the file where what is kept of it ends."""
         os.ftruncate(self._file, self._length)
         self._size = self._length
-
-
-def _write_whole(file: int, content: bytes, at: int) -> None:
-    if os.pwrite(file, content, at) != len(content):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _lock(folder: Path) -> int:
@@ -201,7 +188,7 @@ class Logbook(AbstractKeeper):
             if not is_instead:
                 self._before = self._last
             self._step, self._last = step, session
-            result, more = codec.encode_result(entry.command, entry.result, self._before or session)
+            result, more = codec.encode_result(entry.result, self._before or session)
             content = _line(step, entry, fields, result, session, self._before)
             line = json.dumps(content, ensure_ascii=False, allow_nan=False)
             self._file.add(codec.sealed(line), files | more, instead=is_instead)

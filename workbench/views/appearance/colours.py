@@ -84,8 +84,6 @@ MIN_SPAN = 5.0
 """Minimum ratio of its ends."""
 MIN_ERROR = 1e-6
 """Errors below this are one colour [m]."""
-ROOM = 0.16
-"""Share of the scale that the words at its ends take."""
 DIGITS = (1.0, 2.0, 5.0)
 
 
@@ -129,12 +127,7 @@ class ErrorScale:
         first, last = (int(np.floor(np.log10(end) + 1e-9)) for end in (self.low, self.high))
         every = [d * 10.0**k for k in range(first, last + 1) for d in DIGITS]
         inside = [t for t in every if self.low * (1 - 1e-6) <= t <= self.high * (1 + 1e-6)]
-        if len(inside) > 7:
-            low, *between, high = inside
-            room = (high / low) ** ROOM
-            decades = [t for t in between if abs(np.log10(t) - round(np.log10(t))) < 1e-6]
-            inside = [low, *(t for t in decades if low * room <= t <= high / room), high]
-        return tuple(inside)
+        return tuple(inside if len(inside) <= 7 else (inside[0], inside[-1]))
 
 
 def gradient(*, larger_is_better: bool = False) -> str:

@@ -32,10 +32,9 @@ SAME_POSTURE = 1e-6
 def arms(session: Session) -> Iterator[Item]:
     """The nominal arm in its current posture, and the real one beside it where it is known."""
     q, overlay, focus = drawn_joints(session), session.choices.overlay, session.playback.focus
-    is_shown = overlay.nominal or focus is not Focus.ROW
-    yield nominal_arm_at(session.robot, q, is_shown=is_shown)
+    yield nominal_arm_at(session.robot, q)
     if (known := model_and_real(session)) is not None:
-        is_shown, rows = overlay.calibrated and focus in (Focus.ROW, Focus.JOG), session.results.comparison
+        is_shown, rows = focus in (Focus.ROW, Focus.JOG), session.results.comparison
         gap: np.ndarray | None = None
         if focus is Focus.ROW and rows is not None and rows.stages:  # to where the tool was measured
             gap = -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]

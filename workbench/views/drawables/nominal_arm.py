@@ -1,4 +1,4 @@
-"""The nominal arm, which is drawn first, before there is a session; nothing here depends on one."""
+"""The nominal arm, and bodies to draw of any."""
 
 from functools import lru_cache
 
@@ -11,9 +11,9 @@ from workbench.views.drawables.drawable import Arm
 from workbench.views.drawables.sink import Item
 
 
-def nominal_arm_at(robot: Robot, q: Float[np.ndarray, " n"], *, is_shown: bool = True) -> Item:
+def nominal_arm_at(robot: Robot, q: Float[np.ndarray, " n"]) -> Item:
     """The arm in its own colours at joint positions [rad or m]."""
-    return Item("arm/nominal", nominal_arm, (robot, q), shown=is_shown)
+    return Item("arm/nominal", nominal_arm, (robot, q))
 
 
 @lru_cache(maxsize=16)

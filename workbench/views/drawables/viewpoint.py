@@ -32,8 +32,6 @@ def first_view(session: Session) -> tuple[Vector3, Vector3]:
     rows, loaded = session.results.comparison, session.measurements.loaded
     if rows is not None and loaded is not None and (loaded.virtual or session.playback.focus is Focus.ROW):
         return view_of_rows(session.robot, rows)
-    if session.plate.region is session.measurements.box:  # the plate may be far from it
-        return view_of(np.vstack([session.plate.poses[:, :3, 3], np.zeros(3)]))
     return view_of_region(session.robot, session.plate.region)
 
 

@@ -17,7 +17,6 @@ from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address
 from workbench.views.page.render import BrowserView
-from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.viser_internals import stop_server
 
 
@@ -33,7 +32,6 @@ class App:
         demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
         beside: Make more views with the worker, or see to something else.
         asks: Whether a card asks first what the user has, unless a session is reopened.
-        drawn: What is in the scene already; None for nothing.
     """
 
     def __init__(
@@ -47,7 +45,6 @@ class App:
         demo: float | None = None,
         beside: Iterable[Callable[[Worker], AbstractView | None]] = (),
         asks: bool = False,
-        drawn: FirstPicture | None = None,
     ):
         begun = unrecorded_session(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
@@ -56,7 +53,7 @@ class App:
         )
         asks = asks and not begun.entries
         self.demo: Demo | None = None
-        self.view = BrowserView(self.server, self.worker, show_demo=self.play_demo, asks=asks, drawn=drawn)
+        self.view = BrowserView(self.server, self.worker, show_demo=self.play_demo, asks=asks)
         self.worker.add_view(self.view)
         self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
         for watcher in parts("watchers", AbstractView, classes=True):

@@ -17,7 +17,6 @@ import socket
 import warnings
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
-from time import monotonic
 from urllib.parse import parse_qs, urlencode, urlsplit
 
 import viser
@@ -25,7 +24,6 @@ import websockets.asyncio.server as websockets
 from websockets.http11 import Response
 
 from workbench.base.errors import OptionError
-from workbench.base.wording import brief
 from workbench.views.page.style import configure_pages
 from workbench.views.page.viser_internals import served_by, set_by_its_own_thread, stop_server, without_tunnel
 
@@ -43,8 +41,6 @@ HEADERS = {
 """No page shows this one in a frame, and none learns its link."""
 FRAMES = ("iframe", "frame", "embed", "object")
 EVERYWHERE = ("0.0.0.0", "::")
-LOG_INTERVAL = 60.0
-"""Time between two lines about requests that are none [s]."""
 
 
 class LocalServer(viser.ViserServer):
@@ -77,10 +73,8 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) 
 
     # a page may come before the constructor has ended, but none that knows how to tell something
     def serve(handler, address, port_tried, *, process_request, **options):
-        log = _connection_log()
-        asyncio.get_running_loop().set_exception_handler(
-            lambda loop, found: log.error(found["message"], exc_info=found.get("exception"))
-        )
+        log = logging.Logger("workbench.page", logging.CRITICAL)  # anybody may send what is no request
+        asyncio.get_running_loop().set_exception_handler(lambda loop, found: log.error(found["message"]))
 
         def guard(connection, request):
             if not _is_own_request(request, host, connection.local_address[1]):
@@ -131,39 +125,6 @@ def _name(response: Response) -> None:
     if "Content-Length" in response.headers:  # it is not in an answer that there is no such page
         del response.headers["Content-Length"]
     response.headers["Content-Length"] = str(len(response.body))
-
-
-def _connection_log() -> logging.Logger:
-    """What websockets and viser log: one line a minute instead of a traceback for each request that can't be
-    answered, as HEAD, and each message that is none."""
-    log = logging.Logger("workbench.page", logging.WARNING)
-    log.parent = logging.getLogger()
-    last, left_out = -LOG_INTERVAL, 0
-
-    def shorten(record: logging.LogRecord) -> bool:
-        nonlocal last, left_out
-        error = record.exc_info[1] if record.exc_info else None
-        if error is None:
-            return True
-        left_out += 1
-        if monotonic() - last < LOG_INTERVAL:
-            return False
-        while error.__cause__ is not None:
-            error = error.__cause__
-        record.msg, record.args = (
-            "a request to the page was not answered: %s%s"
-            if record.msg == "opening handshake failed"
-            else "a message to the page was not understood: %s%s",
-            (
-                brief(str(error) or type(error).__name__),
-                f" (and {left_out - 1} more like it)" if left_out > 1 else "",
-            ),
-        )
-        record.exc_info, last, left_out = None, monotonic(), 0
-        return True
-
-    log.addFilter(shorten)
-    return log
 
 
 def page_address(server: viser.ViserServer) -> str:

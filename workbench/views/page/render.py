@@ -19,7 +19,6 @@ from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
-from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE, PHONE_SCENE
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import hand_over, icons_at_once
@@ -45,14 +44,13 @@ class BrowserView(AbstractView):
         *,
         show_demo: Callable[[], None] = lambda: None,
         asks: bool = False,
-        drawn: FirstPicture | None = None,
     ):
         self._server, self._worker = server, worker
         self._failed: set[str] = set()
         self._shown_broken = set[str]()
         session = worker.session
         with server.atomic():
-            self._scene = Scene(server, worker, session, drawn=drawn)
+            self._scene = Scene(server, worker, session)
         server.flush()  # a page draws the arm while the panels are made
         with server.atomic(), icons_at_once():
             self._opened = session.page.opened

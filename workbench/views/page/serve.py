@@ -1,7 +1,7 @@
 """Serving the app until it is interrupted.
 
-The page can be opened before the program has read its own modules, which takes most of the start: the
-browser loads meanwhile. The arm is sent as soon as it is read; what only the session needs comes after it.
+The page can be opened as soon as the arm is read: the browser loads while the program reads the modules that
+only the session needs.
 """
 
 import contextlib
@@ -14,7 +14,7 @@ import webbrowser
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import viser
 
@@ -25,9 +25,6 @@ from workbench.views.page.html import block, text
 from workbench.views.page.local_server import LocalServer, local_server, page_address
 from workbench.views.page.viser_internals import stop_server
 
-if TYPE_CHECKING:
-    from workbench.session.state import Session
-
 PORT = 8090
 """Default port, tried first."""
 
@@ -35,7 +32,6 @@ PORT = 8090
 def serve(
     read: Callable[[], tuple[Any, Any]],
     *,
-    is_certain: bool = False,
     data: Path | str | None = None,
     host: str = "127.0.0.1",
     port: int | None = None,
@@ -52,13 +48,12 @@ def serve(
     Args:
         read: Reads the nominal robot and the fixture with its targets; None as the fixture for one that is
             made for the arm. What it raises comes out, and nobody has been told of the page.
-        is_certain: Whether nothing can go wrong there, so that the page may be opened before.
         data: Measurement file, or folder of pictures, to begin with.
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
-        begin: Makes the session of robot and plate, with what follows it; tells how far it is, and shows what
-            it has by then. None: one that is not recorded.
+        begin: Makes the session of robot and plate, with what follows it; tells how far it is. None: one that
+            is not recorded.
         sentence: What the page says until then.
         demo: Whether the demo plays first.
         beside: As of `App`.
@@ -66,43 +61,20 @@ def serve(
         on_ready: Told the page's address as soon as it can be opened.
     """
     first = None if data is None else _content(Path(data))
-    stop = threading.Event()
-    is_announced = False
-    handle = _stopped_by_interrupt(stop)
-    before = signal.signal(signal.SIGINT, handle)
+    before, stop, is_announced = signal.getsignal(signal.SIGINT), threading.Event(), False
     server = bound(host, port)
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block(f"{text(sentence)} …"))
-        if is_certain:
+        with _without_collection():
+            robot, plate = read()
+            signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
             is_announced = True
             _announce(server, on_ready, open_browser)
-        else:  # as anywhere in the program: it may take long, and what it raises is told
-            signal.signal(signal.SIGINT, before)
-        with _without_collection():
-            _go_on(stop)
-            robot, plate = read()
-            signal.signal(signal.SIGINT, handle)
-            if not is_announced:
-                is_announced = True
-                _announce(server, on_ready, open_browser)
-            from workbench.parts import warn_of_broken
-            from workbench.plate.patterns import circle_before
-            from workbench.views.page.scene.start_scene import first_picture, next_picture
-
-            drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
 
             def tell(part: float, step: str) -> None:
                 waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
 
-            def show(session: "Session") -> None:
-                nonlocal drawn
-                try:
-                    drawn = next_picture(server, session, drawn)
-                except Exception as error:  # the session opens without it
-                    warn_of_broken("the picture of a session that is opened", error)
-
-            _go_on(stop)
             from workbench.session.journal.folder import unrecorded_session
             from workbench.session.start import default_circle
             from workbench.views.page.app import App
@@ -110,7 +82,7 @@ def serve(
             _go_on(stop)
             with one_thread():
                 plate = default_circle(robot) if plate is None else plate
-                begun = begin(robot, plate, tell, show) if begin else unrecorded_session(robot, plate)
+                begun = begin(robot, plate, tell) if begin else unrecorded_session(robot, plate)
             waiting.remove()
             app = App(
                 robot,
@@ -121,7 +93,6 @@ def serve(
                 demo=1.0 if demo else None,
                 beside=beside,
                 asks=asks,
-                drawn=drawn,
             )
             end = app.close
         with one_thread():

@@ -39,17 +39,6 @@ class Page:
         if app is not None:
             app.close()
 
-    def wait(self) -> None:
-        """Serve until interrupted (Ctrl-C), as a script wants."""
-        from threading import Event
-
-        try:
-            Event().wait()
-        except KeyboardInterrupt:
-            pass
-        finally:
-            self.stop()
-
 
 @checked_arguments()
 def show(
@@ -59,7 +48,6 @@ def show(
     *,
     port: int | None = None,
     open_browser: bool = True,
-    block: bool = False,
 ) -> Page:
     """Open the page on a robot, its measurements and a plate; nothing is recorded.
 
@@ -71,7 +59,6 @@ def show(
         plate: A plate; a circle of targets in front of the arm if None.
         port: Port; 8090, or any free one where that is taken, if None.
         open_browser: Whether to open the page in the user's browser.
-        block: Whether to serve until Ctrl-C before returning, as a script that ends here wants.
 
     Returns:
         The page, with its `url` and `stop()`.
@@ -88,8 +75,6 @@ def show(
     page = Page(App(robot, session.plate, begun=StartedSession(session), server=bound("127.0.0.1", port)))
     if open_browser:
         webbrowser.open(page.url)
-    if block:
-        page.wait()
     return page
 
 

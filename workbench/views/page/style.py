@@ -34,7 +34,7 @@ PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 PHONE_SCENE = 41
 """The scene's share of a phone's height above it [%]."""
-DRAWINGS = "suspects, index, losses, changes, verdict, row-chart, result, curves"
+DRAWINGS = "suspects, index, losses, verdict, row-chart, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
@@ -239,15 +239,6 @@ addEventListener("keydown", e => {{
   const leave = [...sheet?.querySelectorAll("button") ?? []];
   leave.find(b => {LEAVE}.includes(b.innerText.trim()))?.click();
 }}, true);
-let held = null;
-addEventListener("focusin", e => {{
-  held = e.target.matches?.('input[inputmode="decimal"]') ? [e.target, e.target.value] : null;
-}}, true);
-addEventListener("focusout", e => {{
-  if (!held || e.target !== held[0] || e.target.value !== "") return;
-  Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(e.target, held[1]);
-  e.target.dispatchEvent(new Event("input", {{ bubbles: true }}));
-}}, true);
 const settings = () => window.__viserTestpoints?.devSettings;
 const slow = canvas => {{
   const gl = canvas.getContext("webgl2"), info = gl?.getExtension("WEBGL_debug_renderer_info");
@@ -270,8 +261,7 @@ for (const name of ["pointerup", "pointercancel"]) addEventListener(name, end, t
 addEventListener("blur", end);  // the window's alone: a control that was pressed before loses its focus too
 """
 """Every tab keeps where it is scrolled to, and the server is told which is open. Screen readers get names
-and landmarks. A field for a number that is left blank, as letters leave it, shows its number again. A page
-without a graphics card draws a sixth of its pixels while a hand moves something."""
+and landmarks. A page without a graphics card draws a sixth of its pixels while a hand moves something."""
 
 
 def configure_pages(server: viser.ViserServer) -> None:

@@ -10,5 +10,4 @@ pictures can be drawn again. The layout of the viewer is in `blueprint.py`.
 | `diagnosis/words` | the diagnosis: verdict, effects |
 | `log` | the log of commands |
 | `index/…`, `predicted/…`, `error/…` | over the steps: indices, errors predicted, left and diagnosed |
-| `row_error/…` | errors over the measured rows, by identification and fit |
 """

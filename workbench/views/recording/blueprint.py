@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 
 from workbench.session.state import Focus, Session
 from workbench.views.drawables.viewpoint import first_view, title, view_of_rows
-from workbench.views.recording.canvas import PATHS, ROW, STEP
+from workbench.views.recording.canvas import PATHS, STEP
 
 GROUND = (246, 248, 251)
 NEARER = 0.62
@@ -19,12 +19,11 @@ POSITION, ROTATION = "position [mm]", "rotation [°]"
 EACH = f"{POSITION}: grey nominal, blue geometry, orange with what was added"
 PLOTS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
     "predicted": ("Predicted errors", {POSITION: ("position_mm",), ROTATION: ("rotation_deg",)}),
-    "index": ("Observability", {name: (name,) for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
+    "index": ("Observability", {"O": ("O",)}),
     "error": (
         "Errors",
         {EACH: tuple(f"{p}_mm" for p in PATHS.values()), ROTATION: tuple(f"{p}_deg" for p in PATHS.values())},
     ),
-    "row_error": (f"By row: set the timeline to {ROW}", {EACH: tuple(f"{p}_mm/**" for p in PATHS.values())}),
 }
 """Where numbers are, how their tab is called, and what each of its plots has, by its heading."""
 
@@ -83,7 +82,7 @@ def _plots(origin: str, *, has_angles: bool) -> rrb.Container:
         )
         for heading, paths in plots.items()
     ]
-    return rrb.Grid(*views, grid_columns=1 if len(views) < 3 else 2, name=name)
+    return rrb.Grid(*views, grid_columns=1, name=name)
 
 
 def _scene(session: Session) -> rrb.Spatial3DView:

@@ -6,33 +6,22 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from workbench.arm.kinematics.skeleton import body_frames
 from workbench.identification.report.document import models, remarks
 from workbench.identification.report.parameters import parameter_blocks
 from workbench.identification.result import Identification
 from workbench.parts import warn_of_broken
 from workbench.report.result_display import as_markdown
-from workbench.session.comparison import STAGES, Comparison
-from workbench.session.real_arm import bent_frames
-from workbench.session.stages import shown_stage, stages
+from workbench.session.stages import stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
-from workbench.views.drawables.arms import model_and_real, shell
-from workbench.views.drawables.measured import measured
-from workbench.views.drawables.nominal_arm import nominal_arm
-from workbench.views.drawables.plate import plate
-from workbench.views.drawables.region import region
 from workbench.views.drawables.scene_contents import in_recordings
 from workbench.views.drawables.sink import Item, is_same
 from workbench.views.recording.blueprint import blueprint, subject
 from workbench.views.recording.canvas import PATHS, Canvas
 from workbench.views.recording.recorded_step import DrawingPace, Moment
-from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
+from workbench.views.recording.rerun_sink import RecordingSink, markdown
 from workbench.views.recording.sentences import about
 from workbench.views.recording.timelines import TIMELINES
-
-MAX_ARM_ROWS = 2000
-"""Rows for which the arms are drawn at most."""
 
 
 class MomentDrawing:
@@ -42,16 +31,11 @@ class MomentDrawing:
         self._canvas = canvas
         self._scene, self._sheets = RecordingSink(canvas, "world/"), RecordingSink(canvas)
         self._timelines = tuple(kind() for kind in TIMELINES)
-        self._rows: object = None
         self._subject: tuple[Any, ...] = ()
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, moment: Moment) -> None:
         session = moment.session
-        rows, before, self._rows = session.results.comparison, self._rows, session.results.comparison
-        if rows is not None and rows is not before and len(rows):
-            self._canvas.at_rows()
-            self._try("rows", draw_rows, self._canvas, session, rows)
         about = subject(session)
         if len(self._subject) != len(about) or not all(map(is_same, about, self._subject)):
             self._try("layout", lambda: self._canvas.arrange(blueprint(session)))
@@ -67,28 +51,6 @@ class MomentDrawing:
             draw(*args)
         except Exception as error:
             warn_of_broken(name, error)
-
-
-def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
-    """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
-    q = rows.q[:MAX_ARM_ROWS]
-    arms = {"nominal": (nominal_arm(session.robot, q[0]), body_frames(session.robot, q))}
-    if (known := model_and_real(session)) is not None and rows.stages:
-        model, real, base = known
-        gap = -rows.residuals[: len(q), STAGES.index(shown_stage(session, rows))]
-        at = bent_frames(model, real, q, session.choices.overlay.exaggeration, gap=gap, base=base)
-        arms["calibrated"] = (shell(real, at[0]), at)
-    around = (item for subject in (plate, region, measured) for item in subject(session))
-    standing = (Item(f"arm/{name}", lambda arm: arm, (arm,)) for name, (arm, _) in arms.items())
-    scene = RecordingSink(canvas, "world/")
-    scene.update(item for item in around if item.path != "region/cubes")
-    scene.update(standing)
-    RecordingSink(canvas).update(tables(session))
-    for name, (_, at) in arms.items():
-        for i, frames in enumerate(np.swapaxes(at, 0, 1)):
-            turns = quaternion(frames[:, :3, :3])
-            columns = rr.Transform3D.columns(translation=frames[:, :3, 3], quaternion=turns)
-            canvas.rows(f"world/arm/{name}/body{i}", columns, len(q))
 
 
 def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:
@@ -108,8 +70,9 @@ def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:
 
 
 def sheets(session: Session) -> Iterator[Item]:
-    """The last identification and diagnosis, and index O of each target alone (ARIA eq. 17)."""
-    yield from tables(session)
+    """How to read the recording, index O of each target alone (ARIA eq. 17), the shown fit, the diagnosis."""
+    yield Item("about", markdown, (about(session),))
+    yield Item("parameters", _fitted, (session.results.identification, session.results.fit))
     yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
     for k, stage in enumerate(stages(session)):
         if len(known := 1e3 * stage.rows[np.isfinite(stage.rows)]):
@@ -118,12 +81,6 @@ def sheets(session: Session) -> Iterator[Item]:
             yield Item(f"before_after/{PATHS[stage.title]}_mm", _bars, drawn)
     if (diagnosis := session.results.diagnosis) is not None:
         yield Item("diagnosis/words", lambda d: markdown(as_markdown(d.blocks())), (diagnosis,))
-
-
-def tables(session: Session) -> Iterator[Item]:
-    """How to read the recording, and the shown fit: errors, parameters, remarks."""
-    yield Item("about", markdown, (about(session),))
-    yield Item("parameters", _fitted, (session.results.identification, session.results.fit))
 
 
 def _fitted(found: Identification | None, fit: str) -> rr.TextDocument:

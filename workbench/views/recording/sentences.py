@@ -47,7 +47,7 @@ def about(session: Session) -> str:
         "",
         f"**Measurements:** {measured}",
         "",
-        "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
+        "**Timelines:** `step`: commands; `session_time`: seconds.",
         "",
         *cube_text(session),
         "**O** is the observability index: how evenly the targets tell all constants, 0 (some not) to 1.",

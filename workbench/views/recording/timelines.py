@@ -9,12 +9,10 @@ from collections.abc import Iterator
 
 import rerun as rr
 
-from workbench.plate.observability import INDICES
 from workbench.plate.plate_score import SetScore
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
-from workbench.session.comparison import STAGES
 from workbench.session.journal.entry import Ending
 from workbench.session.stages import stage_words, stages
 from workbench.session.state import Session
@@ -79,9 +77,9 @@ def _look_alike(before: Session | None, now: Session) -> bool:
 class Series(AbstractTimeline):
     """Numbers of the session at every step.
 
-    `index/O` … `index/O5`, `index/condition`, `index/rank`: what the targets tell. `predicted/position_mm`,
-    `predicted/rotation_deg`: mean errors in the region after a calibration. `error/nominal_mm`,
-    `geometry_mm` and `effects_mm` (`_deg`): mean errors on held-out rows, on the fitted ones without any.
+    `index/O`: what the targets tell. `predicted/position_mm`, `predicted/rotation_deg`: mean errors in the
+    region after a calibration. `error/nominal_mm`, `geometry_mm` and `effects_mm` (`_deg`): mean errors on
+    held-out rows, on the fitted ones without any.
     """
 
     def __init__(self) -> None:
@@ -106,41 +104,8 @@ class Series(AbstractTimeline):
         canvas.log(path, line, rr.SeriesPoints(colors=colour, marker_sizes=4.0), static=True)
 
 
-class RowErrorTimeline(AbstractTimeline):
-    """`row_error/STAGE_mm/N_FIT` on the timeline `measured_row`, for every stage of the model.
-
-    Rows that were drawn can't be taken back, so every fit has a path of its own: N counts identifications.
-    """
-
-    def __init__(self) -> None:
-        self._identification: object = None
-        self._count = 0
-        self._drawn: set[str] = set()
-
-    def draw(self, canvas: Canvas, moment: Moment) -> None:
-        results = moment.session.results
-        if results.identification is not None and results.identification is not self._identification:
-            self._identification = results.identification
-            self._count += 1
-        rows = results.comparison
-        group = f"{self._count}_{results.fit}"
-        if rows is None or results.identification is None or group in self._drawn:
-            return
-        self._drawn.add(group)
-        words = stage_words(moment.session)
-        for stage in rows.stages:
-            path = f"row_error/{PATHS[stage]}_mm/{group}"
-            lines = rr.SeriesLines(names=f"{results.fit}: {words[stage]} mm", colors=STAGE_COLOURS[stage])
-            canvas.log(path, lines, static=True)
-            errors = 1e3 * rows.stage_errors[:, STAGES.index(stage)]
-            canvas.rows(path, rr.Scalars.columns(scalars=errors), len(rows))
-
-
 def _score(score: SetScore) -> Iterator[tuple[str, float]]:
-    for name in INDICES:
-        yield f"index/{name}", float(score.indices[name])
-    yield "index/condition", float(score.condition)
-    yield "index/rank", float(score.rank)
+    yield "index/O", float(score.indices["O"])
     yield "predicted/position_mm", 1e3 * float(score.position)
     yield "predicted/rotation_deg", math.degrees(float(score.rotation))
 
@@ -152,4 +117,4 @@ def _errors(session: Session) -> Iterator[tuple[str, float]]:
             yield f"error/{PATHS[stage.title]}_deg", stage.turned
 
 
-TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Series, RowErrorTimeline)
+TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Series)

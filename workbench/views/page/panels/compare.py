@@ -6,14 +6,11 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import block
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
 SWITCHES = {
     "ghosts": ("Other branches", "Show the other branches that reach the selected target as faint arms."),
-    "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
-    "calibrated": ("Real arm", "Show the real arm in orange, bent away from the model by its error."),
     "points": (
         "Measured points",
         "Show the measured tool positions, coloured by their error once there is a fit.",
@@ -38,7 +35,6 @@ class ComparePanel(AbstractPanel):
             max=lambda s: max(len(s.results.comparison), 2),
         )
         self.form(lambda number: ShowRow(number - 1), row)
-        self.html(_readout)
         excluded = self.checkbox(
             "Exclude this row",
             "Exclude this row from the next identification, such as a wrong measurement.",
@@ -78,13 +74,3 @@ def _fitted_row(session: Session) -> int | None:
     if comparison is None or comparison.held_out[row] or session.measurements.loaded is None:
         return None
     return int(comparison.number[row])
-
-
-def _readout(session: Session) -> str:
-    comparison, row = session.results.comparison, session.results.row
-    if comparison is None:
-        return ""
-    head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])} (from 0)"
-    kind = "" if session.results.identification is None else " · fitted"
-    kind = " · held out" if kind and comparison.held_out[row] else kind
-    return block(f"{head}{kind}", testid="row", style="margin:6px 0")

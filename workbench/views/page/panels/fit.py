@@ -1,18 +1,15 @@
 """Calibration: identify, diagnose, add what was found; the result, and what stands behind it."""
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import viser
 
 from workbench.base.wording import plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
-from workbench.identification.fit import Fit
-from workbench.identification.report.charts import constant_bars
 from workbench.identification.report.document import models
-from workbench.identification.report.parameters import identified, parameter_blocks
+from workbench.identification.report.parameters import parameter_blocks
 from workbench.identification.result import Identification
-from workbench.report.blocks import ResultTable, lines
+from workbench.report.blocks import lines
 from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
@@ -20,17 +17,14 @@ from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.judgement import arm_judgement
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
+from workbench.views.page.html import CAREFUL, INKS, block, bullets, folded, note, text
 from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
 from workbench.views.page.panels.result_card import result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-WHY = "Change of each constant: mm at the tool, ± its standard deviation"
 HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
-CONFOUNDED = "not distinguishable from the pose of camera or board"
-"""Why a joint's zero was not identified from pictures."""
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
@@ -63,8 +57,6 @@ class FitPanel(AbstractPanel):
             self._build_options(gui)
         self.html(_card)
         self.html(_requirement)
-        self.html(_of_fit(lambda found, s: joint_zeros(found, s.results.fit)))
-        self.html(_of_fit(lambda found, s: _changes(found.runs[s.results.fit].fit)))
         self.html(_of_fit(lambda found, s: _warnings(found)))
 
     def _build_options(self, gui: viser.GuiApi) -> None:
@@ -130,13 +122,6 @@ def _fits(session: Session) -> dict[str, str]:
     return {ALGORITHMS[name].title: name for name in names}
 
 
-@lru_cache(maxsize=1)
-def _changes(fit: Fit) -> str:
-    """Each constant that changed, in mm at the tool."""
-    drawing = constant_bars(fit).svg()
-    return block(folded(WHY, drawing), testid="changes") if drawing else ""
-
-
 def _requirement(session: Session) -> str:
     """Pass or fail of the shown fit against the required error."""
     judged = arm_judgement(session)
@@ -146,24 +131,6 @@ def _requirement(session: Session) -> str:
     return block(
         text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
     )
-
-
-def joint_zeros(found: Identification, shown: str) -> str:
-    """What pictures tell of every joint's zero, and why they tell nothing of some."""
-    if found.identifiability is None or found.identifiability.refused:
-        return ""
-    fit = found.runs[shown].fit
-    free = {one.name: one for one in identified(fit)}
-    rows, nominal = [], list[str]()
-    for name in fit.problem.robot.joint_offsets:
-        joint = name.split(".")[0]
-        if (one := free.get(name)) is None:
-            nominal.append(joint)
-        else:
-            rows.append((joint, *one.shown[1:]))
-    reason = f'<div style="color:{MUTED}">{text(", ".join(nominal))} at nominal: {CONFOUNDED}</div>'
-    listed = as_html([ResultTable("", ("joint zero", "from nominal", "±", ""), rows)]) if rows else ""
-    return block(listed + (reason if nominal else ""), testid="joint-zeros", style="margin:4px 0 8px")
 
 
 def _warnings(found: Identification) -> str:

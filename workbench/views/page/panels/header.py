@@ -8,7 +8,6 @@ import viser
 
 from workbench.base.wording import capital
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
-from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.page_state import PASSING, Message, RunningJob, Severity, Tab
 from workbench.session.state import Session
@@ -18,7 +17,6 @@ from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.legend import things
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.plate import try_plate
 from workbench.views.page.style import CAPTION, MESSAGE
 
 WITH_MY_ROBOT = "With my robot"
@@ -76,9 +74,7 @@ class Strip(AbstractPanel):
             if (action := find(self._step)) is None:
                 return
             self._worker.submit(OpenTab(action.tab))
-            if isinstance(action.command, AbstractPlateTrial):
-                try_plate(event, self._worker, action.command)
-            elif action.command is not None:
+            if action.command is not None:
                 self._worker.submit(action.command)
             if action.save is not None:
                 self.save(event, action.save)

@@ -13,7 +13,6 @@ from workbench.plate.target_readings import assumptions
 from workbench.report.chart import UprightBar, columns
 from workbench.session.page_state import Tab
 from workbench.session.state import Drag, Session
-from workbench.session.target_postures import from_limit
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import BAD, MUTED, block, change, heading, number, text
@@ -53,12 +52,8 @@ class IndexPanel(AbstractPanel):
             if len(self._trace) >= TRACE:
                 del self._trace[1::2]
             self._trace.append((session.score.position, session.score.indices["O"]))
-        box = session.measurements.box  # nobody may have noticed that the region follows the rows
-        place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
-        return block(
-            heading(f"Predicted error in {place}; observability index O") + headline(session, self._trace),
-            testid="index",
-        )
+        about = heading("Predicted error in the region; observability index O")
+        return block(about + headline(session, self._trace), testid="index")
 
 
 class LossPanel(AbstractPanel):
@@ -167,13 +162,10 @@ def _without(rise: float) -> str:
 
 
 def determined(session: Session) -> str:
-    """How many targets count, how much these leave undetermined, and how near joints come to their limits."""
-    now, reached = session.score, [s.q for s in session.states if s.measurable]
+    """How many targets count, and how much these leave undetermined."""
+    now = session.score
     lost = [f"target {i}: {s.obstacle}" for i, s in enumerate(session.states, 1) if not s.measurable]
-    nearest = min((from_limit(session.robot, q) for q in reached), default=None)
-    room = "" if nearest is None else f"; joints stay {nearest.text} or more from their limits"
-    missing = now.visible - now.rank
-    sentence = f"{plural(now.measurable, 'target')}{room}"
+    missing, sentence = now.visible - now.rank, plural(now.measurable, "target")
     if missing:
         sentence = f"{plural(now.measurable, 'target')} leave {plural(missing, 'combination')} undetermined"
     if lost:

@@ -11,13 +11,12 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4
-from workbench.report.blocks import ResultTable
-from workbench.report.result_display import as_html
+from workbench.base.wording import plural
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
-from workbench.session.export import CapturedPoses, captured, captured_csv
+from workbench.session.export import captured_csv
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import MUTED, block, note, number
+from workbench.views.page.html import note
 from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
@@ -101,15 +100,11 @@ def _tool(session: Session) -> Matrix4:
     return se3.inverse(session.robot.base.pose) @ tool
 
 
-LISTED = 12
-"""Poses that the table shows, the newest; the file has all."""
-
-
 class CapturedPanel(AbstractPanel):
-    """A button that keeps, a table, a file."""
+    """A button that keeps, a count, a file."""
 
     tab, order = Tab.ROBOT, 50
-    depends = ("choices.captured", "results.identification", "results.fit", "robot")
+    depends = ("choices.captured",)
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Kept poses"):
@@ -119,7 +114,7 @@ class CapturedPanel(AbstractPanel):
                 viser.Icon.PLUS,
                 "Keep the joint positions, and the tool pose of both models.",
             )
-            self.html(lambda s: _content(captured(s)))
+            self.html(lambda s: note(f"{plural(len(s.choices.captured), 'pose')} kept.", "captured"))
             self.download(
                 "Save the kept poses (CSV)",
                 captured_csv,
@@ -133,18 +128,3 @@ class CapturedPanel(AbstractPanel):
                 "Empty the list.",
                 visible=lambda s: s.choices.captured,
             )
-
-
-def _content(poses: CapturedPoses) -> str:
-    if not len(poses.q):
-        sentence = "Keep some poses before and after a calibration to compare the tool positions."
-        return note(sentence, "captured", margin="0")
-    places = poses.nominal if poses.calibrated is None else poses.calibrated
-    rows = [
-        [f"{i + 1}", *(f"{1e3 * v:.2f}" for v in places[i, :3, 3]), number(1e3 * float(poses.distance[i]))]
-        for i in np.arange(len(poses.q))[-LISTED:]
-    ]
-    model = "nominal arm" if poses.calibrated is None else "calibrated arm"
-    below = f"Tool of the {model}; last column: distance between calibrated and nominal tool."
-    body = as_html([ResultTable("", ("", "x\n[mm]", "y\n[mm]", "z\n[mm]", "distance\n[mm]"), rows)])
-    return block(f'{body}<div style="color:{MUTED};margin-top:4px">{below}</div>', testid="captured")

@@ -135,7 +135,7 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
     overlay, focus, rows = session.choices.overlay, session.playback.focus, session.results.comparison
     has_plate, rows = session.shows_plate, rows if overlay.points else None
-    is_bent = model_and_real(session) is not None and overlay.calibrated and focus is not Focus.TARGET
+    is_bent = model_and_real(session) is not None and focus is not Focus.TARGET
     marks = (
         ("measured", FITTED, rows is not None and not rows.stages),
         ("target", REACHED, has_plate),

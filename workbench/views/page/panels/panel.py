@@ -2,11 +2,9 @@
 
 import asyncio
 import math
-import threading
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from operator import attrgetter
 from typing import Any, ClassVar, NamedTuple
@@ -30,31 +28,8 @@ from workbench.views.page.viser_internals import set_value as set_value
 
 ARRIVED = 0.3
 """How long a page has to note that a file has come [s]: without its button the note would load for ever."""
-PATIENCE = 0.5
-"""Time after which a page says that a file is being made [s]."""
 AFTERWARDS = math.inf
 """The `pause` of a panel that waits until a drag is over."""
-
-
-@contextmanager
-def _shown_as_working(client: viser.ClientHandle | None) -> Iterator[None]:
-    """Tells a page that a file is being made, where that takes long."""
-    shown: list[viser.NotificationHandle] = []
-
-    def notify() -> None:
-        if client is not None:
-            note = client.add_notification("Making the file …", "", loading=True, with_close_button=False)
-            shown.append(note)
-
-    timer = threading.Timer(PATIENCE, notify)
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-        timer.join()
-        for note in shown:
-            note.remove()
 
 
 Build = Callable[["AbstractPanel", viser.GuiApi], object]
@@ -209,8 +184,7 @@ class AbstractPanel(AbstractControls):
 
     def _download(self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile]) -> None:
         try:
-            with _shown_as_working(event.client):
-                made = make(self._worker.session)
+            made = make(self._worker.session)
             if event.client is not None:
                 event.client.send_file_download(made[0], made[1], save_immediately=True)
             if len(made) == 3 and made[2]:

@@ -1,18 +1,14 @@
 """The search for a better plate, its place, what is required of it, and the instrument of its errors."""
 
-import numpy as np
 import viser
 
 from workbench.session.commands.edit import MovePlate
 from workbench.session.commands.identify import SetWanted
-from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate, SetNoise
+from workbench.session.commands.plate import ImprovePlate, SetNoise
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.session.worker import Worker
-from workbench.views.appearance.colours import rounded
-from workbench.views.page.html import number
 from workbench.views.page.panels.form import ANGLE, DEGREE, LENGTH, AbstractControls
-from workbench.views.page.panels.panel import AbstractPanel, ask
+from workbench.views.page.panels.panel import AbstractPanel
 
 
 class ImprovePanel(AbstractPanel):
@@ -63,9 +59,6 @@ class NoisePanel(AbstractPanel):
         self.form(SetNoise, position, rotation)
 
 
-REQUIRED = "Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."
-
-
 def build_wanted(panel: AbstractControls) -> None:
     """Fields for the required error, in every panel that uses it."""
 
@@ -73,8 +66,8 @@ def build_wanted(panel: AbstractControls) -> None:
         before = panel.session.choices.wanted
         return SetWanted(position or None, rotation or None, before is not None and before.per_axis)
 
-    (label, hint), limits = REQUIRED, (0.0, 1000.0, 0.01)
-    length = panel.number(label, limits, hint, lambda s: _wanted(s)[0], unit=1e-3, digits=3)
+    limits, hint = (0.0, 1000.0, 0.01), "Maximum position error of the calibrated arm; 0: no requirement."
+    length = panel.number("Required [mm]", limits, hint, lambda s: _wanted(s)[0], unit=1e-3, digits=3)
     hint = "Maximum orientation error allowed; 0: no requirement."
     angle = panel.number("Required [°]", limits, hint, lambda s: _wanted(s)[1], unit=DEGREE, digits=3)
     panel.form(wanted, length, angle)
@@ -84,35 +77,3 @@ def _wanted(session: Session) -> tuple[float, float]:
     """The required errors [m, rad]; 0 for none."""
     wanted = session.choices.wanted
     return (0.0, 0.0) if wanted is None else (wanted.position, wanted.rotation or 0.0)
-
-
-TIMES = 3.0
-"""Required error that is offered where none is set, as a multiple of the predicted one, then rounded up."""
-LIMITS = 0.001, 1000.0
-"""Required errors that can be typed there [mm]."""
-
-
-def try_plate(event: viser.GuiEvent, worker: Worker, trial: AbstractPlateTrial) -> None:
-    """Try the plate; ask first what the arms have to keep, if that is not known."""
-    session = worker.session
-    if session.choices.wanted is not None:
-        worker.submit(trial)
-        return
-    predicted = 1e3 * session.score.position
-    minimum, maximum = LIMITS
-    offered = (
-        min(max(rounded(TIMES * predicted, up=True), minimum), maximum) if np.isfinite(predicted) else 1.0
-    )
-    fields: list[viser.GuiNumberHandle] = []
-
-    def build(gui: viser.GuiApi) -> None:
-        label, hint = REQUIRED
-        fields.append(gui.add_number(label, offered, min=minimum, max=maximum, step=0.001, hint=hint))
-
-    def begin() -> None:
-        worker.submit(SetWanted(1e-3 * float(fields[0].value)))
-        worker.submit(trial)
-
-    known = f" {number(predicted)} mm rms are predicted." if np.isfinite(predicted) else ""
-    question = f"How accurate must every arm be, everywhere in the region?{known}"
-    ask(event, "Required error", question, "Try with this", begin, build=build)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import viser
 
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cube_fields import CUBE_FIELDS, inputs, shown_layer
+from workbench.session.cube_fields import CUBE_FIELDS, inputs
 from workbench.session.page_state import Tab
 from workbench.session.state import NO_FIELD
 from workbench.views.page.panels.form import LENGTH
@@ -35,19 +35,11 @@ class RegionPanel(AbstractPanel):
         cut = self.dropdown(
             "Slice",
             CUTS,
-            "Show all cubes, or one layer across an axis.",
+            "Show all cubes, or one layer across an axis; it can be dragged in the scene.",
             lambda s: s.region.view.cut,
             disabled=lambda s: s.region.view.field == NO_FIELD,
         )
-        layer = self.slider(
-            "Layer",
-            (1, 2, 1),
-            "Which layer is shown.",
-            lambda s: shown_layer(s) + 1,
-            visible=lambda s: s.region.view.cut is not None,
-            max=lambda s: max(s.plate.region.shape[s.region.view.cut], 2),
-        )
-        self.form(self._view, field, cut, layer)
+        self.form(self._view, field, cut)
         self._build_cuboid()
 
     def _build_cuboid(self) -> None:
@@ -65,7 +57,7 @@ class RegionPanel(AbstractPanel):
         )
         self.form(SetRegion, low, high, cube)
 
-    def _view(self, field: str, cut: int | None, layer: int) -> ShowCubes:
+    def _view(self, field: str, cut: int | None) -> ShowCubes:
         now, shape = self._worker.session.region.view, self._worker.session.plate.region.shape
-        layer = layer - 1 if cut in (None, now.cut) else shape[cut] // 2
+        layer = now.layer if cut in (None, now.cut) else shape[cut] // 2
         return ShowCubes(replace(now, is_chosen=True, field=field, cut=cut, layer=layer))

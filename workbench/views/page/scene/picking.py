@@ -4,7 +4,7 @@ Nothing drawn answers to the pointer itself: viser stops it there, and a handle 
 So a click is a ray, and what it meets is found here.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from operator import itemgetter
 from typing import Any
 
@@ -12,16 +12,15 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.types import Vector3
-from workbench.views.appearance.shapes import Solid
 from workbench.views.drawables.drawable import Mesh, Points
 from workbench.views.page.scene.node import Ray
 
 POINTER = 0.008
 """Angle about the pointer in which points are clicked [rad]."""
+BALL = 0.75
+"""Radius of the ball that a block is for a click, as a share of the distance of its corners."""
 MAX_BEHIND = 0.02
-"""How far behind a target's face the points at it may lie [m]."""
-EDGE = 1e-9
-"""How far beyond its edges a triangle is still met, as a share: no ray passes between two of them."""
+"""How far behind a target's middle the points at it may lie [m]."""
 Hit = tuple[float, int]
 """Distance from the camera [m], and the number of what is there."""
 
@@ -36,8 +35,15 @@ def picked(
     solid: list[tuple[float, int, str]] = []
     points: list[tuple[float, int, str]] = []
     for path, drawable in drawn:
-        if (find := FINDERS.get(type(drawable))) and (hit := find(drawable, *ray)):
-            (points if isinstance(drawable, Points) else solid).append((*hit, path))
+        if isinstance(drawable, Points) and (drawable.numbers >= 0).all():
+            if (hit := nearest_to_ray(drawable.places, *ray)) is not None:
+                points.append((hit[0], int(drawable.numbers[hit[1]]), path))
+        elif isinstance(drawable, Mesh) and drawable.number is not None:
+            corners = drawable.solid.vertices
+            middle = corners.mean(0)
+            size = BALL * float(np.linalg.norm(corners - middle, axis=1).max())
+            if (hit := nearest_to_ray(middle[None], *ray, size=size)) is not None:
+                solid.append((hit[0], drawable.number, path))
     nearest = min(solid or points, default=None, key=itemgetter(0))
     if solid and nearest is not None and points_first:
         seen = [point for point in points if point[0] < nearest[0] + MAX_BEHIND]
@@ -45,48 +51,18 @@ def picked(
     return None if nearest is None else (nearest[2], nearest[1])
 
 
-def nearest_to_ray(places: Float[np.ndarray, "points 3"], origin: Vector3, direction: Vector3) -> Hit | None:
-    """The place that a click means, the nearest to the camera [m] of those under a ray of unit length."""
+def nearest_to_ray(
+    places: Float[np.ndarray, "points 3"], origin: Vector3, direction: Vector3, *, size: float = 0.0
+) -> Hit | None:
+    """The place that a click means, the nearest to the camera [m] of those under a ray of unit length.
+
+    `size` is the radius of what is there [m].
+    """
     off = places - origin
     along = off @ direction
-    aside = np.linalg.norm(off - along[:, None] * direction, axis=1)
+    aside = np.maximum(np.linalg.norm(off - along[:, None] * direction, axis=1) - size, 0.0)
     under = np.flatnonzero((along > 0.0) & (aside <= POINTER * along))
     if not len(under):
         return None
     first = int(under[np.argmin(along[under] + aside[under] / POINTER)])
     return float(along[first]), first
-
-
-def distance_to(solid: Solid, origin: Vector3, direction: Vector3) -> float | None:
-    """How far along a ray it first meets a solid [m]; None where it misses.
-
-    A triangle a, a + u, a + v is met where origin + t direction = a + r u + s v with r, s ≥ 0 and r + s ≤ 1.
-    """
-    first, second, third = (solid.vertices[corner] for corner in solid.faces.T)
-    u, v = second - first, third - first
-    normal = np.cross(u, v)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = 1.0 / -(normal @ direction)
-        turned = np.cross(origin - first, direction)
-        r, s = (v * turned).sum(1) * share, -(u * turned).sum(1) * share
-        t = ((origin - first) * normal).sum(1) * share
-        met = t[(r >= -EDGE) & (s >= -EDGE) & (r + s <= 1.0 + EDGE) & (t > 0.0)]
-    return float(met.min()) if len(met) else None
-
-
-def _mesh(mesh: Mesh, origin: Vector3, direction: Vector3) -> Hit | None:
-    if mesh.number is None:
-        return None
-    solid = mesh.solid if mesh.pose is None else mesh.solid.moved(mesh.pose)
-    away = distance_to(solid, origin, direction)
-    return None if away is None else (away, mesh.number)
-
-
-def _points(points: Points, origin: Vector3, direction: Vector3) -> Hit | None:
-    if (points.numbers < 0).all():
-        return None
-    hit = nearest_to_ray(points.places, origin, direction)
-    return None if hit is None else (hit[0], int(points.numbers[hit[1]]))
-
-
-FINDERS: dict[type, Callable[[Any, Vector3, Vector3], Hit | None]] = {Mesh: _mesh, Points: _points}

@@ -13,28 +13,19 @@ from workbench.views.drawables.scene_contents import on_page
 from workbench.views.drawables.viewpoint import first_view
 from workbench.views.page.camera import aim_all
 from workbench.views.page.scene.gizmo import Gizmo, Slice
-from workbench.views.page.scene.start_scene import FirstPicture
+from workbench.views.page.scene.ground import Ground
+from workbench.views.page.scene.viser_sink import PageSink
 from workbench.views.page.style import name_pages
 
 
 class Scene:
-    """Everything in the scene, drawn on from what is `drawn` already; gestures only send commands."""
+    """Everything in the scene; gestures only send commands."""
 
-    def __init__(
-        self,
-        server: viser.ViserServer,
-        worker: Worker,
-        session: Session,
-        *,
-        drawn: FirstPicture | None = None,
-    ):
+    def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._server, self._worker = server, worker
         self._lock = threading.Lock()
         self._session = session
-        if drawn is not None and not drawn.ground.suits(session.robot):  # it has changed since
-            server.scene.reset()
-            drawn = None
-        self._build(session, drawn or FirstPicture(server, session.robot))
+        self._build(session)
         self._look(session)
         self.show(session)
         server.on_client_disconnect(lambda client: self.gizmo.left(client))
@@ -53,7 +44,7 @@ class Scene:
             is_other = session.robot is not before.robot or first is not former
             if is_other:
                 self._server.scene.reset()
-                self._build(session, FirstPicture(self._server, session.robot))
+                self._build(session)
             if is_other or _has_other_rows(before, session):
                 self._look(session)
             self._ground.show(session.page.is_dark)
@@ -62,8 +53,8 @@ class Scene:
             self._slice.show(session)
             self.gizmo.show(session)
 
-    def _build(self, session: Session, drawn: FirstPicture) -> None:
-        self._ground, self._sink = drawn.ground, drawn.sink
+    def _build(self, session: Session) -> None:
+        self._ground, self._sink = Ground(self._server, session.robot), PageSink(self._server)
         name_pages(self._server, session.robot.name)
         self._slice = Slice(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
