@@ -25,9 +25,9 @@ def test_rows_of_another_arm_give_no_result_unless_forced(run, rows, tmp_path):
         assert not (tmp_path / "r.json").exists()
     run("identify", rows, "--robot", "aria", "--force", *FEW)
     result = json.loads((tmp_path / "r.json").read_text())
-    assert any("UR5 (CB3) fits to" in text for text in result["warnings"])
+    assert any("the arm is UR5 (CB3)" in text for text in result["warnings"])
     assert run("identify", rows, "--robot", "ur5", *FEW)[0] == 0
-    assert not any("fits to" in text for text in json.loads((tmp_path / "r.json").read_text())["warnings"])
+    assert not any("the arm is" in text for text in json.loads((tmp_path / "r.json").read_text())["warnings"])
 
 
 def test_of_an_arm_with_a_jaw_the_chain_is_named_and_holds(run, tmp_path):
