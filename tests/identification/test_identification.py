@@ -113,7 +113,8 @@ def test_contacts_do_not_shrink_the_arm(arm):
     rng = np.random.default_rng(5)
     q, names = touching(arm, rng)
     q += 1e-4 * rng.standard_normal((90, 6))
-    run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(90), contact=names))
+    pedestal = load_robot("aria").with_values({"joint1.d": 0.8})  # the longest, and moves all places alike
+    run = identify(pedestal, Dataset(q=q, row=np.arange(90), contact=names))
     assert any("scale" in note for note in run.notes)
     for result in run.runs.values():
         lengths = {p.name: v for p, v in zip(result.fit.parameters, result.fit.x, strict=True)}

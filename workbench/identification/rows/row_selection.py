@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
@@ -258,6 +258,8 @@ def unused_observations(data: Dataset) -> list[str]:
 
 MAX_FITTED_ROWS, FRAME_NUMBERS = 2, 6
 """Rows of a session, and measured numbers, that a base fits exactly."""
+MIN_TURNED = 0.1
+"""Smallest difference in direction among rows of a length that they turn."""
 MIN_KNOWN_SHARE = 0.2
 """Share of the arm's lengths that must be known to determine its scale."""
 
@@ -268,13 +270,16 @@ def scale_fixing_length(
     """The length to hold because the rows don't determine scale: contacts with unknown places only.
 
     Shrinking arm and places together changes no contact, so a free fit would shrink to a point. Known lengths
-    of the arm, such as that of a fixed last link, determine the scale.
+    that the rows turn determine the scale; one along the first axis only moves all places alike.
     """
     kinds = carried(data).keys()
     without_scale = bool(kinds) and kinds <= {ContactObservation, PlaneObservation}
     if not without_scale or any(n.startswith("contact[") for n in known):
         return None
     lengths = [e for e in robot.elements if e.unit == "m" and e.matrix is None]
+    ways = identification_jacobian(robot, Motion(data.q), tuple(e.name for e in lengths))[1][:, :3]
+    turned = np.ptp(ways, axis=0).max(0) > MIN_TURNED
+    lengths = [e for e, holds in zip(lengths, turned, strict=True) if holds]
     unknown = [e for e in lengths if e.name in free]
     total, open_ones = (sum(abs(e.value) for e in part) for part in (lengths, unknown))
     if not unknown or total - open_ones >= MIN_KNOWN_SHARE * total:
