@@ -94,6 +94,7 @@ def test_poses_are_followed_in_one_branch(arms):
     nominal, model, _ = arms["aria"]
     poses = generator.aria().pose(arc())
     found = correct(command_poses(model, nominal, poses))
+    assert any("[tool]" in note for note in found.notes)
     assert tool_poses(found.commanded.nominal, Motion(found.commanded.q)) == pytest.approx(poses, abs=1e-8)
     np.testing.assert_allclose(tool_poses(found.commanded.calibrated, Motion(found.q)), poses, atol=1e-8)
     assert np.abs(np.diff(found.q, axis=0)).max() < 0.1

@@ -116,7 +116,9 @@ def command_poses(
         q = followed(arm, poses, start.q, task=task, limits=limits, jump=JUMP)
         if len(q) == len(poses):
             branch = f"the path is followed in the branch '{start.name}'"
-            return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch)
+            place = ", ".join(f"{1e3 * value:.4g}" for value in calibrated.tool.xyz)
+            tool = f"the poses are those of the calibrated robot's [tool], at {place} mm in its flange"
+            return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch, tool)
         if len(q) >= furthest:
             furthest, last = len(q), q[-1] if len(q) else start.q
     why, tight = inverse.solve(planned, poses[furthest], task=task).reason, ""
