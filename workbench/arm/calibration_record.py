@@ -106,10 +106,10 @@ class Observed:
         }
 
 
-def representative_rows(q: Float[np.ndarray, "rows n"], maximum: int = MAX_RECORDED_POSES) -> np.ndarray:
+def representative_rows(q: Float[np.ndarray, "rows n"]) -> np.ndarray:
     """Representative rows: those with the extremes of each joint, the others evenly spread."""
     ends = np.concatenate([q.argmin(0), q.argmax(0)])
-    even = np.linspace(0, len(q) - 1, min(len(q), maximum)).round().astype(int)
+    even = np.linspace(0, len(q) - 1, min(len(q), MAX_RECORDED_POSES)).round().astype(int)
     return np.unique(np.concatenate([ends, even]))
 
 

@@ -35,11 +35,11 @@ def standard_error(std: float, digits: int = 6) -> str:
     return f"±{std:.{digits}f}" if std >= 0.95 * 10.0**-digits else f"±{std:.0e}"
 
 
-def decimals_of(std: float, *, digits: int = 2, maximum: int = 6) -> int:
-    """Decimals of a value with this standard error: as many as show so many digits of the error."""
+def decimals_of(std: float, *, maximum: int = 6) -> int:
+    """Decimals of a value with this standard error: as many as show two digits of the error."""
     if not np.isfinite(std) or std <= 0.0:
         return maximum
-    return int(np.clip(digits - 1 - np.floor(np.log10(std)), 0, maximum))
+    return int(np.clip(1 - np.floor(np.log10(std)), 0, maximum))
 
 
 MAX_DIGITS = 5

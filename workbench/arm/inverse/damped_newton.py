@@ -39,7 +39,7 @@ POSITION_TOLERANCE = 1e-9
 ROTATION_TOLERANCE = 1e-9
 """Maximum orientation error of a solution [rad]."""
 ROTATION_WEIGHT = 0.25
-"""Default w, as a share of the arm's length [1/rad]."""
+"""w, as a share of the arm's length [1/rad]."""
 MIN_DAMPING = 1e-11
 """Minimum damping, relative to the mean square column: with less, rounding moves a redundant arm along its
 self-motion."""
@@ -86,7 +86,6 @@ def refine(
     task: Task,
     target_of: Int[np.ndarray, " rows"] | None = None,
     limits: Float[np.ndarray, "n 2"] | None = None,
-    weight: float | None = None,
     iterations: int = MAX_ITERATIONS,
 ) -> Reached:
     """Run every start to a solution, or as near to the target as it gets.
@@ -97,7 +96,6 @@ def refine(
         task: What of the target must be met.
         target_of: Target of each start; if None row by row, or the only one.
         limits: Joint limits; none if None.
-        weight: w [m/rad]; `ROTATION_WEIGHT` of the arm's length if None.
         iterations: Steps before giving up.
     """
     if target_of is None:
@@ -111,7 +109,7 @@ def refine(
         np.array(targets, float, order="C"),
         np.array(target_of, np.int64),
         int(task),
-        ROTATION_WEIGHT * arm.length if weight is None else weight,
+        ROTATION_WEIGHT * arm.length,
         np.array(unlimited(arm.dof) if limits is None else limits, float, order="C"),
         iterations,
         x,

@@ -15,8 +15,7 @@ from jaxtyping import Float
 from numba import njit
 from scipy.spatial import cKDTree
 
-from workbench.arm.inverse.branch import planned_margins
-from workbench.arm.inverse.branch_names import plain_names
+from workbench.arm.inverse.branch import margins, planned_margins, representative
 from workbench.arm.inverse.damped_newton import ROTATION_WEIGHT, Task, refine, unlimited
 from workbench.arm.inverse.reduced_arm import ReducedArm
 
@@ -30,27 +29,24 @@ NEAR_SINGULAR = 0.05
 """Dimensionless singular value below which a solution's neighbours are searched."""
 SINGULAR_VALUE = 1e-6
 """Dimensionless singular value below which a solution may be one of infinitely many."""
-SAME_SINGULAR = 0.03
-"""Singular solutions closer than this are the same, as merging solutions are ill-conditioned [rad]."""
 SEARCH_DISTANCES = (0.03, 0.15, 0.6)
 """Search distance from a nearly singular solution [rad]."""
 MAX_REPRESENTATIVES = 8
-"""Maximum number of solutions shown for a redundant arm."""
-SPREAD_STARTS = 96
-"""Random starts for these, per round."""
+"""Maximum number of solutions shown of infinitely many."""
 
 
 def all_solutions(
     arm: ReducedArm, targets: Float[np.ndarray, "rows 4 4"], *, task: Task, limits: Float[np.ndarray, "n 2"]
 ) -> list[np.ndarray]:
-    """Every solution of every target, limits ignored; of infinitely many representatives, within the limits
-    where possible."""
-    each = [target[None] for target in targets]
-    if arm.dof > task:
-        return [_spread(arm, target, task, limits) for target in each]
-    found = _extend(arm, targets, nearby_starts(arm, targets, task, STARTS), task)
-    found = [_with_neighbours(arm, target, x, task) for target, x in zip(each, found, strict=True)]
-    return [_representatives(arm, *one, task, limits) for one in zip(each, found, strict=True)]
+    """Every solution of every target, limits ignored; a few of infinitely many, those of a redundant arm
+    within the limits."""
+    is_redundant = arm.dof > task
+    starts = nearby_starts(arm, targets, task, STARTS, is_limited=is_redundant)
+    found = _extend(arm, targets, starts, task, limits if is_redundant else None)
+    if not is_redundant:
+        pairs = zip(targets, found, strict=True)
+        found = [_with_neighbours(arm, target[None], x, task) for target, x in pairs]
+    return [_representatives(arm, x, task, limits) for x in found]
 
 
 def nearby_starts(
@@ -107,10 +103,13 @@ def task_jacobian(
     return jacobian
 
 
-def _extend(arm: ReducedArm, targets: np.ndarray, starts: np.ndarray, task: Task) -> list[np.ndarray]:
+def _extend(
+    arm: ReducedArm, targets: np.ndarray, starts: np.ndarray, task: Task, limits: np.ndarray | None = None
+) -> list[np.ndarray]:
     """The distinct solutions found from starts (rows, k, n)."""
     rows, k, n = starts.shape
-    result = refine(arm, targets, starts.reshape(-1, n), task=task, target_of=np.repeat(np.arange(rows), k))
+    owner = np.repeat(np.arange(rows), k)
+    result = refine(arm, targets, starts.reshape(-1, n), task=task, target_of=owner, limits=limits)
     good, x = result.converged.reshape(rows, k), result.q.reshape(rows, k, n)
     return [distinct(arm, x[i, good[i]]) for i in range(rows)]
 
@@ -131,40 +130,22 @@ def _with_neighbours(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: T
     return x
 
 
-def _representatives(
-    arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task, limits: np.ndarray
-) -> np.ndarray:
-    """Solutions, and of infinitely many at a singular pose one for each name: within the limits if it can be,
-    and with a joint at zero, the last one that can turn."""
-    singular = smallest_singular_value(arm, x, task) < SINGULAR_VALUE
-    rest, found = x[singular], [np.empty((0, arm.dof))]
-    still = [np.where(np.arange(arm.dof)[:, None] == k, 0.0, limits) for k in reversed(range(arm.dof))]
-    for bounds in (*still, limits, unlimited(arm.dof)):
-        r = refine(arm, target, rest, task=task, limits=bounds)
-        held = r.converged & (smallest_singular_value(arm, r.q, task) < 10 * SINGULAR_VALUE)
-        found.append(r.q[held])
-        rest = rest[~held]
-    merged = distinct(arm, np.concatenate([*found, rest]), SAME_SINGULAR)
-    merged = merged[np.argsort(np.abs(merged).sum(1), kind="stable")]
-    first = np.unique(np.array(plain_names(arm, merged), str), return_index=True)[1]
-    return np.concatenate([x[~singular], merged[np.sort(first)]])
-
-
-def _spread(arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray) -> np.ndarray:
-    """Representatives of infinitely many solutions, far apart, with room to the limits where any have."""
-    rng = np.random.default_rng(0)
-    room = np.outer(planned_margins(limits), [1.0, -1.0])
-    for bounds in (limits + room, limits, limits, None):
-        begin = random_starts(arm, (SPREAD_STARTS,), rng, limits)
-        r = refine(arm, target, begin, task=task, limits=bounds)
-        if len(x := distinct(arm, r.q[r.converged])):
-            break
-    place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
-    picked = [int(np.argmax(smallest_singular_value(arm, x, task)))] if len(x) else []
-    while len(picked) < min(MAX_REPRESENTATIVES, len(x)):
+def _representatives(arm: ReducedArm, x: np.ndarray, task: Task, limits: np.ndarray) -> np.ndarray:
+    """Solutions, and of infinitely many some that are far apart, with room to the limits where any have."""
+    size = smallest_singular_value(arm, x, task)
+    is_one_of_many = (size < SINGULAR_VALUE) | (arm.dof > task)
+    rest, size = x[is_one_of_many], size[is_one_of_many]
+    at = representative(rest, limits, ~arm.repeats)
+    if (has_room := (margins(at, limits) >= planned_margins(limits)).all(1)).any():
+        rest, size = rest[has_room], size[has_room]
+    place = np.concatenate(
+        [np.where(arm.slides, rest, np.cos(rest)), np.where(arm.slides, 0.0, np.sin(rest))], 1
+    )
+    picked = [int(np.argmax(size))] if len(rest) else []
+    while len(picked) < min(MAX_REPRESENTATIVES, len(rest)):
         away = np.linalg.norm(place[:, None] - place[picked], axis=2).min(1)
         picked.append(int(np.argmax(away)))
-    return x[picked]
+    return np.concatenate([x[~is_one_of_many], rest[picked]])
 
 
 def smallest_singular_value(
@@ -174,17 +155,15 @@ def smallest_singular_value(
     return np.linalg.svd(task_jacobian(arm, x, task), compute_uv=False)[:, -1]
 
 
-def distinct(
-    arm: ReducedArm, x: Float[np.ndarray, "rows n"], tolerance: float = SAME_SOLUTION
-) -> Float[np.ndarray, "kept n"]:
+def distinct(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "kept n"]:
     """The first of every group of solutions that agree up to full turns."""
     unit = np.where(arm.slides, arm.length, 1.0)
-    return x[_first_of_group(np.ascontiguousarray(x / unit), ~arm.repeats, tolerance)]
+    return x[_first_of_group(np.ascontiguousarray(x / unit), ~arm.repeats)]
 
 
 @njit(cache=True)
 @no_type_check
-def _first_of_group(x, slides, tolerance):
+def _first_of_group(x, slides):
     kept = np.empty(x.shape[0], np.int64)
     count = 0
     for i in range(x.shape[0]):
@@ -195,7 +174,7 @@ def _first_of_group(x, slides, tolerance):
                 gap = x[i, k] - x[kept[j], k]
                 if not slides[k]:
                     gap -= 2.0 * np.pi * np.round(gap / (2.0 * np.pi))
-                if abs(gap) > tolerance:
+                if abs(gap) > SAME_SOLUTION:
                     same = False
                     break
             if same:
