@@ -86,10 +86,3 @@ def test_twists_are_the_derivative(seed, length):
     np.testing.assert_allclose(found, chains.poses(chain, q), atol=1e-14)
     moved = lambda v: chains.poses(chain.with_values(v), q)  # noqa: E731
     check_jacobian(moved, twists, np.array(chain.values), difference=pose_change)
-
-
-def test_twist_by_hand():
-    # turn about z, one metre along x: the end moves along y; lift along z: it moves along z
-    chain = Chain((Element(Axis.RZ, "a", joint=0), Element(Axis.TX, "b", 1.0), Element(Axis.TZ, "c")), 1)
-    twists = chains.twists(chain, np.zeros((1, 1)), np.arange(3))[1][0]
-    np.testing.assert_array_equal(twists.T, [[0, 1, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]])

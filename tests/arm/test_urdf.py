@@ -113,27 +113,11 @@ def test_real_arms_round_trip_through_toml_and_urdf(file, tmp_path):
     np.testing.assert_allclose(tool_poses(frames, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
     np.testing.assert_array_equal(table.limits, robot.limits)
     np.testing.assert_array_equal(frames.limits, robot.limits)
+    assert robot.joint_names == table.joint_names == frames.joint_names
     if robot.has_masses:
         expected = holding(joint_wrenches(robot, q), robot)
         for again in (table, frames):
             np.testing.assert_allclose(holding(joint_wrenches(again, q), again), expected, atol=1e-9)
-
-
-def test_a_saved_robot_knows_what_its_urdf_calls_its_joints(tmp_path):
-    """Measurements may have their columns called so."""
-    names = [f"axis_{word}" for word in ("turn", "lift", "bow")]
-    joints = "".join(
-        f'<joint name="{name}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/>'
-        f'<origin xyz="0 0.1 0.2" rpy="{k % 2} 0 0"/><axis xyz="0 0 1"/><limit lower="-2" upper="2"/></joint>'
-        for k, name in enumerate(names)
-    )
-    links = "".join(f'<link name="l{k}"/>' for k in range(4))
-    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{links}{joints}</robot>')
-    robot = read_urdf(tmp_path / "arm.urdf")
-    saved = read_toml(write_toml(robot, tmp_path / "arm.toml"))
-    copy = read_urdf(write_urdf(robot, tmp_path / "copy.urdf"))
-    assert robot.joint_names == saved.joint_names == copy.joint_names == tuple(names)
-    assert load_robot("aria").joint_names == tuple(f"joint{k}" for k in range(1, 7))
 
 
 @pytest.mark.parametrize("name", built_in_robots())

@@ -61,14 +61,6 @@ def test_rpy_round_trip_at_gimbal_lock(sign, gap):
         np.testing.assert_allclose(se3.rpy_to_matrix(rpy), rotation, atol=1e-14)
 
 
-@given(st.floats(-PI, PI), st.floats(-PI / 2 + 1e-6, PI / 2 - 1e-6), st.floats(-PI, PI))
-@settings(max_examples=60)
-def test_angles_come_back(roll, pitch, yaw):
-    found = se3.matrix_to_rpy(se3.rpy_to_matrix(np.array([roll, pitch, yaw])))
-    difference = np.angle(np.exp(1j * (found - [roll, pitch, yaw])))
-    np.testing.assert_allclose(difference, 0, atol=1e-9)
-
-
 @given(eulers)
 @settings(max_examples=60)
 def test_quaternion_round_trip(rpy):
@@ -134,12 +126,9 @@ def test_best_fit_of_mirrored_points_is_no_reflection():
     np.testing.assert_allclose(np.linalg.det(found[:3, :3]), 1.0, atol=1e-13)
 
 
-def test_best_fit_of_points_in_a_plane_and_on_a_line():
-    rng = np.random.default_rng(2)
+def test_best_fit_of_points_on_a_line():
+    line = np.c_[np.random.default_rng(2).normal(size=5), np.zeros((5, 2))]
     truth = se3.pose(se3.rotvec_to_matrix(np.array([2.0, 1.0, 0.5])), np.array([1.0, 2.0, 3.0]))
-    plane = np.c_[rng.normal(size=(5, 2)), np.zeros(5)]
-    np.testing.assert_allclose(se3.best_fit(plane, se3.apply(truth, plane)), truth, atol=1e-12)
-    line = np.c_[rng.normal(size=5), np.zeros((5, 2))]
     found = se3.best_fit(line, se3.apply(truth, line))
     np.testing.assert_allclose(se3.apply(found, line), se3.apply(truth, line), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(found[:3, :3]), 1.0, atol=1e-13)
