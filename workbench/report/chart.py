@@ -18,8 +18,6 @@ LEFT, FOOT, MARGIN = 48.0, 16.0, 6.0
 """Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
 ROW, THICK = 26.0, 14.0
 """Height of a row with a bar, and of the bar."""
-TALLEST = 46.0
-"""Height of the largest column."""
 LONGEST_BAR = 0.5
 """Of the width, beside its number."""
 SIZE, LETTER = 12, 0.55
@@ -36,26 +34,17 @@ class Bar:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class UprightBar:
-    """An upright bar over its name, of a `share` of the full height; `above` stands on top."""
-
-    name: str
-    share: float
-    colour: str
-    above: str
-    title: str
-
-
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Points over the chart's x axis, or a line through them.
+    """Points over the chart's x axis, bars up to them, or a line through them.
 
     Args:
         y: NaN or infinite where there is none.
         titles: Of each point, shown when it is pointed at.
         links: Where a click on each leads; empty for nowhere.
         is_filled: Whether a line is the upper edge of an area, down to the floor, with the first title.
+        radius: Of a point, or half the width of a bar.
+        is_bar: Whether each point is a bar from the floor.
         name: In the legend; empty: not in it.
     """
 
@@ -66,6 +55,7 @@ class Marks:
     links: Sequence[str] = ()
     radius: float = 2.6
     is_line: bool = False
+    is_bar: bool = False
     is_filled: bool = False
     name: str = ""
 
@@ -119,7 +109,7 @@ class Chart:
             )
         for one in self.marks:
             across = self._across(one.x, first, last)
-            parts.append(_drawn(one, across, self._up(one.y, float(low), float(high))))
+            parts.append(_drawn(one, across, self._up(one.y, float(low), float(high)), self.height))
         for k, line in enumerate(self.uprights):
             at = self._across(line.x, first, last)
             anchor, aside = ("end", -4) if at > 0.5 * (LEFT + WIDTH) else ("start", 4)
@@ -168,22 +158,6 @@ class Bars:
         return framed((ROW + 6.0) * len(self.rows), parts, self.testid) if self.rows else ""
 
 
-def columns(drawn: Sequence[UprightBar], *, testid: str = "bars") -> str:
-    """Upright bars side by side."""
-    parts, step, foot = [], WIDTH / max(len(drawn), 1), TALLEST + SIZE
-    size = min(14.0, 0.5 * step + 2.0)
-    for k, one in enumerate(drawn):
-        high, middle = max(3.0, TALLEST * one.share), step * (k + 0.5)
-        parts.append(
-            f'<g font-size="{size:.1f}"><title>{escape(one.title)}</title>'
-            f'<rect x="{middle - 0.36 * step:.1f}" '
-            f'y="{foot - high:.1f}" width="{0.72 * step:.1f}" height="{high:.1f}" rx="2" '
-            f'style="fill:{one.colour}"/>{text(middle, foot - high - 3, one.above, anchor="middle")}'
-            f"{text(middle, foot + 13, one.name, anchor='middle')}</g>"
-        )
-    return framed(foot + 17, parts, testid)
-
-
 def framed(height: float, parts: Sequence[str], testid: str) -> str:
     """The drawing of these parts, as wide as the place where it stands."""
     return (
@@ -210,19 +184,22 @@ def _legend(named: Sequence[Marks], y: float) -> Iterator[str]:
         x += 24 + LETTER * SIZE * len(one.name)
 
 
-def _drawn(marks: Marks, x: np.ndarray, y: np.ndarray) -> str:
+def _drawn(marks: Marks, x: np.ndarray, y: np.ndarray, foot: float) -> str:
     known = np.flatnonzero(np.isfinite(y))
     if marks.is_line:
         line = " ".join(f"{x[k]:.1f},{y[k]:.1f}" for k in known)
         ink = f'style="fill:{marks.colour if marks.is_filled else "none"};stroke:{marks.colour}"'
         title = f"<title>{escape(marks.titles[0])}</title>" if marks.titles else ""
         return f'<polyline points="{line}" {ink} fill-opacity=".35" stroke-width="1.2">{title}</polyline>'
-    return "".join(_dot(marks, k, x[k], y[k]) for k in known.tolist())
+    return "".join(_dot(marks, k, x[k], y[k], foot) for k in known.tolist())
 
 
-def _dot(marks: Marks, k: int, x: float, y: float) -> str:
+def _dot(marks: Marks, k: int, x: float, y: float, foot: float) -> str:
     title = f"<title>{escape(marks.titles[k])}</title>" if marks.titles else ""
-    style = f'style="fill:{marks.colour}"'
-    dot = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{marks.radius}" {style}>{title}</circle>'
+    style, r = f'style="fill:{marks.colour}"', marks.radius
+    dot = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r}" {style}>{title}</circle>'
+    if marks.is_bar:
+        size = f'x="{x - r:.1f}" y="{y:.1f}" width="{2 * r:.1f}" height="{foot - y:.1f}"'
+        dot = f'<rect {size} rx="2" {style}>{title}</rect>'
     link = marks.links[k] if marks.links else ""
     return f'<a href="{escape(link)}">{dot}</a>' if link else dot

@@ -10,7 +10,7 @@ from workbench.plate.observability import INDICES
 from workbench.plate.plate import Plate
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
-from workbench.report.chart import UprightBar, columns
+from workbench.report.chart import Chart, Marks
 from workbench.session.page_state import Tab
 from workbench.session.state import Drag, Session
 from workbench.views.appearance.colours import SELECTED, css
@@ -28,7 +28,7 @@ TRACE = 60
 ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
 """Style of a sentence that keeps the height."""
 FULL = 0.3
-"""Rise of the error, as a share, of a bar of full height, at least."""
+"""Least rise of the error, as a share, that is drawn of an indispensable target."""
 
 
 class IndexPanel(AbstractPanel):
@@ -134,18 +134,18 @@ def _about(session: Session) -> str:
 
 def loss_bars(session: Session) -> str:
     """One bar per target: by how much the error would rise without it; full where it is indispensable."""
-    rises = session.score.rises
+    rises, drawn = session.score.rises, []
     top = max(FULL, float(rises[np.isfinite(rises)].max(initial=0.0)))
-    drawn = []
     for i, (rise, state) in enumerate(zip(rises.tolist(), session.states, strict=True)):
-        share = 1.0 if np.isinf(rise) else 0.0 if np.isnan(rise) else min(rise / top, 1.0)
-        above = "!" if np.isinf(rise) else "" if np.isnan(rise) else f"+{100 * rise:.0f}"
+        share = 0.0 if np.isnan(rise) else min(rise, top)
         colour = css(target_colour(state, selected=i == session.selected))
         tooltip = f"target {i + 1}: " + (_without(rise) if state.measurable else state.obstacle)
-        drawn.append(UprightBar(f"{i + 1}", share, colour, above, tooltip))
+        place, height = np.array([float(i)]), np.array([100.0 * share])
+        drawn.append(Marks(place, height, colour, [tooltip], radius=7.0, is_bar=True))
+    svg = Chart(drawn, 50.0, ticks=[(float(i), f"{i + 1}") for i in range(len(drawn))], floor=0.0).svg()
     selected = _without(rises[session.selected]) or "does not count"
     return (
-        f'{columns(drawn)}<div style="{ONE_LINE}">Target {session.selected + 1}: '
+        f'{svg}<div style="{ONE_LINE}">Target {session.selected + 1}: '
         f'<span data-testid="loss">{selected}</span></div>'
     )
 
