@@ -3,7 +3,6 @@
 import contextlib
 import errno
 import os
-import shutil
 import stat
 import sys
 import tempfile
@@ -191,37 +190,23 @@ def write_text(path: Path | str, content: str) -> Path:
 
 
 def write_folder(folder: Path | str, files: Mapping[str, bytes]) -> Path:
-    """Write files beside the folder and move them in, all or none; whatever else the folder holds stays.
+    """Write files beside the folder and, once all are on the disk, move them in; others in it stay.
 
     Args:
         folder: Made if it is not there, with its parents.
         files: Names and contents.
     """
     folder = Path(folder).absolute()
-    check_folder(folder)
     with _file_errors(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        place = tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.")
-        with place as room, contextlib.ExitStack() as undo:
-            fresh, old = Path(room) / "new", Path(room) / "old"
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as room:
+            fresh = Path(room) / "new"
             fresh.mkdir()
-            old.mkdir()
             for name, content in files.items():
                 (fresh / name).write_bytes(content)
             if not folder.exists():
                 os.replace(fresh, folder)
                 return folder
             for name in files:
-                if (folder / name).exists():
-                    os.replace(folder / name, old / name)
-                    undo.callback(shutil.move, old / name, folder / name)
                 os.replace(fresh / name, folder / name)
-                undo.callback((folder / name).unlink)
-            undo.pop_all()
     return folder
-
-
-def check_folder(folder: Path | str) -> None:
-    """Refuse a folder that is a file, before anything is made for it."""
-    if Path(folder).exists() and not Path(folder).is_dir():
-        raise FileError("is a file; a report needs a folder, so give another name", path=str(folder))

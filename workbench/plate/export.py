@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from workbench.base.errors import MissingExtraError, OptionError
-from workbench.base.files import check_folder, write_folder
+from workbench.base.files import check_writable, write_folder
 from workbench.base.progress import progress
 from workbench.parts import PartTable
 from workbench.plate.plate import Plate
@@ -76,7 +76,7 @@ def export_plate(plate: Plate, folder: Path | str, *, formats: Sequence[str] = (
         folder: Created if missing.
         formats: Formats to write; all if empty.
     """
-    check_folder(folder)
+    check_writable(folder, folder=True)
     wanted = [each for each in PLATE_FILES.values() if not formats or each.name in formats]
     files: dict[str, bytes] = {}
     missing: dict[str, MissingExtraError] = {}

@@ -8,11 +8,9 @@ because two solutions lie close together there.
 """
 
 from functools import lru_cache
-from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 from scipy.spatial import cKDTree
 
 from workbench.arm.inverse.branch import margins, planned_margins, representative
@@ -138,9 +136,7 @@ def _representatives(arm: ReducedArm, x: np.ndarray, task: Task, limits: np.ndar
     at = representative(rest, limits, ~arm.repeats)
     if (has_room := (margins(at, limits) >= planned_margins(limits)).all(1)).any():
         rest, size = rest[has_room], size[has_room]
-    place = np.concatenate(
-        [np.where(arm.slides, rest, np.cos(rest)), np.where(arm.slides, 0.0, np.sin(rest))], 1
-    )
+    place = _place(arm, rest)
     picked = [int(np.argmax(size))] if len(rest) else []
     while len(picked) < min(MAX_REPRESENTATIVES, len(rest)):
         away = np.linalg.norm(place[:, None] - place[picked], axis=2).min(1)
@@ -157,30 +153,14 @@ def smallest_singular_value(
 
 def distinct(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "kept n"]:
     """The first of every group of solutions that agree up to full turns."""
-    unit = np.where(arm.slides, arm.length, 1.0)
-    return x[_first_of_group(np.ascontiguousarray(x / unit), ~arm.repeats)]
+    place = _place(arm, x)
+    square = (place**2).sum(1)
+    is_same = square[:, None] + square - 2.0 * place @ place.T < SAME_SOLUTION**2
+    return x[~np.tril(is_same, -1).any(1)]
 
 
-@njit(cache=True)
-@no_type_check
-def _first_of_group(x, slides):
-    kept = np.empty(x.shape[0], np.int64)
-    count = 0
-    for i in range(x.shape[0]):
-        new = True
-        for j in range(count):
-            same = True
-            for k in range(x.shape[1]):
-                gap = x[i, k] - x[kept[j], k]
-                if not slides[k]:
-                    gap -= 2.0 * np.pi * np.round(gap / (2.0 * np.pi))
-                if abs(gap) > SAME_SOLUTION:
-                    same = False
-                    break
-            if same:
-                new = False
-                break
-        if new:
-            kept[count] = i
-            count += 1
-    return kept[:count]
+def _place(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 2n"]:
+    """Configurations as points: the same one after full turns, lengths in units of the arm's."""
+    plain = np.where(arm.slides, x / arm.length, x)
+    turned = np.concatenate([np.cos(x), np.sin(x)], 1)
+    return np.where(np.tile(arm.repeats, 2), turned, np.concatenate([plain, 0.0 * plain], 1))
