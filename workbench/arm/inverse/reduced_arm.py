@@ -8,17 +8,16 @@ frames right before each Z. A coupled joint moves by q_k + Σ ratio q_j in place
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import no_type_check
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numba import njit
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import Axis
+from workbench.arm.chain import Axis, Chain
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import RobotError
@@ -33,6 +32,7 @@ class ReducedArm:
     """Constants between joints.
 
     Args:
+        chain: Base, arm and tool.
         constants: C_0 … C_n, base and tool included.
         slides: Whether each joint translates.
         couplings: Rows of a joint, another that it follows as well, and the ratio.
@@ -40,6 +40,7 @@ class ReducedArm:
         length: Length of the stretched arm [m]: the unit that makes its Jacobian dimensionless.
     """
 
+    chain: Chain
     constants: Float[np.ndarray, "links 4 4"]
     slides: Bool[np.ndarray, " n"]
     couplings: Float[np.ndarray, "c 3"]
@@ -68,32 +69,21 @@ class ReducedArm:
         self, x: Float[np.ndarray, "rows n"]
     ) -> tuple[Float[np.ndarray, "rows 3 4"], Float[np.ndarray, "rows n 3"], Float[np.ndarray, "rows n 3"]]:
         """Tool poses (upper three rows), and direction and a point of every joint axis."""
-        rows, n = x.shape
-        out = np.empty((rows, 3, 4)), np.empty((rows, n, 3)), np.empty((rows, n, 3))
-        _geometry(self.constants, self.slides, self.couplings, np.array(x, float, order="C"), *out)
-        return out
+        chain = self.chain
+        found = chains.frames(chain, x, np.append(chain.driven - 1, len(chain.elements) - 1))[:, :, :3]
+        axes = [found[:, k, :, axis] for k, axis in enumerate(chain.axes[chain.driven] % 3)]
+        return found[:, -1], np.stack(axes, 1), found[:, :-1, :, 3]
 
     def jacobian(self, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
         """Twist of the tool per joint, linear part in units of `length`, so that it is dimensionless."""
-        tool, axes, points = self.geometry(x)
-        lever = se3.cross(axes, tool[:, None, :, 3] - points)
-        slides = self.slides[None, :, None]
-        linear = np.where(slides, axes, lever) / self.length
-        twists = np.swapaxes(np.concatenate([linear, np.where(slides, 0.0, axes)], -1), 1, 2)
-        return twists @ self.drives if len(self.couplings) else twists
+        twists = chains.joint_twists(self.chain, x)[1]
+        twists[:, :3] /= self.length
+        return twists
 
 
-_ARMS: WeakKeyDictionary[Robot, ReducedArm] = WeakKeyDictionary()
-
-
+@lru_cache(maxsize=64)
 def compile_arm(robot: Robot) -> ReducedArm:
-    """The robot's reduced arm, cached."""
-    if robot not in _ARMS:
-        _ARMS[robot] = _compile(robot)
-    return _ARMS[robot]
-
-
-def _compile(robot: Robot) -> ReducedArm:
+    """The robot's reduced arm."""
     chain, drives, couplings, axis = robot.chain, list[int](), list[tuple[int, int, float]](), None
     for place, element in enumerate(chain.elements):
         if element.joint is not None:
@@ -114,7 +104,7 @@ def _compile(robot: Robot) -> ReducedArm:
     fixed = [a.T @ part @ b for (a, b), part in zip(pairwise(turns), parts, strict=True)]
     coupled = frozen(np.array(couplings, float).reshape(-1, 3))
     slides = frozen(axes > Axis.RZ)
-    return ReducedArm(frozen(np.array(fixed)), slides, coupled, robot.limits, max(robot.reach, 1e-3))
+    return ReducedArm(chain, frozen(np.array(fixed)), slides, coupled, robot.limits, max(robot.reach, 1e-3))
 
 
 @njit(cache=True)
@@ -145,10 +135,3 @@ def forward(constants, slides, couplings, x, tool, axes, points):
             tool[i, 1] = a * m[0, 1] + b * m[1, 1] + z * m[2, 1]
             tool[i, 2] = a * m[0, 2] + b * m[1, 2] + z * m[2, 2]
             tool[i, 3] = a * m[0, 3] + b * m[1, 3] + z * m[2, 3] + p
-
-
-@njit(cache=True)
-@no_type_check
-def _geometry(constants, slides, couplings, x, tools, axes, points):
-    for row in range(x.shape[0]):
-        forward(constants, slides, couplings, x[row], tools[row], axes[row], points[row])
