@@ -166,7 +166,7 @@ class Chain:
         return other
 
 
-inner = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+inner = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
 """Decorator of functions that only compiled ones call: no entry of their own is compiled."""
 LANES = 8
 """Rows that the loop takes at a time."""

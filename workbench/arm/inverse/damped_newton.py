@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numba import njit
 
+from workbench.arm.chain import inner
 from workbench.arm.inverse.reduced_arm import ReducedArm, forward
 from workbench.base.types import frozen
 
@@ -118,7 +119,7 @@ def refine(
     return Reached(x, errors[:, 0], errors[:, 1])
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 @no_type_check
 def _missing(tool, target, task, r, m):
     """Remaining position and rotation error [p* − p; ρ], into r; returns their norms.
@@ -165,7 +166,7 @@ def _missing(tool, target, task, r, m):
     return distance, angle
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 @no_type_check
 def _normal_equations(tool, axes, points, slides, couplings, r, task, w2, j, own, h, g):
     """JᵀJ (its lower half) and Jᵀr, with rotations weighted by w² (w2) and projected for the task.
@@ -198,7 +199,7 @@ def _normal_equations(tool, axes, points, slides, couplings, r, task, w2, j, own
             h[a, b] = x * j[b, 0] + y * j[b, 1] + z * j[b, 2] + u * j[b, 3] + v * j[b, 4] + w * j[b, 5]
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 @no_type_check
 def _solve_damped(h, g, damping, held, low, step):
     """Cholesky solution of (H + λ I) δ = g with δ = 0 for held joints; False if it breaks down."""

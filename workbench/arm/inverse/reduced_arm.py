@@ -14,10 +14,9 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float
-from numba import njit
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import Axis, Chain
+from workbench.arm.chain import Axis, Chain, inner
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import RobotError
@@ -107,7 +106,7 @@ def compile_arm(robot: Robot) -> ReducedArm:
     return ReducedArm(chain, frozen(np.array(fixed)), slides, coupled, robot.limits, max(robot.reach, 1e-3))
 
 
-@njit(cache=True)
+@inner
 @no_type_check
 def forward(constants, slides, couplings, x, tool, axes, points):
     """Tool pose, axes and points of one configuration, into the arrays given."""
