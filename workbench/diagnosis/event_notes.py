@@ -25,7 +25,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
     between = np.zeros(len(ready.held_out_data), bool)
     for event in events_of(last.stage.fit.arm):
         here, there = event.clock(held), event.clock(fitted)
-        if event.is_step and here is not None and there is not None and (there < event.moment).any():
+        if event.is_step and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
     return without_held_out(ready, dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED))
 

@@ -71,10 +71,10 @@ class AbstractEvent(AbstractEffect):
         size = rng.normal(size=len(one.names))
         return replace(one, coefficients=tuple((size / np.abs(size).max()).tolist()))
 
-    def clock(self, motion: Motion) -> Float[np.ndarray, " rows"] | None:
-        """Its clock [s, or rows]; None if unknown."""
+    def clock(self, motion: Motion) -> Float[np.ndarray, " rows"]:
+        """Its clock [s, or rows]; later than everything if unknown."""
         known = motion.time if self.is_timed and motion.row is not None else motion.row
-        return None if known is None else np.asarray(known, float)
+        return np.full(len(motion), np.inf) if known is None else np.asarray(known, float)
 
     @property
     def moment(self) -> float:
@@ -83,23 +83,20 @@ class AbstractEvent(AbstractEffect):
 
     def is_over(self, motion: Motion) -> Bool[np.ndarray, " rows"]:
         """Rows from it on; all of them if their times are unknown."""
-        return self._clock_or_later(motion) >= self.moment
-
-    def _clock_or_later(self, motion: Motion) -> Float[np.ndarray, " rows"]:
-        """Its clock, later than everything if unknown."""
-        clock = self.clock(motion)
-        return np.full(len(motion), np.inf) if clock is None else clock
+        return self.clock(motion) >= self.moment
 
     @abstractmethod
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """Share of the change that was still to come at these clock readings."""
 
+    @property
     @abstractmethod
-    def when(self, motion: Motion) -> str:
-        """Between which rows it happened, or how fast."""
+    def when(self) -> str:
+        """At which row it happened, or how fast."""
 
+    @property
     @abstractmethod
-    def remedy(self, motion: Motion) -> str:
+    def remedy(self) -> str:
         """What to do about it."""
 
     def twin(self, dof: int) -> str:
@@ -125,13 +122,13 @@ class AbstractEvent(AbstractEffect):
         return f"{self.what[:1].lower()}{self.what[1:]} {'at' if self.is_step else 'until'} row {self.row}"
 
     def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
-        weight = self.weight(self._clock_or_later(motion))
+        weight = self.weight(self.clock(motion))
         return -weight[:, None, None] * np.eye(len(self.elements(chain)))
 
     def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """Its sentence with the standard errors of its coefficients."""
         size = " and ".join(self._sizes(chain, np.sqrt(np.diagonal(covariance))))
-        return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
+        return f"{self.what} by {size} {self.when}; {self.remedy}"
 
     def _sizes(self, chain: Chain, std: np.ndarray) -> list[str]:
         """Lengths of its translation and of its rotation, with standard errors."""
@@ -161,14 +158,15 @@ class AbstractStep(AbstractEvent):
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         return (clock < self.moment) - float(self.known_before)
 
-    def when(self, motion: Motion) -> str:
+    @property
+    def when(self) -> str:
         return f"at row {self.row}" + (f" ({self.time_s / 60.0:.3g} min)" if self.is_timed else "")
 
     def doubt(self, motion: Motion) -> str | None:
         """Whether the postures changed for good as well, which may be what differs."""
         after = self.is_over(motion)
         fewer = after if 2 * after.sum() <= len(after) else ~after
-        if not fewer.any() or self.clock(motion) is None:
+        if not fewer.any():
             return None
         place = motion.q / np.maximum(np.ptp(motion.q, axis=0), 1e-9)
         distance, nearest = (found[:, 1] for found in cKDTree(place).query(place, k=2))
@@ -178,7 +176,8 @@ class AbstractStep(AbstractEvent):
             return None
         return "no pose before it resembles one after it, so it may be an effect of posture"
 
-    def remedy(self, motion: Motion) -> str:
+    @property
+    def remedy(self) -> str:
         if self.joints:  # no session has a joint of its own
             return "re-measure the rows before it, or exclude them"
         return "re-measure the rows from it on, or fit them as a second session"
@@ -261,12 +260,14 @@ class WarmUp(AbstractEvent):
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         return np.exp(-np.maximum(clock - self.begin, 0.0) / self.pace)
 
-    def when(self, motion: Motion) -> str:
+    @property
+    def when(self) -> str:
         if self.is_timed:
             return f"with a time constant of {self.pace / 60.0:.2g} min"
         return f"with a time constant of {self.pace:.2g} rows"
 
-    def remedy(self, motion: Motion) -> str:
+    @property
+    def remedy(self) -> str:
         return f"measure after warm-up, or exclude the rows before row {self.row}"
 
     @property
