@@ -326,11 +326,6 @@ class Identification(AbstractReported, AbstractSplit):
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     @cached_property
-    def instrument_scale(self) -> str:
-        """Whether an instrument whose lengths are wrong explains most of nominal's errors; empty if not."""
-        return instrument_scale(self.aligned, self.data.take(self.train_rows))
-
-    @cached_property
     def parted(self) -> str:
         """Which column parts the rows, or else which of them lie off the others together; empty if none."""
         if self.identifiability is not None:
@@ -403,7 +398,7 @@ class Identification(AbstractReported, AbstractSplit):
                     "check robot, frames and sessions"
                 )
             yield self.parted
-            yield self.instrument_scale
+            yield instrument_scale(self.aligned, self.data.take(self.train_rows))
         else:
             yield from own.doubts
             yield own.refused and f"nothing of the arm was identified: {own.refused}"
