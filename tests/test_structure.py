@@ -43,12 +43,12 @@ BUDGETS = {
     "arm": 8_872,
     "data": 5_093,
     "plate": 5_706,
-    "identification": 9_162,
+    "identification": 9_081,
     "diagnosis": 6_732,
     "exports": 330,
     "session": 6_339,
     "views": 7_104,
-    "cli": 1_503,
+    "cli": 1_502,
     "extras": 1,
     "extras/camera": 3_644,
     "extras/controllers": 706,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_164,
     "extras/trajectories": 1_302,
     "extras/workshop": 910,
-    "tests": 39_382,
+    "tests": 39_372,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_976

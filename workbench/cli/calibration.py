@@ -33,8 +33,7 @@ def identify(
     from workbench.data.accuracy_requirement import default_requirement
     from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
     from workbench.identification.report.document import identification_blocks
-    from workbench.identification.report.page import write_identification
-    from workbench.identification.report.results_json import identification_json
+    from workbench.identification.report.results_json import identification_json, write_identification
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees joint offsets only; give either --level or --free")

@@ -303,16 +303,12 @@ def _check_known_base(
         freedom: Of that arm.
     """
     base, tool = visible_parts(data, known)
-
-    def left(arm: Robot) -> float:
-        return Spread.of(row_errors(arm, data, known=known).position).rms
-
-    if not base or not (off := left(held)) > CLEAR_SHARE_OF_REACH * robot.reach:
+    if not base or not (off := _rms(held, data, known)) > CLEAR_SHARE_OF_REACH * robot.reach:
         return
     free = tool if robot.tool.free is not Freedom.FIXED else ()
     freer = replace(freedom, base=base, tool=freedom.tool or free)
     aligned = align(robot, data, freer, noise=noise, known=known)
-    best, measured, unknown = left(aligned), count_measured(data), len(base) + len(freer.tool)
+    best, measured, unknown = _rms(aligned, data, known), count_measured(data), len(base) + len(freer.tool)
     if off > MAX_BASE_ERROR_RATIO * best:
         if measured <= unknown:
             few = f"{plural(len(data), 'row')} can't tell the {unknown} unknowns of base and tool"
@@ -327,6 +323,11 @@ def _check_known_base(
         )
 
 
+def _rms(arm: Robot, data: Dataset, known: Mapping[str, float] | None = None) -> float:
+    """Root mean square distance of the rows from an arm [m]."""
+    return Spread.of(row_errors(arm, data, known=known).position).rms
+
+
 def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> tuple[str, ...]:
     """What makes errors tell little of an arm, of which so many unknowns of base and tool were fitted."""
     if fitted and count_measured(data) <= fitted:
@@ -336,7 +337,7 @@ def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> 
         return ()
     base, tool = visible_parts(data)
     freedom = FrameFreedom(base, tool, base_per_session=len(data.sessions) > 1)
-    best = Spread.of(row_errors(align(robot, data, freedom), data).position).rms
+    best = _rms(align(robot, data, freedom), data)
     if best > far:
         return (f"even the best base and tool leave {in_mm(best)} rms: the rows are hardly this arm's",)
     if not off > min(far, MAX_BASE_ERROR_RATIO * best):
@@ -344,7 +345,7 @@ def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> 
     moved = ""
     for name, alone in (("base", FrameFreedom(base)), ("tool", FrameFreedom(tool=tool))):
         arm = align(robot, data, alone)
-        if not moved and Spread.of(row_errors(arm, data).position).rms < ALIKE * best:
+        if not moved and _rms(arm, data) < ALIKE * best:
             if name == "base":
                 shift = (predict(arm, data) - predict(robot, data))[:, :3, 3].mean(0)
             else:

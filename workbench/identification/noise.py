@@ -22,6 +22,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
+from workbench.data.postures import equal_rows
 from workbench.identification.column_products import inner_products
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor, factorise_pieces, factorise_products
@@ -71,8 +72,8 @@ def from_repeats(data: Dataset) -> Noise | None:
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
     posed = np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
     key = np.column_stack([session, joints, data.position])
-    once = np.flatnonzero(posed)[np.unique(key[posed], axis=0, return_index=True)[1]]
-    _, first, place = np.unique(key[once, :-3], axis=0, return_index=True, return_inverse=True)
+    once = np.flatnonzero(posed)[equal_rows(key[posed])[1]]
+    place, first = equal_rows(key[once, :-3])
     turn = data.rotation[once] @ np.swapaxes(data.rotation[once[first[place]]], 1, 2)
     seen = np.hstack([data.position[once], se3.matrix_to_rotvec(turn)])
     means = np.array([np.bincount(place, column) for column in seen.T]).T / np.bincount(place)[:, None]

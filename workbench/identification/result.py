@@ -101,7 +101,8 @@ class Run(AbstractReported, AbstractValidation):
     def calibrated(self) -> Robot:
         """The robot with the identified values, after all events, with its errors on record."""
         alone = None if self.geometry is None else self.file_errors.get("URDF")
-        return self.saved.recorded(self.judged_errors, alone)
+        own = None if alone is None else alone.expected
+        return self.saved.robot.recorded(error=self.judged_errors.expected, geometry_error=own)
 
     @cached_property
     def saved(self) -> SavedArm:
@@ -119,7 +120,7 @@ class Run(AbstractReported, AbstractValidation):
         """Its errors; after events those of its file, on the judging rows for which that is valid."""
         if not self.saved.events or self.new_sessions:
             return self.judged
-        return SavedArm(self.as_measured, self.fit.problem.data).errors(self.judging, self.places)
+        return self.file_errors["TOML"]
 
     @cached_property
     def file_errors(self) -> dict[str, Errors]:
@@ -325,11 +326,6 @@ class Identification(AbstractReported, AbstractSplit):
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     @cached_property
-    def instrument_scale(self) -> str:
-        """Whether an instrument whose lengths are wrong explains most of nominal's errors; empty if not."""
-        return instrument_scale(self.aligned, self.data.take(self.train_rows))
-
-    @cached_property
     def parted(self) -> str:
         """Which column parts the rows, or else which of them lie off the others together; empty if none."""
         if self.identifiability is not None:
@@ -402,7 +398,7 @@ class Identification(AbstractReported, AbstractSplit):
                     "check robot, frames and sessions"
                 )
             yield self.parted
-            yield self.instrument_scale
+            yield instrument_scale(self.aligned, self.data.take(self.train_rows))
         else:
             yield from own.doubts
             yield own.refused and f"nothing of the arm was identified: {own.refused}"
@@ -416,16 +412,6 @@ class Identification(AbstractReported, AbstractSplit):
         if not is_known or found.ratio <= WARNING_RATIO or found.anywhere.position <= ROUNDING:
             return ""
         return transfer_note(found, best.fit.problem.sees_rotation)
-
-
-def order_of_measuring(result: Identification) -> np.ndarray:
-    """Position of every training and then every held-out row along l, counted from 1."""
-    train, held_out = result.data.row[result.train_rows], result.held_out_data.row
-    if not result.is_one_file:  # rows of another file come last
-        held_out = held_out + train.max(initial=0) + 1
-    place = np.empty(len(train) + len(held_out), np.int64)
-    place[np.argsort(np.concatenate([train, held_out]), kind="stable")] = np.arange(1, len(place) + 1)
-    return place
 
 
 @final

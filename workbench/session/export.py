@@ -95,7 +95,7 @@ def exported_as(form: AbstractForm) -> Callable[..., NotedFile]:
 def report_zip(session: Session) -> File:
     """The report of the identification, after the causes that were found, as a folder in a ZIP file."""
     from workbench.diagnosis.report.document import causes, verdict
-    from workbench.identification.report.page import write_identification
+    from workbench.identification.report.results_json import write_identification
 
     found, diagnosis = _identified(session), session.results.diagnosis
     first: list[Block] = []

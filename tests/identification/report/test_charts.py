@@ -5,26 +5,19 @@ import pytest
 
 from workbench import Motion, measure_poses, tool_poses
 from workbench.identification.identify import identify
-from workbench.identification.report.charts import changed_constants
+from workbench.identification.report.charts import MAX_BARS, constant_bars
 
 
-@pytest.fixture(scope="module")
-def fit(aria):
-    return identify(aria, measure_poses(aria, 40, seed=3)[1]).best.fit
-
-
-def test_each_size_is_what_the_change_moves_the_tool_by(fit):
-    """A length by its own change; base and tool have no bar."""
-    found = changed_constants(fit)
-    assert [one.moved for one in found] == sorted((one.moved for one in found), reverse=True)
-    motion = Motion(fit.problem.data.q)
+def test_each_size_is_what_the_change_moves_the_tool_by(aria):
+    """The largest first, a length by its own change; base and tool have no bar."""
+    fit = identify(aria, measure_poses(aria, 40, seed=3)[1]).best.fit
+    motion, moved = Motion(fit.problem.data.q), list[float]()
     here = tool_poses(fit.calibrated, motion)[:, :3, 3]
-    for one in found:
-        place = fit.problem.names.index(one.name)
-        assert one.change == fit.x[place] - fit.parameters[place].nominal
-        there = tool_poses(fit.calibrated.with_values({one.name: fit.parameters[place].nominal}), motion)
-        assert one.moved == pytest.approx(np.linalg.norm(here - there[:, :3, 3], axis=1).mean())
-    lengths = [one for one in found if one.unit == "m"]
-    assert lengths
-    assert all(one.moved == pytest.approx(abs(one.change)) for one in lengths)
-    assert {one.name.split(".")[0] for one in found} <= {f"joint{k}" for k in range(1, 7)}
+    for p, value in zip(fit.parameters, fit.x, strict=True):
+        if p.is_geometry:
+            there = tool_poses(fit.calibrated.with_values({p.name: p.nominal}), motion)[:, :3, 3]
+            moved.append(1e3 * np.linalg.norm(here - there, axis=1).mean())
+            assert p.unit == "rad" or moved[-1] == pytest.approx(1e3 * abs(value - p.nominal))
+    rows = constant_bars(fit).rows
+    assert [row.value for row in rows] == pytest.approx(sorted(moved, reverse=True)[: MAX_BARS + 1])
+    assert {row.name.partition(":")[0] for row in rows[:-1]} <= {f"Joint {k}" for k in range(1, 7)}

@@ -128,7 +128,7 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
         folder.mkdir()
         (folder / "report.html").write_text("")
 
-    monkeypatch.setattr("workbench.identification.report.page.write_identification", write_report)
+    monkeypatch.setattr("workbench.identification.report.results_json.write_identification", write_report)
     done(app, MeasureVirtualArm(2))
     done(app, Identify(("opt2",)))
     session = app.worker.session

@@ -16,8 +16,8 @@ MIN_PART, MANY = 10, 100
 """Minimum number of rows of a part, and the number that is enough."""
 PARTED, ALIKE = 0.5, 1.3
 """Ratio of errors that parts by themselves leave at most, and up to which base and tool alone explain it."""
-LOOSER = (1.0, 0.3, 0.1, 0.03)
-"""Factors of the prior's weight: the noise that it was weighed against was found with all parts together."""
+LOOSER = 0.1
+"""Factor of the prior's weight: the noise that it was weighed against was found with all parts together."""
 
 
 @beside("columns that part the rows", "")
@@ -84,15 +84,13 @@ def _predicted(
     def spread(matrix: np.ndarray, parts: np.ndarray) -> np.ndarray:
         return np.concatenate([matrix[:, ~own], *(part[:, None] * matrix[:, own] for part in parts)], axis=1)
 
-    count, found = len(parts), list[np.ndarray]()
-    known = spread(np.tile(prior, (count, 1)), np.repeat(np.eye(count), len(prior), axis=1)) / np.sqrt(count)
-    for looser in LOOSER:
-        whole = np.concatenate([spread(jacobian, parts), looser * known])
-        wanted = np.concatenate([residual, looser * np.tile(pull, count) / np.sqrt(count)])
-        whole /= np.maximum(np.linalg.norm(whole, axis=0), 1e-12)
-        values, vectors = np.linalg.eigh(whole.T @ whole)
-        seen = values > 1e-12 * values[-1]
-        basis = whole @ (vectors[:, seen] / np.sqrt(values[seen]))
-        left = wanted - basis @ (basis.T @ wanted)
-        found.append((left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(residual)])
-    return min(found, key=lambda off: float(off @ off))
+    count, looser = len(parts), LOOSER / np.sqrt(len(parts))
+    known = spread(np.tile(prior, (count, 1)), np.repeat(np.eye(count), len(prior), axis=1))
+    whole = np.concatenate([spread(jacobian, parts), looser * known])
+    wanted = np.concatenate([residual, looser * np.tile(pull, count)])
+    whole /= np.maximum(np.linalg.norm(whole, axis=0), 1e-12)
+    values, vectors = np.linalg.eigh(whole.T @ whole)
+    seen = values > 1e-12 * values[-1]
+    basis = whole @ (vectors[:, seen] / np.sqrt(values[seen]))
+    left = wanted - basis @ (basis.T @ wanted)
+    return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(residual)]

@@ -49,11 +49,6 @@ class SavedArm:
         """The arm that its file holds."""
         return after_events(self.measured, self._sessions)
 
-    def recorded(self, errors: Errors, alone: Errors | None = None) -> Robot:
-        """The arm of its file with its mean errors on record, and those of its geometry alone."""
-        own = None if alone is None else alone.expected
-        return self.robot.recorded(error=errors.expected, geometry_error=own)
-
     def valid_for(self, data: Dataset) -> Dataset:
         """Those of some rows for which it is valid; all of them without events."""
         return data.take(self.is_valid_for(data))

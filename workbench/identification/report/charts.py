@@ -1,7 +1,6 @@
 """Charts of an identification: the error of every row, and how far each constant moves the tool."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -9,8 +8,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.identification.errors.row_errors import KINDS, RowErrors
 from workbench.identification.fit import Fit
-from workbench.identification.report.parameters import identified, unseen
-from workbench.identification.result import Identification, order_of_measuring
+from workbench.identification.report.parameters import UNSEEN, Identified, identified
+from workbench.identification.result import Identification
 from workbench.report.chart import Bar, Bars, Chart, Marks
 from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
 
@@ -25,16 +24,17 @@ MAX_BARS = 8
 
 
 def before_after(result: Identification) -> Chart:
-    """Error of every row with the nominal arm and with the best algorithm, in the order of measuring."""
-    place, fitted, best = order_of_measuring(result), len(result.train_rows), result.best
-    train, held = place[:fitted], place[fitted:]
+    """Error of every row with the nominal arm and with the best algorithm; rows of another file come last."""
+    train, held, best = result.data.row[result.train_rows], result.held_out_data.row, result.best
+    if not result.is_one_file:
+        held = held + train.max(initial=0) + 1
     models = (
         ("nominal", NOMINAL, train, result.nominal.train_rows),
         ("", NOMINAL, held, result.nominal.held_out_rows),
         ("fitted rows", CALIBRATED, train, best.train_rows),
         ("held-out rows", GEOMETRY, held, best.held_out_rows),
     )
-    return row_chart(models, "nominal and calibrated, in the order of measuring")
+    return row_chart(models, "nominal and calibrated, by number")
 
 
 def row_chart(models: Sequence[tuple[str, str, np.ndarray, RowErrors]], order: str) -> Chart:
@@ -58,47 +58,26 @@ def row_chart(models: Sequence[tuple[str, str, np.ndarray, RowErrors]], order: s
 TITLE = "How far each change of a constant moves the tool [mm]; grey: within twice its standard error"
 
 
-class ChangedConstant(NamedTuple):
-    """A constant of the arm, from nominal to identified.
-
-    Args:
-        name: As in the result, such as `joint2.alpha`.
-        change: Identified less nominal [rad or m].
-        moved: Mean distance by which that moves the tool at the fitted poses [m].
-    """
-
-    name: str
-    unit: str
-    change: float
-    moved: float
-
-
-def changed_constants(fit: Fit) -> list[ChangedConstant]:
-    """All constants of the arm that the rows determine, what moves the tool most first."""
-    arm, hidden, q = fit.calibrated.with_effects(), unseen(fit), fit.problem.data.q
-    poses = Motion(q[np.unique(np.linspace(0, len(q) - 1, min(len(q), MAX_POSES)).round().astype(int))])
-    here, found = tool_poses(arm, poses)[:, :3, 3], []
-    for p, value in zip(fit.parameters, fit.x.tolist(), strict=True):
-        if p.is_geometry and p.name not in hidden:
-            there = tool_poses(arm.with_values({p.name: p.nominal}), poses)[:, :3, 3]
-            moved = float(np.linalg.norm(here - there, axis=1).mean())
-            found.append(ChangedConstant(p.name, p.unit, value - p.nominal, moved))
-    return sorted(found, key=lambda one: -one.moved)
-
-
 def constant_bars(fit: Fit) -> Bars:
-    """The largest as bars in mm with their change; what the others amount to each at most."""
-    found = changed_constants(fit)
-    told = {each.name: each for each in identified(fit)}
+    """Mean distances by which the changes of constants move the tool at the fitted poses; the smaller ones as
+    what each of them amounts to at most."""
+    arm, q, found = fit.calibrated.with_effects(), fit.problem.data.q, list[tuple[float, Identified]]()
+    poses = Motion(q[np.unique(np.linspace(0, len(q) - 1, min(len(q), MAX_POSES)).round().astype(int))])
+    here = tool_poses(arm, poses)[:, :3, 3]
+    for p, one in zip(fit.parameters, identified(fit), strict=True):
+        if p.is_geometry and one.mark != UNSEEN:
+            there = tool_poses(arm.with_values({p.name: p.nominal}), poses)[:, :3, 3]
+            found.append((1e3 * float(np.linalg.norm(here - there, axis=1).mean()), one))
+    found.sort(key=lambda pair: -pair[0])
     rows = []
-    for one in found[:MAX_BARS]:
-        (_, change, std, unit), known = told[one.name].shown, told[one.name].std
-        colour = CALIBRATED if known is None or abs(one.change) > 2.0 * known else NOMINAL
-        size = f"{change} {std}" if std else change
+    for size, one in found[:MAX_BARS]:
+        _, change, std, unit = one.shown
+        is_sure = one.std is None or abs(one.value - one.nominal) > 2.0 * one.std
         joint, _, constant = one.name.partition(".")
         plain = "zero" if one.name in fit.problem.robot.joint_offsets else PLAIN.get(constant, constant)
+        text = f"{change} {std} {unit.split()[0]}".replace("  ", " ")
         name = f"{joint.replace('joint', 'Joint ')}: {plain}"
-        rows.append(Bar(name, 1e3 * one.moved, colour, f"{size} {unit.split()[0]}"))
+        rows.append(Bar(name, size, CALIBRATED if is_sure else NOMINAL, text))
     if others := found[MAX_BARS:]:
-        rows.append(Bar(f"Each of {len(others)} others, at most", 1e3 * others[0].moved, NOMINAL))
+        rows.append(Bar(f"Each of {len(others)} others, at most", others[0][0], NOMINAL))
     return Bars(rows, TITLE, testid="constants")

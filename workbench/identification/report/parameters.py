@@ -60,19 +60,13 @@ IDENTIFIED = ResultFields("name", "unit", "nominal", "value", "std")
 """Of an `Identified`."""
 
 
-def unseen(fit: Fit) -> frozenset[str]:
-    """Unobservable parameters: their standard error is meaningless."""
-    return frozenset(c.names[0] for c in fit.unidentifiable if len(c.names) == 1)
-
-
 def identified(fit: Fit) -> Iterator[Identified]:
     """The parameters of a fit."""
     shared = {name for c in fit.unidentifiable if len(c.names) > 1 for name in c.names}
     weak = {name for c in fit.weakly_observable for name in c.names}
-    hidden = unseen(fit)
+    hidden = {c.names[0] for c in fit.unidentifiable if len(c.names) == 1}
     for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
-        is_shared = p.name in shared
-        mark = UNSEEN if p.name in hidden else SHARED if is_shared else WEAK if p.name in weak else ""
+        mark = UNSEEN if p.name in hidden else SHARED if p.name in shared else WEAK * (p.name in weak)
         known = std if fit.is_assessed and p.name not in hidden else None
         yield Identified(p.name, p.unit, p.nominal, value, known, mark)
 

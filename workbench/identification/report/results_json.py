@@ -4,17 +4,22 @@ Only finite numbers are written; unknown ones (the orientation of point data, th
 unobservable parameter) are null.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from workbench.arm.joint_units import sliding
 from workbench.base.advice import ask
+from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.errors.row_errors import AbstractValidation, Errors, Spread
+from workbench.identification.report.document import identification_blocks
 from workbench.identification.report.parameters import IDENTIFIED, identified
 from workbench.identification.result import Evaluation, Identification, Run
+from workbench.report.blocks import Block
 from workbench.report.json import Json, document
+from workbench.report.page import write_page
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
@@ -46,6 +51,20 @@ def identification_json(result: Identification) -> Json:
         expected_deviation=fit.problem.deviation,
         **({} if known is None else ask("what may be identified", lambda: known.json(fit), {})),
     )
+
+
+def write_identification(
+    result: Identification, folder: Path | str, *, wanted: Wanted | None = None, first: Sequence[Block] = ()
+) -> Path:
+    """Write `report.html` and `result.json` into a folder, which is made if it is not there: both or nothing.
+
+    Args:
+        wanted: Required error of every pose; no verdict if None.
+        first: What the page begins with.
+    """
+    title, names = f"{result.robot.name}: {result.data.source}", ("report.html", "result.json")
+    blocks, plain = [*first, *identification_blocks(result, wanted=wanted)], identification_json(result)
+    return write_page(folder, names, blocks, plain, title=title, kind="Identification")
 
 
 def evaluation_json(result: Evaluation) -> Json:
