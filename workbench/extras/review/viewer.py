@@ -27,12 +27,14 @@ from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.page_state import Severity
 from workbench.views.recording.canvas import STEP, Canvas
-from workbench.views.recording.contents import MomentDrawing, thinned
+from workbench.views.recording.contents import MomentDrawing
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
 
 ADDRESS = "127.0.0.1"
+DRAWN_ALWAYS = "/predicted/position_mm"
+"""Every step draws it anew."""
 BEHIND = 5
 """Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""
 
@@ -87,7 +89,7 @@ def _last_step(path: Path) -> int | None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that the file has no index is what we are here for
             for chunk in RrdReader(path).stream():
-                if STEP in chunk.timeline_names:
+                if STEP in chunk.timeline_names and chunk.entity_path == DRAWN_ALWAYS:
                     steps = chunk.to_record_batch().column(STEP).to_pylist()
                     last = max(last, *steps)
     except Exception:
@@ -193,7 +195,7 @@ def write_pictures(recording: Recording, path: Path) -> Path:
             f"can't be written ({error.strerror}); choose another place", path=str(path)
         ) from None
     drawing = MomentDrawing(Canvas([outlet]))
-    for moment in thinned(moments(recording)):
+    for moment in moments(recording):
         drawing.draw(moment)
         progress(moment.step / max(len(recording.lines), 1), "drawing")
     outlet.close()

@@ -20,8 +20,6 @@ from workbench.views.page.panels.panel import AbstractPanel
 SEAT = "plate seats"
 MORE = 60
 """Poses besides the targets: with these a diagnosis has enough rows."""
-NOTES = 8
-"""Notes shown before the rest is counted."""
 
 
 class DataPanel(AbstractPanel):
@@ -79,12 +77,11 @@ def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
         return note(f"{unread.name} was not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
     if loaded is None:
         return ""  # the strip says it
-    notes, more = [*map(text, loaded.notes[:NOTES])], len(loaded.notes) - NOTES
-    decisions = heading("Notes on reading") + bullets([*notes, f"… and {more} more"] if more > 0 else notes)
+    notes = bullets(map(text, loaded.notes))
     return block(
         f'<div style="font-weight:600;overflow-wrap:anywhere">{text(loaded.name)}</div>'
         + pairs(loaded.facts)
-        + (decisions if notes else ""),
+        + (heading("Notes on reading") + notes if notes else ""),
         testid="preview",
         style=f"margin:8px 0;padding-top:8px;border-top:1px solid {LINE}",
     )
