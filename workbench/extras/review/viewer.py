@@ -33,8 +33,6 @@ from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
 
 ADDRESS = "127.0.0.1"
-DRAWN_ALWAYS = "/predicted/position_mm"
-"""Every step draws it anew."""
 BEHIND = 5
 """Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""
 
@@ -83,13 +81,13 @@ def pictures_of(
 
 
 def _last_step(path: Path) -> int | None:
-    """The last step that a file shows; None if it can't be read to its end."""
+    """The last step that a file shows, by what every step draws; None if it can't be read to its end."""
     last = -1
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that the file has no index is what we are here for
             for chunk in RrdReader(path).stream():
-                if STEP in chunk.timeline_names and chunk.entity_path == DRAWN_ALWAYS:
+                if STEP in chunk.timeline_names and chunk.entity_path == "/predicted/position_mm":
                     steps = chunk.to_record_batch().column(STEP).to_pylist()
                     last = max(last, *steps)
     except Exception:

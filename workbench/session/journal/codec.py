@@ -180,8 +180,7 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
-    says = {name: value for name, value in values.items() if value is not None and value is not False}
-    values = {name: value for name, value in values.items() if name in readers or name in says}
+    values = {name: value for name, value in values.items() if name in readers or value}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})

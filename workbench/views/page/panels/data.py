@@ -10,14 +10,12 @@ from workbench.session.commands.data import (
     MeasureVirtualArm,
     load_command,
     load_endings,
-    virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-SEAT = "plate seats"
 MORE = 60
 """Poses besides the targets: with these a diagnosis has enough rows."""
 
@@ -42,11 +40,6 @@ class DataPanel(AbstractPanel):
                 main=True,
             )
         with gui.add_folder("Virtual arm"):
-            self._instrument = self.dropdown(
-                "Instrument",
-                {SEAT: "", **{name: name for name in virtual_instruments()}},
-                "Seats use the noise set in the Plate tab; other instruments have their own.",
-            )
             self.button(
                 "Measure a virtual arm",
                 self._virtual,
@@ -68,7 +61,7 @@ class DataPanel(AbstractPanel):
         self._arms += 1
         turning = [k for k, slides in enumerate(sliding(self._worker.session.robot), 1) if not slides]
         hidden = tuple(f"joint-harmonic:{k}:3e-3" for k in turning[self._arms % max(len(turning), 1) :][:1])
-        return MeasureVirtualArm(self._arms, MORE, self._instrument.typed, LIKELY_ERRORS, hidden)
+        return MeasureVirtualArm(self._arms, MORE, LIKELY_ERRORS, hidden)
 
 
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
