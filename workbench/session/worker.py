@@ -255,7 +255,7 @@ class Worker:
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         speak_to_page()
         begin, last, done, said = time.monotonic(), 0.0, 0.0, ""
-        is_chore, suspects = isinstance(task, AbstractChore), dict[str, float]()
+        is_chore = isinstance(task, AbstractChore)
 
         def progress(fraction: float, text: str) -> None:
             nonlocal last, done, said
@@ -267,8 +267,8 @@ class Worker:
             self._put(partial(self._show_job, fraction=done, since=now, text=said, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
-            suspects.update(sizes)
-            self._put(partial(self._show_job, suspects=dict(suspects)))
+            if sizes:
+                self._put(partial(self._show_job, suspects=dict(sizes)))
 
         result, failure = None, None
         try:
