@@ -308,8 +308,7 @@ class Worker:
             if failure is not None:
                 raise failure
             with failures() as failed:
-                after = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
-            after = _news(self._session, after)
+                after = _news(self._session, task.finish(self._session, result))
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after
@@ -359,13 +358,6 @@ class Worker:
                 if view not in self._broken:  # it would fail at every step
                     self._broken.append(view)
                     log.exception("%s could not draw the session", type(view).__name__)
-
-
-def _checked(session: Any, what: str) -> Session:
-    """What a command made of a session; one that forgets to return it would end the worker."""
-    if not isinstance(session, Session):
-        raise TypeError(f"{what} must return the session, got {type(session).__name__}")
-    return session
 
 
 def _news(before: Session, after: Session) -> Session:

@@ -49,8 +49,6 @@ CHECK_POSES = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 EARLIER_ERRORS = 5e-3, float(np.deg2rad(5.0))
 """Those of virtual arms in journals that don't say them: largest errors of lengths [m] and angles [rad]."""
-MAX_SEED = 2**32 - 1
-"""What numpy's generators accept."""
 MAX_MORE = 500
 
 
@@ -91,8 +89,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             own = [text.replace(f"{path.parent}/", "") for text in (dataset.missing_units, *dataset.notes)]
             dataset = replace(dataset, source=path.name, missing_units=own[0], notes=tuple(own[1:]))
             progress(0.5, "comparing the rows with the arm")
-            facts = facts_of(dataset, understood)
-            found = Loaded(dataset, path.name, facts, read=dataset, file=file)
+            found = Loaded(dataset, path.name, facts_of(dataset), read=dataset, file=file)
             try:
                 return matched_to_arm(session.robot, found, accept=self.accept)
             except UnitError as error:  # nor do the rows tell the units that it lacks
@@ -151,8 +148,6 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
     title = computed(lambda self: f"Measure virtual arm {self.seed}")
 
     def check(self, session: Session) -> None:
-        if not 0 <= self.seed <= MAX_SEED:
-            raise OptionError(f"the seed must be 0 to {MAX_SEED}, got {self.seed}")
         if not all(0.0 <= own <= most for own, most in zip(self.errors, EARLIER_ERRORS, strict=True)):
             length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
             sizes = f"{length:g} mm and {angle:g}°"

@@ -73,7 +73,6 @@ def serve(
         def tell(part: float, step: str) -> None:
             waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
 
-        from workbench.session.journal.folder import unrecorded_session
         from workbench.session.start import default_circle
         from workbench.views.page.app import App
 
@@ -81,7 +80,7 @@ def serve(
             raise KeyboardInterrupt
         with one_thread():
             plate = default_circle(robot) if plate is None else plate
-            begun = begin(robot, plate, tell) if begin else unrecorded_session(robot, plate)
+            begun = begin(robot, plate, tell) if begin else None
         waiting.remove()
         app = App(
             robot,
