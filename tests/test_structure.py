@@ -46,15 +46,15 @@ BUDGETS = {
     "identification": 9_081,
     "diagnosis": 6_732,
     "exports": 330,
-    "session": 6_339,
-    "views": 7_104,
+    "session": 6_249,
+    "views": 7_000,
     "cli": 1_502,
     "extras": 1,
     "extras/camera": 3_644,
     "extras/controllers": 706,
     "extras/hobby": 753,
     "extras/katana": 1_021,
-    "extras/live": 1_205,
+    "extras/live": 1_204,
     "extras/logs": 950,
     "extras/pendant": 1_895,
     "extras/poses": 1_088,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 39_372,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_976
+READING_SET = 18_458
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -87,7 +87,9 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
 def test_a_file_is_read_identified_and_looked_at(do, file):
     session = do(LoadData("../../etc/a.csv", file))
     assert session.measurements.loaded.name == "a.csv"
-    assert dict(session.measurements.loaded.facts)["Measured"] == "full pose of the tool"
+    assert (
+        dict(session.measurements.loaded.facts)["Measured"] == "position of the tool, orientation of the tool"
+    )
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
     assert session.results.fit == "ols"
     assert len(session.results.identification.held_out_rows) == 10

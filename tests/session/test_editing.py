@@ -20,7 +20,7 @@ def places(session):
 
 
 def test_add_delete_and_undo(do, first):
-    session = do(AddTarget(), AddTarget())
+    session = do(AddTarget((0.3, 0.35, 0.235)), AddTarget((0.36, 0.35, 0.235)))
     assert len(session.plate) == len(session.states) == 12
     assert session.selected == 11
     assert session.plate.targets[11].rpy is first.plate.targets[0].rpy

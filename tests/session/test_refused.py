@@ -39,7 +39,6 @@ NONSENSE = {
     "joints-few": Jog((0.0, 0.0, 0.0)),
     "arm": ChooseRobot("no-such-arm"),
     "errors-large": MeasureVirtualArm(1, errors=(1e-3, 1.0)),
-    "instrument": MeasureVirtualArm(3, instrument="inclinometer"),
     "data-picture": LoadData("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(50)),
     "data-words": LoadData("words.csv", b"hello, world\nthis, is no table\n"),
     "data-units": LoadData("units.csv", b"q1,q2,q3,q4,q5,q6,x[mm],y[mm],z[mm]\n1,2,3,4,5,6,7,8,9\n"),

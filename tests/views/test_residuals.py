@@ -91,7 +91,7 @@ def test_all_of_many_rows_are_drawn():
         (ERRORS, 1e-4, 5e-3, (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)),
         (ERRORS[:, :1], 1e-3, 1e-2, (1e-3, 2e-3, 5e-3, 1e-2)),
         (np.geomspace(1.1e-4, 7e-2, 99)[:, None], 1e-4, 0.1, (1e-4, 1e-3, 1e-2, 1e-1)),
-        (np.geomspace(1.1e-5, 1.5e-2, 99)[:, None], 1e-5, 2e-2, (1e-5, 1e-4, 1e-3, 2e-2)),
+        (np.geomspace(1.1e-5, 1.5e-2, 99)[:, None], 1e-5, 2e-2, (1e-5, 1e-4, 1e-3, 1e-2, 2e-2)),
         (np.zeros((5, 1)), 1e-6, 5e-6, (1e-6, 2e-6, 5e-6)),
     ],
 )

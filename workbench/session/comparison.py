@@ -5,7 +5,7 @@ one, the nominal base) brings measured and predicted poses alike into the base's
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import cached_property
 from typing import Any
@@ -128,13 +128,6 @@ def into_base(robot: Robot, data: Dataset) -> Poses:
     for name in data.sessions:
         found[data.in_session(name)] = se3.inverse(robot.in_session(name).base.pose)
     return found
-
-
-def numbered_after(first: Dataset, second: Dataset | None) -> Dataset | None:
-    """Rows of another file with numbers of their own."""
-    if second is None:
-        return None
-    return replace(second, row=second.row + 1 + int(first.row.max(initial=-1)))
 
 
 @dataclass(frozen=True, kw_only=True)

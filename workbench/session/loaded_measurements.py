@@ -71,7 +71,7 @@ OBSERVATIONS = {
 }
 
 
-def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ...]:
+def facts_of(dataset: Dataset) -> tuple[tuple[str, str], ...]:
     """Pairs of a heading and what was understood."""
     kept_out = int((~dataset.included).sum())
     facts = [
@@ -81,8 +81,6 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     ]
     if len(dataset.sessions) > 1:
         facts.append(("Sessions", ", ".join(dataset.sessions)))
-    if understood.layout != "plain":
-        facts.append(("Layout", understood.layout))
     return tuple(facts)
 
 

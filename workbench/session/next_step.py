@@ -31,7 +31,6 @@ from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages
 from workbench.session.state import Session
 
-UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
 BEYOND_NOISE = 1.5
 """Ratio of remaining error to instrument noise above which it is not noise alone."""
 
@@ -276,7 +275,8 @@ def _plate(session: Session) -> NextStep:
         text = f"{count - len(bad)} of {count} targets can be measured; {why}."
         return NextStep(text, Tone.BAD, show, improve)
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
-        return NextStep(UNMEASURED, next=LOAD, other=PLATE)
+        text = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
+        return NextStep(text, next=LOAD, other=PLATE)
     judged, is_searched = plate_judgement(session), history.searched is session.plate
     if session.plate is history.first.plate and not is_searched and (judged is None or not history.done):
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"

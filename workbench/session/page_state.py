@@ -69,7 +69,7 @@ class RunningJob:
         since: When that was told, by the same clock [s].
         text: What it is doing.
         end: When it will end about, by the same clock, as far as that can be told; NaN where it can't.
-        suspects: What may be found, by name, and how much speaks for each so far.
+        suspects: What may explain what is left at present, by name, and how much speaks for each.
     """
 
     title: str

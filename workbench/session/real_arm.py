@@ -21,8 +21,6 @@ SHARE_OF_REACH = 0.05
 """Share of the reach by which the nominal arm's mean error is drawn at first."""
 MAX_IDLE = 0.1
 """Largest drawn turn that leaves the tool where it is [rad]."""
-LONGEST_SAMPLE = 0.1
-"""Longest arrow that shows how long an error is drawn, in reaches."""
 
 
 def times_for(errors: Float[np.ndarray, " rows"], reach: float) -> float:
@@ -32,13 +30,6 @@ def times_for(errors: Float[np.ndarray, " rows"], reach: float) -> float:
     if mean <= SHARE_OF_REACH * reach / MAX_TIMES:
         return MAX_TIMES
     return max(float(f"{SHARE_OF_REACH * reach / mean:.2g}"), MIN_TIMES)
-
-
-def sample_error(times: float, reach: float) -> float:
-    """The largest error of 1, 2, 5 … [m] that this factor draws at most a tenth of the reach long."""
-    longest = LONGEST_SAMPLE * reach / times
-    power = 10.0 ** np.floor(np.log10(longest))
-    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9)))
 
 
 def bending_robot(session: Session) -> Robot | None:

@@ -255,7 +255,7 @@ class Worker:
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         speak_to_page()
         begin, last, done, said = time.monotonic(), 0.0, 0.0, ""
-        is_chore, suspects = isinstance(task, AbstractChore), dict[str, float]()
+        is_chore = isinstance(task, AbstractChore)
 
         def progress(fraction: float, text: str) -> None:
             nonlocal last, done, said
@@ -267,8 +267,8 @@ class Worker:
             self._put(partial(self._show_job, fraction=done, since=now, text=said, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
-            suspects.update(sizes)
-            self._put(partial(self._show_job, suspects=dict(suspects)))
+            if sizes:
+                self._put(partial(self._show_job, suspects=dict(sizes)))
 
         result, failure = None, None
         try:
@@ -308,8 +308,7 @@ class Worker:
             if failure is not None:
                 raise failure
             with failures() as failed:
-                after = _checked(task.finish(self._session, result), f"{type(task).__name__}.finish")
-            after = _news(self._session, after)
+                after = _news(self._session, task.finish(self._session, result))
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after
@@ -359,13 +358,6 @@ class Worker:
                 if view not in self._broken:  # it would fail at every step
                     self._broken.append(view)
                     log.exception("%s could not draw the session", type(view).__name__)
-
-
-def _checked(session: Any, what: str) -> Session:
-    """What a command made of a session; one that forgets to return it would end the worker."""
-    if not isinstance(session, Session):
-        raise TypeError(f"{what} must return the session, got {type(session).__name__}")
-    return session
 
 
 def _news(before: Session, after: Session) -> Session:

@@ -66,7 +66,7 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
     begun = threading.Event()
 
     def is_taken(sample):
-        return lambda s: (last := s.part(Measuring).latest) and last.time == sample.time
+        return lambda s: (last := s.part(Measuring).acquisition.latest) and last.time == sample.time
 
     def send():
         with accept_one("127.0.0.1:0", ready=port.put) as connection:
@@ -88,7 +88,7 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
             until(worker, lambda s: s.playback.focus is Focus.JOG and s.playback.jogged is not None)
             session = until(worker, lambda s: not s.part(Source).is_open)
             assert worker.wait()
-        assert len(session.part(Measuring).rows) == 3
+        assert len(session.part(Measuring).acquisition.rows) == 3
         worker.submit(UseRows())
         assert worker.wait()
         session = worker.session

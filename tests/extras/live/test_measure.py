@@ -40,13 +40,13 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
     for k, q in enumerate(postures):
         session = do(sample(first.robot, q, time=10.0 * k, off=1e-3))
         assert session.playback.focus is Focus.JOG
-        off, _ = session.part(guided.Measuring).deviation()
+        off, _ = session.part(guided.Measuring).acquisition.deviation()
         assert np.allclose(off, [1e-3, 0.0, 0.0], atol=1e-6)
-        assert len(do(guided.StoreRow()).part(guided.Measuring).rows) == k + 1
+        assert len(do(guided.StoreRow()).part(guided.Measuring).acquisition.rows) == k + 1
     complete = worker.session
     step = next_step(complete)
     assert (step.tone, step.next.command, step.next.tab) == (Tone.GOOD, guided.UseRows(), Tab.CALIBRATE)
-    shown = status(complete.part(guided.Measuring))
+    shown = status(complete.part(guided.Measuring).acquisition)
     assert "All targets are stored" in shown
     assert "off_mm" not in shown  # there is no target to go to any more
     session = do(guided.UseRows())
@@ -76,7 +76,7 @@ def test_what_makes_no_sense_is_said(do):
         message_count = session.page.message_count
         session = do(guided.TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
         assert session.page.message_count == message_count + 1
-        assert session.part(guided.Measuring).latest is None
+        assert session.part(guided.Measuring).acquisition.latest is None
     assert do(guided.EndMeasuring()).part(guided.Measuring) is None
     session = do(guided.TellSource("arm", is_open=False), guided.MeasureLive())
     assert (session.part(guided.Source).is_open, session.part(guided.Measuring)) == (False, None)
@@ -98,8 +98,8 @@ def test_a_measurement_keeps_only_the_newest_sample_before_each_row(worker, do, 
     for k in range(3):
         q = np.array(first.states[k].q)
         do(*(guided.TakeSample(k + 0.01 * i, tuple((q + 1e-5 * i).tolist())) for i in range(100)))
-        live = do(guided.StoreRow()).part(guided.Measuring)
-    again = replay(first, worker.journal).part(guided.Measuring)
+        live = do(guided.StoreRow()).part(guided.Measuring).acquisition
+    again = replay(first, worker.journal).part(guided.Measuring).acquisition
     assert [row.q.tolist() for row in again.rows.values()] == [row.q.tolist() for row in live.rows.values()]
     assert (again.latest.time, again.arm_state, len(again.rows)) == (live.latest.time, live.arm_state, 3)
     steps = [e.command for e in worker.journal if isinstance(e.command, guided.TakeSample)]

@@ -112,7 +112,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen.tab("Measure")
     screen.give("Load measurements", path)
     screen.wait_text("preview", "60")
-    assert "full pose" in screen.text("preview")
+    assert "orientation of the tool" in screen.text("preview")
     screen.tab("Calibrate")
     screen.press("Identify")
     screen.wait_text("result", "held-out poses")

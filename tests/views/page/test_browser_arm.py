@@ -59,11 +59,3 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     saved = tmp_path / "plate.toml"
     download.value.save_as(saved)
     assert len(read_plate(saved)) == len(app.worker.session.plate)
-    screen.tab("Robot")
-    screen.page.get_by_role("checkbox", name="Dark", exact=True).check()
-    screen.page.wait_for_function(
-        "() => document.documentElement.getAttribute('data-mantine-color-scheme') === 'dark'"
-    )
-    screen.press("Help and keys")
-    screen.wait_text("help", "Keys")
-    screen.press("Close")

@@ -22,7 +22,6 @@ from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.views.page.app import App
-from workbench.views.page.viser_internals import controls
 
 pytestmark = pytest.mark.slow
 SECONDS = float(os.environ.get("SOAK", 30.0))
@@ -89,7 +88,7 @@ def held() -> tuple[float, int, int]:
 
 
 def test_after_hostile_messages_a_target_can_be_dragged(app, caplog):
-    rng, names = random.Random(0), list(controls(app.server.gui))
+    rng, names = random.Random(0), list(app.server.gui._gui_input_handle_from_uuid)
     for _ in range(HOSTILE // 20):
         with dialled(app) as socket, suppress(websockets.ConnectionClosed):
             for _ in range(20):

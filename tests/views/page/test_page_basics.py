@@ -19,7 +19,7 @@ def test_links_do_something_a_hand_at_work_costs_fewer_pixels_and_the_end_is_sai
     try:
         server.gui.add_html(f'<a id="dot" href="{PageSignals(server).pressed("plate-3", opened.set)}">3</a>')
         page.goto(f"{page_address(server)}/?fixedDpr=1")
-        assert page.title() == "workbench"
+        page.locator("canvas[data-engine]").wait_for()
         ground = "() => getComputedStyle(document.querySelector('canvas[data-engine]')).backgroundColor"
         assert page.evaluate(ground) == f"rgb{SKY}"
         page.locator("#dot").click()

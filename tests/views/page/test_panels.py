@@ -29,7 +29,6 @@ from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Points
 from workbench.views.drawables.sink import Item
 from workbench.views.page import html
-from workbench.views.page.viser_internals import controls
 
 
 def done(app, *commands):
@@ -38,9 +37,8 @@ def done(app, *commands):
 
 
 def test_every_control_has_a_tooltip(app):
-    controls = list(app.server.gui._gui_input_handle_from_uuid.values())
-    assert len(controls) > 60
-    assert [c.label for c in controls if hasattr(c, "label") and not c.hint] == []
+    assert len(controls(app)) > 60
+    assert [c.label for c in controls(app) if hasattr(c, "label") and not c.hint] == []
 
 
 def test_text_from_outside_is_escaped(app):
@@ -146,9 +144,13 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
     assert zipfile.ZipFile(made[report_zip]).namelist() == ["report/report.html"]
 
 
+def controls(app):
+    return list(app.server.gui._gui_input_handle_from_uuid.values())
+
+
 def control(app, label):
     """The control of this label."""
-    return next(c for c in controls(app.server.gui).values() if getattr(c, "label", "") == label)
+    return next(c for c in controls(app) if getattr(c, "label", "") == label)
 
 
 def change(app, label, value):
@@ -184,7 +186,7 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
     file = tracked_file(arm, tmp_path / "rows.csv", rng, rows=30, reach=1.5)
     done(app, LoadData("rows.csv", file.read_bytes()))
     edits = [control(app, label) for label in ("x, y, z [mm]", "Angles [°]", "Branch", "Locked")]
-    (group,) = (c for c in controls(app.server.gui).values() if "Delete" in getattr(c, "options", ()))
+    (group,) = (c for c in controls(app) if "Delete" in getattr(c, "options", ()))
     done(app, OpenTab(Tab.PLATE))
     assert (app.worker.session.shows_plate, group.visible) == (False, False)
     assert control(app, "Show the plate").visible

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -93,7 +92,7 @@ class Acquisition:
         """Whether every target has its row."""
         return len(self.rows) == len(self.plate)
 
-    def with_sample(self, sample: Sample, arm_state: ArmState) -> Self:
+    def with_sample(self, sample: Sample, arm_state: ArmState) -> "Acquisition":
         """With a newer sample, which is stored if it asks for that."""
         is_measured = self.is_measured or (not self.rows and sample.position is not None)
         now = replace(self, latest=sample, arm_state=arm_state, silence=0.0, is_measured=is_measured)
@@ -104,7 +103,7 @@ class Acquisition:
         except DataError as error:
             return replace(now, message=str(error))
 
-    def stored(self) -> Self:
+    def stored(self) -> "Acquisition":
         """With the latest sample as the row of the current target."""
         sample, place, current = self._storable(), self.place(), self.current
         if not place.is_known:
@@ -143,7 +142,7 @@ class Acquisition:
             raise DataError(f"not stored: {reason}")
         return sample
 
-    def again(self) -> Self:
+    def again(self) -> "Acquisition":
         """Without the row of the current target, or else the last one; its target is current."""
         if not self.rows:
             raise DataError("there is no row to retake; store one first")
@@ -152,7 +151,7 @@ class Acquisition:
         message = f"{name_of(index)}: its row was discarded; measure it again"
         return replace(self, rows=rows, current=index, message=message)
 
-    def turned_to(self, by: int) -> Self:
+    def turned_to(self, by: int) -> "Acquisition":
         """Another target is current, counted from the present one and around."""
         current = (self.current + by) % len(self.plate)
         has_row = " has a row, which the next replaces" if current in self.rows else ""

@@ -61,10 +61,6 @@ def drive(
     if actual is not None:
         wb.write_toml(hidden, actual)
 
-    def waiting(port: int) -> None:
-        sys.stderr.write(f"waiting at port {port}\n")
-        sys.stderr.flush()
-
-    with accept_one(to, ready=waiting) as connection:
+    with accept_one(to, ready=lambda port: sys.stderr.write(f"waiting at port {port}\n")) as connection:
         send_samples(samples, connection, speed=speed)
     opt.write_result({"schema": "workbench.drive/1", "robot": hidden.name})

@@ -64,7 +64,7 @@ class MeasuringPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         """Buttons shown during a measurement."""
-        self.html(_measuring)
+        self.html(lambda s: _source(s.part(Source)) + status(measuring(s)) if _is_on(s) else "")
         self._space: viser.CommandHandle | None = None
         button, icon = self.button, viser.Icon
         button(
@@ -114,10 +114,6 @@ def _is_refused(session: Session) -> bool:
     return False
 
 
-def _measuring(session: Session) -> str:
-    return _source(session.part(Source)) + status(measuring(session)) if _is_on(session) else ""
-
-
 def _source(source: Source | None) -> str:
     """Where the real arm's joints come from, and whether they still do."""
     if source is None:
@@ -138,11 +134,10 @@ def status(now: Acquisition) -> str:
     if now.is_done:
         end = f'<div style="{LARGE}">All targets are stored</div><div style="color:{MUTED}">{COMPLETE}</div>'
         return block(rows + end, testid="measuring", style="margin:10px 0")
-    place = ", ".join(f"{1e3 * v:.1f}" for v in now.pose[:3, 3])
     message = f'<div style="{SMALL}">{text(capital(now.message))}</div>' if now.message else ""
     return block(
         f'{rows}<div style="{LARGE}">{capital(name_of(now.current))}</div>'
-        f'<div style="color:{MUTED}">at {place} mm</div>{_deviation(now)}'
+        f"{_deviation(now)}"
         f'<div style="font-size:18px">{_light(now)}</div>{message}<div style="{SMALL}">{SPACE}</div>',
         testid="measuring",
         style="margin:10px 0;min-height:36vh",

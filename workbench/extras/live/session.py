@@ -23,22 +23,24 @@ USE = "Use the rows"
 ENDED = "the live source has ended; restart it, then the page with --source"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Measuring(Acquisition, AbstractPart):
+@dataclass(frozen=True, eq=False)
+class Measuring(AbstractPart):
     """A guided measurement."""
 
     is_mode = True
 
+    acquisition: Acquisition
+
     def step(self, session: Session) -> NextStep:
         """Where the arm stands, and the rows stored so far."""
-        tab, stored = Tab.CALIBRATE if self.is_done else Tab.MEASURE, len(self.rows)
-        done = Action(USE, tab, UseRows()) if stored else None
-        if self.is_done:
+        now, stored = self.acquisition, len(self.acquisition.rows)
+        done = Action(USE, Tab.CALIBRATE if now.is_done else Tab.MEASURE, UseRows()) if stored else None
+        if now.is_done:
             return NextStep(
                 f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
             )
         text = "Drive the arm to the current target, wait until it is still, store the row"
-        return NextStep(f"{text}; {stored} of {len(self.plate)} stored.", next=done)
+        return NextStep(f"{text}; {stored} of {len(now.plate)} stored.", next=done)
 
 
 @dataclass(frozen=True)
@@ -69,11 +71,11 @@ def _source(session: Session) -> Source:
     return source
 
 
-def measuring(session: Session) -> Measuring:
+def measuring(session: Session) -> Acquisition:
     """The guided measurement under way."""
     if (found := session.part(Measuring)) is None:
         raise OptionError("no guided measurement is running; begin one first")
-    return found
+    return found.acquisition
 
 
 class MeasureLive(AbstractChange):
@@ -88,7 +90,7 @@ class MeasureLive(AbstractChange):
             raise OptionError("a guided measurement is running; use its rows or stop it first")
 
     def apply(self, session: Session) -> Session:
-        return session.with_part(Measuring(plate=session.plate, robot=session.robot))
+        return session.with_part(Measuring(Acquisition(plate=session.plate, robot=session.robot)))
 
 
 class TakeSample(AbstractChange):
@@ -122,8 +124,9 @@ class TakeSample(AbstractChange):
             raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
-        if (now := session.part(Measuring)) is not None:
-            session = session.with_part(now.with_sample(Sample.of(self), self.arm_state))
+        if session.part(Measuring) is not None:
+            now = measuring(session).with_sample(Sample.of(self), self.arm_state)
+            session = session.with_part(Measuring(now))
         elif session.part(Source) is None:
             return session
         if session.drag is not None:
@@ -145,7 +148,7 @@ class StoreRow(AbstractChange):
         self.apply(session)
 
     def apply(self, session: Session) -> Session:
-        return session.with_part(measuring(session).stored())
+        return session.with_part(Measuring(measuring(session).stored()))
 
 
 class TakeAgain(AbstractChange):
@@ -157,7 +160,7 @@ class TakeAgain(AbstractChange):
         self.apply(session)
 
     def apply(self, session: Session) -> Session:
-        return session.with_part(measuring(session).again())
+        return session.with_part(Measuring(measuring(session).again()))
 
 
 class NextWanted(AbstractChange):
@@ -168,7 +171,7 @@ class NextWanted(AbstractChange):
     by: int = 1
 
     def apply(self, session: Session) -> Session:
-        return session.with_part(measuring(session).turned_to(self.by))
+        return session.with_part(Measuring(measuring(session).turned_to(self.by)))
 
 
 class UseRows(AbstractChange):
@@ -226,6 +229,7 @@ class TellSource(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         session = session.with_part(Source(self.name, self.is_open, self.silence))
-        if (now := session.part(Measuring)) is not None and self.silence:
-            session = session.with_part(replace(now, silence=self.silence))
+        if session.part(Measuring) is not None and self.silence:
+            now = replace(measuring(session), silence=self.silence)
+            session = session.with_part(Measuring(now))
         return session if self.is_open else session.with_message(Severity.WARNING, f"{self.name}: {ENDED}")

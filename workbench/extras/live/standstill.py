@@ -20,6 +20,9 @@ ORIENTATION_STILL = float(np.deg2rad(0.2))
 NOISY = 10.0
 """Extent of an instrument's noise in a window, in standard deviations, at most."""
 
+THINNED = 0.02
+"""Samples that follow the last one sooner than this are not looked at [s]."""
+
 
 class ArmState(StrEnum):
     """Whether the arm stands still."""
@@ -44,6 +47,8 @@ class StandstillDetector:
             noise: Standard deviations of the measured position [m] and orientation [rad].
         """
         last = self._seen[-1] if self._seen else None
+        if last is not None and 0.0 <= sample.time - last.time < THINNED and not sample.capture:
+            return self._state
         if last is not None and not _continues(last, sample):
             self._seen.clear()
         self._seen.append(sample)

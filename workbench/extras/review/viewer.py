@@ -27,7 +27,7 @@ from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.page_state import Severity
 from workbench.views.recording.canvas import STEP, Canvas
-from workbench.views.recording.contents import MomentDrawing, thinned
+from workbench.views.recording.contents import MomentDrawing
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
@@ -81,13 +81,13 @@ def pictures_of(
 
 
 def _last_step(path: Path) -> int | None:
-    """The last step that a file shows; None if it can't be read to its end."""
+    """The last step that a file shows, by what every step draws; None if it can't be read to its end."""
     last = -1
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that the file has no index is what we are here for
             for chunk in RrdReader(path).stream():
-                if STEP in chunk.timeline_names:
+                if STEP in chunk.timeline_names and chunk.entity_path == "/predicted/position_mm":
                     steps = chunk.to_record_batch().column(STEP).to_pylist()
                     last = max(last, *steps)
     except Exception:
@@ -193,7 +193,7 @@ def write_pictures(recording: Recording, path: Path) -> Path:
             f"can't be written ({error.strerror}); choose another place", path=str(path)
         ) from None
     drawing = MomentDrawing(Canvas([outlet]))
-    for moment in thinned(moments(recording)):
+    for moment in moments(recording):
         drawing.draw(moment)
         progress(moment.step / max(len(recording.lines), 1), "drawing")
     outlet.close()

@@ -299,18 +299,10 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     return begun.with_message(Severity.INFO, "; ".join([text, *checked]))
 
 
-MAX_CAPTURED = 200
-"""Poses that are kept at most."""
-
-
 class CapturePose(AbstractChange):
     """Keep the joint positions at which the arm stands."""
 
     title = "Keep the pose"
-
-    def check(self, session: Session) -> None:
-        if len(session.choices.captured) >= MAX_CAPTURED:
-            raise OptionError(f"at most {MAX_CAPTURED} poses can be kept; save them, then clear the list")
 
     def apply(self, session: Session) -> Session:
         captured = (*session.choices.captured, tuple(drawn_joints(session).tolist()))
@@ -322,10 +314,6 @@ class ForgetPoses(AbstractChange):
 
     title = "Clear the kept poses"
     key = "forget poses"
-
-    def check(self, session: Session) -> None:
-        if not session.choices.captured:
-            raise OptionError("no poses have been kept")
 
     def apply(self, session: Session) -> Session:
         return session.updated("choices", captured=())

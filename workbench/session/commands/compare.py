@@ -1,6 +1,5 @@
 """Commands for comparison: the shown fit, the shown row, the overlays in the scene."""
 
-import logging
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -19,14 +18,11 @@ from workbench.session.comparison import (
     ModelStage,
     Overlay,
     compare,
-    numbered_after,
     places_in_base,
 )
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus, Session
-
-log = logging.getLogger(__name__)
 
 
 def with_comparison(session: Session) -> Session:
@@ -43,7 +39,6 @@ def with_comparison(session: Session) -> Session:
     except Exception as error:
         if session.results.identification is None and session.results.diagnosis is None:
             raise
-        log.warning("the rows could not be compared", exc_info=error)
         text = f"the result is kept, but measured and predicted positions can't be compared: {error}"
         return plain.with_message(Severity.WARNING, text)
 
@@ -63,7 +58,7 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
         fitted = _directed(found.data.take(found.train_rows), fitted)
         checks = _directed(found.held_out_data, held_out)
     if found is None or not len(found.held_out_rows):
-        checks = numbered_after(fitted, checks)
+        checks = checks and replace(checks, row=checks.row + 1 + int(fitted.row.max(initial=-1)))
     rows = compare(fitted, checks, nominal, models)
     is_outlier = np.isin(loaded.dataset.row, list(_set_apart(session)))
     return replace(rows, set_apart=places_in_base(nominal, loaded.dataset.take(is_outlier)))

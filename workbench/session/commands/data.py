@@ -22,7 +22,7 @@ from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.layouts import file_endings
 from workbench.data.readers.read import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects
-from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
+from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
 from workbench.identification.meaning.as_read import ReadAs, as_read
@@ -49,15 +49,7 @@ CHECK_POSES = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 EARLIER_ERRORS = 5e-3, float(np.deg2rad(5.0))
 """Those of virtual arms in journals that don't say them: largest errors of lengths [m] and angles [rad]."""
-MAX_SEED = 2**32 - 1
-"""What numpy's generators accept."""
 MAX_MORE = 500
-
-
-def virtual_instruments() -> tuple[str, ...]:
-    """What can measure a virtual arm in the app: instruments that see where the tool is."""
-    seen = (Observes.POSE, Observes.POINT, Observes.RIGID_BODY)
-    return tuple(name for name, instrument in INSTRUMENTS.items() if instrument.observes in seen)
 
 
 class LoadData(AbstractTask[Loaded | MeasurementFile]):
@@ -97,8 +89,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             own = [text.replace(f"{path.parent}/", "") for text in (dataset.missing_units, *dataset.notes)]
             dataset = replace(dataset, source=path.name, missing_units=own[0], notes=tuple(own[1:]))
             progress(0.5, "comparing the rows with the arm")
-            facts = facts_of(dataset, understood)
-            found = Loaded(dataset, path.name, facts, read=dataset, file=file)
+            found = Loaded(dataset, path.name, facts_of(dataset), read=dataset, file=file)
             try:
                 return matched_to_arm(session.robot, found, accept=self.accept)
             except UnitError as error:  # nor do the rows tell the units that it lacks
@@ -145,31 +136,24 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
     Args:
         seed: Of the hidden errors and of the noise: the same seed is the same arm.
         more: Poses of the region that are measured for fitting besides the targets.
-        instrument: What measures, of `virtual_instruments`; the seats with the session's noise if empty.
         errors: Largest hidden errors of lengths [m] and angles [rad]; older journals don't say them.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
     """
 
     seed: int = 1
     more: int = 0
-    instrument: str = ""
     errors: tuple[float, float] = EARLIER_ERRORS
     effects: tuple[str, ...] = ()
 
     title = computed(lambda self: f"Measure virtual arm {self.seed}")
 
     def check(self, session: Session) -> None:
-        if not 0 <= self.seed <= MAX_SEED:
-            raise OptionError(f"the seed must be 0 to {MAX_SEED}, got {self.seed}")
         if not all(0.0 <= own <= most for own, most in zip(self.errors, EARLIER_ERRORS, strict=True)):
             length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
             sizes = f"{length:g} mm and {angle:g}°"
             raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {sizes}")
         if not 0 <= self.more <= MAX_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MAX_MORE}, got {self.more}")
-        if self.instrument and self.instrument not in (offered := virtual_instruments()):
-            known = ", ".join(offered)
-            raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
         if not any(state.measurable for state in session.states):
             remedy = "drag some within reach, or choose other branches"
             raise DataError(f"the arm reaches none of the targets; {remedy}")
@@ -180,7 +164,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng, length=self.errors[0], angle=self.errors[1])
         actual = actual.with_effects(*actual.effects, *hidden_effects(actual, self.effects, rng=rng)[0])
-        instrument = self.instrument_in(session)
+        instrument = _seats(session)
         progress(0.3, "measuring at the targets")
         used, near = reached_postures(actual, session)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
@@ -191,17 +175,8 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         rows = rows.joined(seen.take(np.arange(CHECK_POSES, len(seen))))
         name = f"Virtual arm {self.seed}"
         facts = _virtual_facts(len(used), session, self)
-        notes = rows.notes if self.instrument else ()
         rows = replace(rows, source=name)
-        return Loaded(rows, name, facts, notes, virtual=True, checks=checks, actual=actual)
-
-    def instrument_in(self, session: Session) -> Instrument:
-        """What measures; with the session's noise if it is the plate's seats."""
-        if self.instrument:
-            return INSTRUMENTS[self.instrument]
-        place, turn = session.noise.position, session.noise.rotation
-        name = "as set in the Plate tab"
-        return Instrument(name=name, observes=Observes.POSE, sigma_position=place, sigma_rotation=turn)
+        return Loaded(rows, name, facts, virtual=True, checks=checks, actual=actual)
 
     def finish(self, session: Session, result: Loaded) -> Session:
         text = f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
@@ -330,8 +305,15 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     return with_comparison(session)
 
 
+def _seats(session: Session) -> Instrument:
+    """The plate's seats as an instrument, with the session's noise."""
+    place, turn = session.noise.position, session.noise.rotation
+    name = "as set in the Plate tab"
+    return Instrument(name=name, observes=Observes.POSE, sigma_position=place, sigma_rotation=turn)
+
+
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
-    position, rotation = command.instrument_in(session).deviations
+    position, rotation = _seats(session).deviations
     left_out = len(session.states) - targets
     length, angle = command.errors
     hidden = f"hidden errors up to {1e3 * length:.3g} mm and {np.rad2deg(angle):.3g}° per constant"

@@ -29,24 +29,22 @@ class AddTarget(AbstractChange):
     """A new target at the angles of the selected one.
 
     Args:
-        place: Where [m]; None, as in earlier journals: the region's middle at the selected one's height.
+        place: Where [m].
     """
 
     title = "Add a target"
 
-    place: tuple[float, float, float] | None = None
+    place: tuple[float, float, float]
 
     def check(self, session: Session) -> None:
         check_free(session)
-        check_place("the new target", self.place or (0.0, 0.0, 0.0), ())
+        check_place("the new target", self.place, ())
         if len(session.plate) >= MAX_TARGETS:
             raise OptionError(f"a plate can have at most {MAX_TARGETS} targets; delete one first")
 
     def apply(self, session: Session) -> Session:
-        region, model = session.plate.region, session.plate.targets[session.selected]
-        middle = 0.5 * (region.min + region.max)
-        xyz = frozen(np.array(self.place or (*middle[:2], model.xyz[2])))
-        target = replace(model, xyz=xyz, q=None, locked=False)
+        model = session.plate.targets[session.selected]
+        target = replace(model, xyz=frozen(np.array(self.place)), q=None, locked=False)
         state = place(session.robot, target, session.states[session.selected].q)
         plate = replace(session.plate, targets=(*session.plate.targets, target))
         return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)

@@ -10,7 +10,7 @@ from workbench.plate.cube_map import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
-from workbench.session.commands.drag import Place, plain
+from workbench.session.commands.drag import MAX_TARGET_DISTANCE, Place, plain
 from workbench.session.cube_fields import CUBE_FIELDS, are_shown, cubes_of, field_of
 from workbench.session.live_score import draw_region
 from workbench.session.state import NO_FIELD, CubeView, Session
@@ -18,8 +18,6 @@ from workbench.session.target_steps import begin_step, rescore
 
 MAX_CUBES = 12_000
 """More cubes than this are refused: the page would no longer be responsive."""
-MAX_CORNER_DISTANCE = 10.0
-"""Corners beyond this are refused [m]."""
 MAX_ORIENTATIONS = 8
 """Orientations of the targets that are tried in every cube, at most."""
 
@@ -46,8 +44,8 @@ class SetRegion(AbstractChange):
     def check(self, session: Session) -> None:
         if not np.isfinite((*self.low, *self.high, self.cube)).all():
             raise OptionError("the region's corners must be finite numbers")
-        if max(map(abs, (*self.low, *self.high))) > MAX_CORNER_DISTANCE:
-            raise OptionError(f"the region must stay within {MAX_CORNER_DISTANCE:g} m of the base")
+        if max(map(abs, (*self.low, *self.high))) > MAX_TARGET_DISTANCE:
+            raise OptionError(f"the region must stay within {MAX_TARGET_DISTANCE:g} m of the base")
         if (cubes := self.region().cubes) > MAX_CUBES:
             most = f"the limit is {MAX_CUBES}: make the cubes larger"
             raise OptionError(f"the region would have {cubes} cubes; {most}")

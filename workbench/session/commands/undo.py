@@ -14,15 +14,7 @@ class Undo(AbstractTargetStep):
     title = "Undo"
 
     def apply(self, session: Session) -> Session:
-        if not session.history.done:
-            return session.with_message(Severity.INFO, "nothing to undo")
-        *done, step = session.history.done
-        now = UndoStep.of(session)
-        if step.session is not None:
-            return _restored(session, step.session, (replace(now, session=session),))
-        undone = (*session.history.undone, now)
-        history = replace(session.history, done=tuple(done), undone=undone)
-        return go_to_step(replace(session, history=history), step)
+        return _turned(session, "done", "undone") or session.with_message(Severity.INFO, "nothing to undo")
 
 
 class Redo(AbstractTargetStep):
@@ -31,14 +23,7 @@ class Redo(AbstractTargetStep):
     title = "Redo"
 
     def apply(self, session: Session) -> Session:
-        if not session.history.undone:
-            return session.with_message(Severity.INFO, "nothing to redo")
-        *undone, step = session.history.undone
-        if step.session is not None:
-            return _restored(session, step.session, step.session.history.undone)
-        done = (*session.history.done, UndoStep.of(session))
-        history = replace(session.history, undone=tuple(undone), done=done)
-        return go_to_step(replace(session, history=history), step)
+        return _turned(session, "undone", "done") or session.with_message(Severity.INFO, "nothing to redo")
 
 
 class RestoreBest(AbstractTargetStep):
@@ -47,14 +32,22 @@ class RestoreBest(AbstractTargetStep):
     title = "Back to the best plate so far"
 
     def apply(self, session: Session) -> Session:
-        return _back_to(session, session.history.best, "this is the best plate so far")
+        best = session.history.best
+        if best is None or best.plate is session.plate:
+            return session.with_message(Severity.INFO, "this is the best plate so far")
+        return go_to_step(begin_step(session), best)
 
 
-def _back_to(session: Session, step: UndoStep | None, already: str) -> Session:
-    """The targets of an earlier step, as a new one; a message where they stand so already."""
-    if step is None or step.plate is session.plate:
-        return session.with_message(Severity.INFO, already)
-    return go_to_step(begin_step(session), step)
+def _turned(session: Session, back: str, on: str) -> Session | None:
+    """The session after the last of the steps in one list, which goes over to the other; None without any."""
+    if not (steps := getattr(session.history, back)):
+        return None
+    *left, step = steps
+    if (whole := step.session) is not None:
+        undone = (UndoStep.of(session, session),) if back == "done" else whole.history.undone
+        return _restored(session, whole, undone)
+    lists = {back: tuple(left), on: (*getattr(session.history, on), UndoStep.of(session))}
+    return go_to_step(session.updated("history", **lists), step)
 
 
 def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Session:

@@ -5,8 +5,7 @@ robot, the plate and the measurement files. The journal is the truth; pictures a
 
 It is plain text and no sqlite3 database: anyone can read, compare and copy it while it is written, whereas a
 database that is being written is whole only together with its write-ahead log, and a copy of the file alone
-lacks the last commands. Locking and writing whole lines, the work that sqlite3 would take over, are the 130
-lines of `Appender`, and recordings of older versions would need their reader still.
+lacks the last commands.
 """
 
 from workbench.session.journal.entry import Ending, Entry

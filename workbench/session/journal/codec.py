@@ -51,8 +51,6 @@ Read = Callable[[Any, Load], Any]
 
 def encode(command: AbstractCommand) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Fields of a command as plain data, and the files in it by their place in the recording."""
-    if not isinstance(command, AbstractCommand):
-        raise TypeError(f"{type(command).__name__} is not a command")
     files: dict[str, bytes] = {}
     suffix = PurePosixPath(str(getattr(command, "name", ""))).suffix[:LONGEST_SUFFIX]
     ending = suffix if suffix[1:].isalnum() else ""
@@ -96,11 +94,7 @@ def decode_result(stored: Mapping[str, str] | None, load: Load) -> bytes | None:
     return None
 
 
-def _no_file(name: str) -> bytes:
-    raise ValueError(f"'{name}' is of no command")
-
-
-def record(kind: Any, values: Mapping[str, Any], load: Load = _no_file) -> Any:
+def record(kind: Any, values: Mapping[str, Any], load: Load = str.encode) -> Any:
     """A record of a kind by its fields as plain data; what another version's had besides is left out."""
     return _build(kind, {name: value for name, value in values.items() if name in _readers(kind)}, load)
 
@@ -180,8 +174,7 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
-    says = {name: value for name, value in values.items() if value is not None and value is not False}
-    values = {name: value for name, value in values.items() if name in readers or name in says}
+    values = {name: value for name, value in values.items() if name in readers or value}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})

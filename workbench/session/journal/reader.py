@@ -129,10 +129,6 @@ class Recording:
         return tuple(line.entry for line in self.lines)
 
     @property
-    def seconds(self) -> float:
-        return self.lines[-1].entry.at if self.lines else 0.0
-
-    @property
     def skipped(self) -> str:
         """Which commands are skipped, in one sentence; empty if none is."""
         steps: dict[str, list[str]] = {}

@@ -169,7 +169,7 @@ class Logbook(AbstractKeeper):
     def __init__(self, file: Appender | None, *, trouble: str = ""):
         self._file, self._trouble = file, trouble
         self._step = 0
-        self._notify: Notify | None = None
+        self._notify: Notify = lambda severity, text: None
         self._before: Session | None = None
         self._last: Session | None = None
 
@@ -197,11 +197,13 @@ class Logbook(AbstractKeeper):
         except Exception as error:
             log.exception("the journal could not be written")
             self.close()
-            self._notify_user(f"the journal of this session ends here ({type(error).__name__}: {error})")
+            self._notify(
+                Severity.WARNING, f"the journal of this session ends here ({type(error).__name__}: {error})"
+            )
         else:
             if self._trouble:
                 self._trouble = ""
-                self._notify_user("the session is recorded again, with no step missing", Severity.INFO)
+                self._notify(Severity.INFO, "the session is recorded again, with no step missing")
 
     def close(self) -> None:
         if self._file is not None:
@@ -215,11 +217,7 @@ class Logbook(AbstractKeeper):
                 f"the session can't be recorded at present ({why}); it continues, and the missing steps are "
                 "written as soon as there is space"
             )
-            self._notify_user(self._trouble)
-
-    def _notify_user(self, text: str, severity: Severity = Severity.WARNING) -> None:
-        if self._notify is not None:
-            self._notify(severity, text)
+            self._notify(Severity.WARNING, self._trouble)
 
 
 def _line(

@@ -127,7 +127,8 @@ class ErrorScale:
         first, last = (int(np.floor(np.log10(end) + 1e-9)) for end in (self.low, self.high))
         every = [d * 10.0**k for k in range(first, last + 1) for d in DIGITS]
         inside = [t for t in every if self.low * (1 - 1e-6) <= t <= self.high * (1 + 1e-6)]
-        return tuple(inside if len(inside) <= 7 else (inside[0], inside[-1]))
+        decades = [t for t in inside[1:-1] if abs(np.log10(t) - round(np.log10(t))) < 1e-6]
+        return tuple(inside if len(inside) <= 7 else (inside[0], *decades, inside[-1]))
 
 
 def gradient(*, larger_is_better: bool = False) -> str:

@@ -7,7 +7,6 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.session.comparison import STAGES, Comparison, ModelStage
-from workbench.session.real_arm import sample_error
 from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
@@ -18,6 +17,7 @@ from workbench.views.appearance.colours import (
     SET_APART,
     STAGE_COLOURS,
     ErrorScale,
+    rounded,
 )
 from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Colour, Label, Mesh, Points
@@ -29,6 +29,8 @@ RADIUS, SMALLEST, FEW = 0.005, 0.0018, 300
 """Radius of each of few measured points, and of each of very many [m]: together they cover the same area."""
 FEW_ARROWS = 30
 """Arrows of full thickness; more are thinner, so that together they cover the same area."""
+LONGEST_SAMPLE = 0.1
+"""Longest arrow that shows how long an error is drawn, in reaches."""
 SAMPLE_ASIDE = 0.22
 """How far beside the base's axis the arrow stands that shows how long an error is drawn, in reaches."""
 
@@ -119,7 +121,7 @@ def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label
     """An upright arrow beside the base, on the right of the rows as one looks at the arm from there."""
     x, y = np.nanmean(rows.measured[:, :2], axis=0)
     start = SAMPLE_ASIDE * reach / max(float(np.hypot(x, y)), 1e-9) * np.array([y, -x, 0.0])
-    error = sample_error(times, reach)
+    error = rounded(LONGEST_SAMPLE * reach / times, up=False)
     end = start + np.array([0.0, 0.0, times * error])
     below = start - np.array([0.0, 0.0, 0.05 * reach])  # what happened to the base has its words above
     words = Label(text=f"this long = {1e3 * error:g} mm", place=below)

@@ -21,7 +21,6 @@ from urllib.parse import parse_qs, urlencode, urlsplit
 
 import viser
 import websockets.asyncio.server as websockets
-from websockets.http11 import Response
 
 from workbench.base.errors import OptionError
 from workbench.views.page.style import configure_pages
@@ -29,8 +28,6 @@ from workbench.views.page.viser_internals import served_by, set_by_its_own_threa
 
 LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
-TITLE = "workbench"
-"""Of the browser's tab until there is a robot."""
 KEY = "key"
 """What names the secret in a link."""
 HEADERS = {
@@ -86,13 +83,8 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) 
                 response = connection.respond(204, "")
                 response.headers["Cache-Control"] = "no-store"
                 return response
-            is_page = not urlsplit(request.path).path.strip("/")
-            if is_page and "Accept-Encoding" in request.headers:
-                del request.headers["Accept-Encoding"]  # to read what is answered
             response = process_request(connection, request)
             if response is not None:
-                if is_page:
-                    _name(response)
                 response.headers.update(HEADERS)
                 if key:
                     cookie = f"{_cookie(request)}={key}; HttpOnly; SameSite=Strict; Path=/"
@@ -117,14 +109,6 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) 
         )
     without_tunnel(server)
     return server
-
-
-def _name(response: Response) -> None:
-    """Give the page our name instead of viser's, from its first moment on."""
-    response.body = response.body.replace(b"<title>Viser</title>", f"<title>{TITLE}</title>".encode())
-    if "Content-Length" in response.headers:  # it is not in an answer that there is no such page
-        del response.headers["Content-Length"]
-    response.headers["Content-Length"] = str(len(response.body))
 
 
 def page_address(server: viser.ViserServer) -> str:

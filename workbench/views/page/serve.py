@@ -4,14 +4,13 @@ The page can be opened as soon as the arm is read: the browser loads while the p
 only the session needs.
 """
 
-import contextlib
 import gc
 import os
 import signal
 import sys
 import threading
 import webbrowser
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -66,35 +65,35 @@ def serve(
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block(f"{text(sentence)} …"))
-        with _without_collection():
-            robot, plate = read()
-            signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
-            is_announced = True
-            _announce(server, on_ready, open_browser)
+        robot, plate = read()
+        signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
+        is_announced = True
+        _announce(server, on_ready, open_browser)
 
-            def tell(part: float, step: str) -> None:
-                waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
+        def tell(part: float, step: str) -> None:
+            waiting.content = block(f"{text(sentence)} … {100 * part:.0f} % ({text(step)})")
 
-            from workbench.session.journal.folder import unrecorded_session
-            from workbench.session.start import default_circle
-            from workbench.views.page.app import App
+        from workbench.session.start import default_circle
+        from workbench.views.page.app import App
 
-            _go_on(stop)
-            with one_thread():
-                plate = default_circle(robot) if plate is None else plate
-                begun = begin(robot, plate, tell) if begin else unrecorded_session(robot, plate)
-            waiting.remove()
-            app = App(
-                robot,
-                plate,
-                begun=begun,
-                data=first,
-                server=server,
-                demo=1.0 if demo else None,
-                beside=beside,
-                asks=asks,
-            )
-            end = app.close
+        if stop.is_set():  # between the steps of the start, which itself is not broken off anywhere
+            raise KeyboardInterrupt
+        with one_thread():
+            plate = default_circle(robot) if plate is None else plate
+            begun = begin(robot, plate, tell) if begin else None
+        waiting.remove()
+        app = App(
+            robot,
+            plate,
+            begun=begun,
+            data=first,
+            server=server,
+            demo=1.0 if demo else None,
+            beside=beside,
+            asks=asks,
+        )
+        end = app.close
+        gc.freeze()  # no drag waits for a look through all that a start makes
         with one_thread():
             stop.wait()
     except KeyboardInterrupt:
@@ -105,12 +104,6 @@ def serve(
         end()
 
 
-def _go_on(stop: threading.Event) -> None:
-    """Between the steps of the start, which itself is not broken off anywhere."""
-    if stop.is_set():
-        raise KeyboardInterrupt
-
-
 def _content(data: Path) -> tuple[str, bytes]:
     """Name and contents of a file; of a folder, those of its archive."""
     if data.is_dir():
@@ -118,20 +111,6 @@ def _content(data: Path) -> tuple[str, bytes]:
 
         return packed(data)
     return data.name, read_bytes(data, wanted="a measurement file")
-
-
-@contextlib.contextmanager
-def _without_collection() -> Iterator[None]:
-    """What a start makes stays for good: to look through it for garbage takes a quarter of the time.
-
-    Later collections leave it out too, so that no drag waits for one.
-    """
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.freeze()
-        gc.enable()
 
 
 def bound(host: str, port: int | None) -> viser.ViserServer:

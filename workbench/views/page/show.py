@@ -11,7 +11,7 @@ from workbench.data.dataset import Dataset
 from workbench.plate.arguments import PlateLike
 from workbench.session.commands.data import matched_to_arm, with_data
 from workbench.session.journal.folder import StartedSession
-from workbench.session.loaded_measurements import Loaded, observation_text
+from workbench.session.loaded_measurements import Loaded, facts_of
 from workbench.session.start import default_circle, start
 from workbench.session.state import Session
 from workbench.views.page.app import App
@@ -81,5 +81,4 @@ def show(
 def _loaded(robot: Robot, data: Dataset) -> Loaded:
     """Measurements as the page keeps them."""
     robot.check_joints(data.q, data.source)
-    facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observation_text(data)))
-    return matched_to_arm(robot, Loaded(data, data.source, facts, read=data))
+    return matched_to_arm(robot, Loaded(data, data.source, facts_of(data), read=data))

@@ -116,11 +116,6 @@ def forget_uploads(gui: viser.GuiApi) -> None:
         buffer.remove_from_buffer(lambda message: isinstance(message, _messages.FileTransferPartAck))
 
 
-def controls(gui: viser.GuiApi) -> dict[str, Any]:
-    """All controls by what a page calls them."""
-    return dict(gui._gui_input_handle_from_uuid)
-
-
 def set_value(control: Any, value: Any) -> None:
     """Show a value; nothing is sent if the control has it already.
 

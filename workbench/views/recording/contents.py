@@ -1,6 +1,6 @@
 """Drawing moments one after the other: the scene, and words, tables and pictures beside it."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from workbench.views.drawables.scene_contents import in_recordings
 from workbench.views.drawables.sink import Item, is_same
 from workbench.views.recording.blueprint import blueprint, subject
 from workbench.views.recording.canvas import PATHS, Canvas
-from workbench.views.recording.recorded_step import DrawingPace, Moment
+from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown
 from workbench.views.recording.sentences import about
 from workbench.views.recording.timelines import TIMELINES
@@ -51,22 +51,6 @@ class MomentDrawing:
             draw(*args)
         except Exception as error:
             warn_of_broken(name, error)
-
-
-def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:
-    """All decisions and the last moment, and of what is passing at most one in a while."""
-    pace, last = DrawingPace(), None
-    for moment in moments:
-        if last is not None and not moment.replaces(last):
-            yield last
-        last = None
-        if moment.is_passing and pace.wait(moment.at) > 0.0:
-            last = moment
-            continue
-        pace.note(moment, moment.at)
-        yield moment
-    if last is not None:
-        yield last
 
 
 def sheets(session: Session) -> Iterator[Item]:

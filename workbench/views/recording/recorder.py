@@ -5,6 +5,7 @@ ones, in the queue and by time; decisions are all drawn.
 """
 
 import logging
+import math
 import os
 import threading
 import time
@@ -18,12 +19,16 @@ from workbench.session.journal.entry import Entry
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, Notify
-from workbench.views.recording.recorded_step import DrawingPace, Moment
+from workbench.views.recording.recorded_step import Moment
 
 if TYPE_CHECKING:  # rerun is read by the recorder's thread
     from workbench.views.recording.canvas import Canvas
 
 STEM = "session"
+INTERVAL = 0.1
+"""Minimum time between two pictures in the middle of a drag, in the beginning [s]."""
+OFTEN = 1000
+"""Pictures of drags after which the time between them doubles, so that a long session stays small."""
 MAX_WAITING = 5000
 """Moments in the queue beyond which the oldest are left out of the recording."""
 PATIENCE = 20.0
@@ -45,7 +50,7 @@ class Recorder(AbstractKeeper):
         self._open, self._after = open_canvas, after
         self._queue: deque[Moment] = deque()
         self._changed = threading.Condition()
-        self._pace = DrawingPace()
+        self._passing, self._last = 0, -math.inf
         self._closing = False
         self._notify: Notify = lambda severity, text: None
         self._thread = threading.Thread(target=self._run, name="workbench-recorder", daemon=True)
@@ -92,7 +97,7 @@ class Recorder(AbstractKeeper):
             canvas.flush()  # a disk without room is told at the beginning
             while (moment := self._next()) is not None:
                 drawing.draw(moment)
-                self._pace.note(moment, time.monotonic())
+                self._passing, self._last = self._passing + moment.is_passing, time.monotonic()
         except Exception:
             log.exception("the recording was cut short")
         finally:
@@ -103,7 +108,8 @@ class Recorder(AbstractKeeper):
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
             if self._queue and self._queue[0].is_passing:
-                wait = max(0.0, self._pace.wait(time.monotonic()))
+                due = self._last + INTERVAL * 2.0 ** (self._passing // OFTEN)
+                wait = max(0.0, due - time.monotonic())
                 self._changed.wait_for(lambda: len(self._queue) > 1 or self._closing, wait)
             return self._queue.popleft() if self._queue else None
 

@@ -9,9 +9,7 @@ from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.commands.edit import MovePlate
 from workbench.session.cube_fields import field_of
 from workbench.session.journal.entry import Ending, Entry
-from workbench.session.stages import shown_stage
 from workbench.session.state import Session
-from workbench.views.drawables.measured import error_scale
 
 
 def sentence(entry: Entry, session: Session, messages: list[str]) -> str:
@@ -53,21 +51,12 @@ def about(session: Session) -> str:
         "**O** is the observability index: how evenly the targets tell all constants, 0 (some not) to 1.",
         "**Blocks:** sand where reached, blue where selected, brown where the arm is blocked, red where",
         "out of reach. **Arms:** solid, J1 … at its joints: nominal; orange: the real one as far as known.",
-        f"**Points** were measured: coloured by their error once there is a fit{_scale_text(session)}.",
+        "**Points** were measured: coloured by their error once there is a fit.",
         "**Arrows** lead from predicted to measured positions, in the colour of the model's stage: grey",
         "nominal, blue with its geometry identified, orange with what was added; likewise lines and bars.",
         f"All errors, of arms and arrows alike, are drawn × {session.choices.overlay.exaggeration:g}.",
     ]
     return "\n".join(lines)
-
-
-def _scale_text(session: Session) -> str:
-    """What the colours of the measured points mean."""
-    rows = session.results.comparison
-    if rows is None or not rows.stages:
-        return ""
-    scale, stage = error_scale(rows), shown_stage(session, rows)
-    return f", {stage}: blue up to {1e3 * scale.low:.3g} mm, orange-red from {1e3 * scale.high:.3g} mm"
 
 
 def cube_text(session: Session) -> Iterator[str]:

@@ -5,8 +5,6 @@ from contextlib import suppress
 import viser
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.joint_units import sliding
-from workbench.arm.kinematics.envelope import maximum_reach
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import WorkbenchError
@@ -84,14 +82,10 @@ class ArmPanel(AbstractPanel):
 
 def facts(robot: Robot) -> str:
     """What is known of an arm, in HTML."""
-    slides = int(sliding(robot).sum())
-    masses = "known" if robot.has_masses else "unknown: effects that depend on loads can't be found"
     items = [
         ("Name", robot.name),
-        ("Joints", f"{robot.dof}" + (f", {slides} of them sliding" if slides else "")),
-        ("Reach", f"about {1e3 * maximum_reach(robot):.0f} mm"),
-        ("Masses", masses),
-        ("Free parameters", f"{len(robot.default_free)}"),
+        ("Joints", f"{robot.dof}"),
+        ("Masses", "known" if robot.has_masses else "unknown: effects that depend on loads can't be found"),
     ]
     notes = bullets(map(text, robot.notes))
     return pairs(items) + (heading("Notes") + notes if notes else "")

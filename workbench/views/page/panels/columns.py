@@ -4,7 +4,6 @@ import json
 
 import viser
 
-from workbench.base.wording import plural
 from workbench.data.readers.column_meanings import TableColumn
 from workbench.data.readers.mapping import lacks_unit, meanings, ours, understood_as, with_column
 from workbench.report.blocks import ResultTable
@@ -13,7 +12,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import BAD, MUTED, block, text
+from workbench.views.page.html import BAD, block, text
 from workbench.views.page.panels.form import on_change
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -84,10 +83,8 @@ def listing(file: MeasurementFile) -> str:
     found = file.preview
     problems = "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
     rows = [(c.heading or "(none)", c.first[:10], _meaning(c)) for c in found.columns]
-    more = len(rows) - MAX_LISTED_COLUMNS
-    rest = f'<div style="color:{MUTED}">{plural(more, "more column")}</div>' if more > 0 else ""
     listed = as_html([ResultTable("", ("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS], words=3)])
-    return block(problems + listed + rest, testid="columns")
+    return block(problems + listed, testid="columns")
 
 
 def _meaning(column: TableColumn) -> str:

@@ -10,18 +10,14 @@ from workbench.session.commands.data import (
     MeasureVirtualArm,
     load_command,
     load_endings,
-    virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-SEAT = "plate seats"
 MORE = 60
 """Poses besides the targets: with these a diagnosis has enough rows."""
-NOTES = 8
-"""Notes shown before the rest is counted."""
 
 
 class DataPanel(AbstractPanel):
@@ -44,11 +40,6 @@ class DataPanel(AbstractPanel):
                 main=True,
             )
         with gui.add_folder("Virtual arm"):
-            self._instrument = self.dropdown(
-                "Instrument",
-                {SEAT: "", **{name: name for name in virtual_instruments()}},
-                "Seats use the noise set in the Plate tab; other instruments have their own.",
-            )
             self.button(
                 "Measure a virtual arm",
                 self._virtual,
@@ -70,7 +61,7 @@ class DataPanel(AbstractPanel):
         self._arms += 1
         turning = [k for k, slides in enumerate(sliding(self._worker.session.robot), 1) if not slides]
         hidden = tuple(f"joint-harmonic:{k}:3e-3" for k in turning[self._arms % max(len(turning), 1) :][:1])
-        return MeasureVirtualArm(self._arms, MORE, self._instrument.typed, LIKELY_ERRORS, hidden)
+        return MeasureVirtualArm(self._arms, MORE, LIKELY_ERRORS, hidden)
 
 
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
@@ -79,12 +70,11 @@ def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
         return note(f"{unread.name} was not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
     if loaded is None:
         return ""  # the strip says it
-    notes, more = [*map(text, loaded.notes[:NOTES])], len(loaded.notes) - NOTES
-    decisions = heading("Notes on reading") + bullets([*notes, f"… and {more} more"] if more > 0 else notes)
+    notes = bullets(map(text, loaded.notes))
     return block(
         f'<div style="font-weight:600;overflow-wrap:anywhere">{text(loaded.name)}</div>'
         + pairs(loaded.facts)
-        + (decisions if notes else ""),
+        + (heading("Notes on reading") + notes if notes else ""),
         testid="preview",
         style=f"margin:8px 0;padding-top:8px;border-top:1px solid {LINE}",
     )

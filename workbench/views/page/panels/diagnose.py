@@ -22,7 +22,7 @@ SUSPECTS = 4
 
 
 def _suspects(session: Session) -> Mapping[str, float] | None:
-    """What a diagnosis under way may find, and how much speaks for each so far."""
+    """What a diagnosis under way may find next, and how much speaks for each."""
     return None if session.page.job is None else session.page.job.suspects
 
 
@@ -51,7 +51,10 @@ def _suspected(found: Mapping[str, float] | None) -> str:
         return ""
     share = 100.0 / max(ranked[0][1], 1e-9)
     bars = [Bar(capital(name), round(share * gain), UNNAMED) for name, gain in ranked]
-    return block(heading("Suspects so far, strongest 100 %") + Bars(bars, unit="%").svg(), testid="suspects")
+    return block(
+        heading("Suspects for what is left now, strongest 100 %") + Bars(bars, unit="%").svg(),
+        testid="suspects",
+    )
 
 
 def _details(session: Session) -> str:

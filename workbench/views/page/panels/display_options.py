@@ -11,6 +11,7 @@ from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
+from workbench.views.appearance.colours import SELECTED
 from workbench.views.page.panels.panel import AbstractPanel
 
 STEP = 0.01
@@ -27,17 +28,6 @@ class LookPanel(AbstractPanel):
     depends = ("page.is_dark",)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._keys(gui)
-
-    def show(self, session: Session) -> None:
-        self._gui.configure_theme(
-            show_logo=False,
-            show_share_button=False,
-            brand_color=(37, 99, 235),
-            dark_mode=session.page.is_dark,
-        )
-
-    def _keys(self, gui: viser.GuiApi) -> None:
         add, send = gui.add_command, self.sending
         add(Undo.title, hotkey="Z", modifier="cmd/ctrl").on_trigger(send(lambda _: Undo()))
         add(Redo.title, hotkey="Z", modifier="cmd/ctrl+shift").on_trigger(send(lambda _: Redo()))
@@ -50,6 +40,11 @@ class LookPanel(AbstractPanel):
             name: Any = f"arrow{key}"
             move = send(partial(self._moved, STEP * np.array(along)))
             add(f"Move the target 1 cm ({key})", hotkey=name, modifier="shift").on_trigger(move)
+
+    def show(self, session: Session) -> None:
+        self._gui.configure_theme(
+            show_logo=False, show_share_button=False, brand_color=SELECTED, dark_mode=session.page.is_dark
+        )
 
     def _moved(self, by: np.ndarray, _: object) -> MoveTarget:
         session = self._worker.session
