@@ -41,21 +41,21 @@ BUDGETS = {
     "base": 2_163,
     "report": 824,
     "arm": 8_872,
-    "data": 5_093,
+    "data": 5_085,
     "plate": 5_706,
     "identification": 9_162,
     "diagnosis": 6_732,
     "exports": 330,
     "session": 6_339,
     "views": 7_104,
-    "cli": 1_503,
+    "cli": 1_499,
     "extras": 1,
     "extras/camera": 3_644,
     "extras/controllers": 706,
     "extras/hobby": 753,
     "extras/katana": 1_021,
     "extras/live": 1_205,
-    "extras/logs": 950,
+    "extras/logs": 927,
     "extras/pendant": 1_895,
     "extras/poses": 1_088,
     "extras/production": 469,
@@ -64,10 +64,10 @@ BUDGETS = {
     "extras/service": 1_164,
     "extras/trajectories": 1_302,
     "extras/workshop": 910,
-    "tests": 39_382,
+    "tests": 39_366,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_976
+READING_SET = 18_461
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
