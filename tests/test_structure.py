@@ -55,7 +55,7 @@ BUDGETS = {
     "extras/hobby": 753,
     "extras/katana": 1_021,
     "extras/live": 1_205,
-    "extras/logs": 927,
+    "extras/logs": 917,
     "extras/pendant": 1_895,
     "extras/poses": 1_088,
     "extras/production": 469,
