@@ -41,7 +41,7 @@ BUDGETS = {
     "base": 2_163,
     "report": 824,
     "arm": 8_872,
-    "data": 5_085,
+    "data": 5_075,
     "plate": 5_706,
     "identification": 9_162,
     "diagnosis": 6_732,

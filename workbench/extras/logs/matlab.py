@@ -13,10 +13,11 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.data.binary_tables import read_in_child, refusal
 from workbench.data.readers.arrays import table_of
+from workbench.data.readers.column_meanings import interpret_columns
 from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, headings_in_order
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
-from workbench.data.readers.headings import known_together, meaning, meaning_of
+from workbench.data.readers.headings import meaning
 from workbench.data.readers.layouts import AbstractFileLayout
 from workbench.data.readers.table import Grid, grid_of, with_headings
 
@@ -56,8 +57,7 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
         with suppress(FileError):
             named = {name.rpartition(".")[2]: value for name, value in variables.items()}
             found = table_of(named, path, "this is a MATLAB file")
-            known = {*map(meaning_of, found.rows[0])}
-            known |= {*known_together(dict.fromkeys(found.rows[0], ())).values()}
+            known = {column.key for column in interpret_columns(with_headings(found))}
             if "q1" in known and known & {"x", "m1x", "distance"}:
                 return found
     if naming is None or not naming.pairs:
