@@ -241,6 +241,8 @@ def test_lists_in_cells_are_columns_and_other_units_are_left_out(read):
     assert (data.point.tolist(), data.payload.tolist()) == (["(7, 8)"], [4.0])
     own = read('q1[deg],q2[deg],position,x[mm],y[mm],z[mm]\n1,2,"[3, 4, 5]",6,7,8\n')
     np.testing.assert_allclose(own.position, [[6e-3, 7e-3, 8e-3]])
+    pose = np.vstack([np.column_stack([ROTATED, [1, 2, 3]]), [0, 0, 0, 1]]).tolist()
+    np.testing.assert_allclose(read(f'q[deg],T\n"[1, 2]","{pose}"\n').rotation, [ROTATED])
 
 
 def test_trajectories(tmp_path):

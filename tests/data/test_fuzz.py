@@ -22,8 +22,6 @@ MAGICS = [
     b"\xef\xbb\xbf",
     b"# ",
     b"Format Version,1.23\n",
-    b"Objects\n100\n",
-    b"FILE_VERSION\t2.0.0\nFREQUENCY\t100\nMARKER_NAMES\tA\n",
 ]
 CELLS = ["", "1", "1,5", "1.5", "-", "nan", "inf", "abc", "q1[deg]", "x[mm]", "y", "z[foo]", "rx[rad]", "#",
          '"', "true"]  # fmt: skip

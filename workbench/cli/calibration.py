@@ -1,7 +1,6 @@
 """The commands that turn measurements into a calibrated robot: identify, diagnose, evaluate, export."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,7 +24,6 @@ def identify(
     algorithm: Annotated[
         str | None, option("ols, opt1, opt2, influence, several separated by commas, or all.")
     ] = None,
-    level: Annotated[int, option("1: joint offsets only; 2: the whole geometry.", min=1, max=2)] = 2,
     tip: opt.TipOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
@@ -35,8 +33,6 @@ def identify(
     from workbench.identification.report.document import identification_blocks
     from workbench.identification.report.results_json import identification_json, write_identification
 
-    if level == 1 and fit.free is not None:
-        raise OptionError("--level 1 frees joint offsets only; give either --level or --free")
     arm = posed_arm() if robot is None else wb.load_robot(robot, tip=tip)
     requested = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
     rows = files.read(data, arm)
@@ -48,7 +44,7 @@ def identify(
         run = wb.identify(
             arm,
             rows,
-            choices if level == 2 else replace(choices, free=arm.joint_offsets),
+            choices,
             algorithms=tuple(ALGORITHMS) if algorithm == "all" else algorithm or DEFAULT_ALGORITHMS,
         )
     _finish(

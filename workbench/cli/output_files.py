@@ -18,8 +18,6 @@ from workbench.base.errors import OptionError
 from workbench.base.wording import readable
 
 _RESULT: ContextVar[Path | None] = ContextVar("where the running command's result is written", default=None)
-
-
 _SAID: list[str] = []
 """What it has said."""
 
@@ -56,7 +54,9 @@ def write_result(content: Mapping[str, Any] | Callable[[], Mapping[str, Any]]) -
 
 
 def with_json(command: Any, group: str) -> Any:
-    """A command with the option that every command has, by the name of its group and its own."""
+    """A command with the option that every command has, unless it has its own; by its group's name."""
+    if any("--json" in option.opts for option in command.params):
+        return command
 
     def whole(**options: Any) -> None:
         command.callback(**options)

@@ -61,7 +61,7 @@ def read_in_child(
         seconds: Time that it may take [s]; 0: by the size of the content.
         memory: Memory that it may take [bytes]; likewise.
     """
-    seconds = seconds or 1.0 + 20.0 * len(content) / MEBIBYTE
+    seconds = seconds or 3.0 + 20.0 * len(content) / MEBIBYTE
     memory = memory or BASE_MEMORY + 100 * len(content)
     try:
         return in_child(function, content, needs=needs, seconds=seconds, memory=memory)

@@ -61,11 +61,16 @@ def test_matlab_shapes_that_leave_no_doubt(read_here, tmp_path, joints, points):
     data = read_measurements(file, columns="q[rad]=q, m1[m]=mA, m2[m]=mB")
     assert data.q.shape == (max(points), 6)
     assert data.markers.shape == (max(points), 2, 3)
+    turned = np.ones(points if (joints[0] == 6) == (points[0] == 3) else points[::-1])
+    save_mat(tmp_path / "s.mat", data={"joints_deg": np.zeros(joints), "position_mm": turned})
+    alone = read_measurements(tmp_path / "s.mat")  # names that say it, as in an .npz
+    assert alone.q.shape == data.q.shape
+    assert (alone.position == 1e-3).all()
 
 
 def test_matlab_matrices_that_do_not_fit(read_here, tmp_path):
     file = save_mat(tmp_path / "t.mat", Q=np.zeros((4, 2)), P=np.zeros((5, 3)))
-    with refuses(FileError, "x[mm]", 5, "q1[deg]", 4):
+    with refuses(OptionError, "'Q'", "4 measurements", "5 of"):
         read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
     for bad in ("q[deg|row]=Z", "q[deg|row]=Q,foo[mm]=P", "q1[deg],q2[deg]"):
         with pytest.raises(OptionError):

@@ -171,7 +171,7 @@ def test_a_bag_becomes_one_row_a_stand(kind, run_of_arm, tmp_path, request):
     check(data, run_of_arm)
     message = " ".join(data.notes)
     assert mentions(message, "elbow_joint", "q3")
-    assert "'finger_joint'" in message
+    assert "'finger_joint" in message
     assert f"{POSES} rows from {POSES} stands" in message
 
 

@@ -124,7 +124,7 @@ def with_lists(grid: Grid) -> Grid:
         if len(sizes := {len(f) for f, cell in zip(found, cells, strict=True) if cell}) == 1 < max(sizes):
             names = _headings(name, (size := max(sizes),)) if quantities_of(meaning_of(name) or "q1") else []
             lists |= (
-                {k: (names, [[e.strip("'\"") for e in f] or [""] * size for f in found])} if names else {}
+                {k: (names, [[e.strip("'\"[]()") for e in f] or [""] * size for f in found])} if names else {}
             )
     plain = {meaning_of(name) for k, name in enumerate(head) if k not in lists} - {None}
     lists = {k: own for k, own in lists.items() if not plain & set(map(meaning_of, own[0]))}

@@ -176,12 +176,6 @@ def with_distances(fields: Fields) -> Fields:
     return replace(taken, values=values, notes=notes)
 
 
-def _first(notes: list[str], others: str) -> list[str]:
-    """The first few notes on rows, and how many more there are."""
-    more = len(notes) - _NAMED
-    return notes if more <= 0 else [*notes[:_NAMED], f"{more} {others}"]
-
-
 def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]:
     """Joint positions [rad or m] from q1 … qN."""
     numbers = fields.numbers(r"q(\d+)")
@@ -330,8 +324,9 @@ def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray)
         text = f"no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"
         raise DataError(f"{fields.source}: {text}")
     notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
-    own = [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in rows]
-    notes += _first(own, "more rows with gaps are excluded")
+    named = rows[:_NAMED].tolist()
+    notes += [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in named]
+    notes += [f"{len(rows) - _NAMED} more rows with gaps are excluded"] * (len(rows) > _NAMED)
     for key in ("session", "group"):
         if key in fields.values and (fields.values[key] == "").any():
             notes.append(f"rows without a {key} name are taken as one {key}")

@@ -240,7 +240,7 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
         for c in columns
         if c.remark == f"'{c.heading}' is read as {c.key}" and re.fullmatch(r"q\d+", str(c.key))
     }
-    renamed = renamed if len(renamed) > 1 else {}
+    renamed = renamed if len(renamed) > 1 and [*renamed.values()] == sorted(renamed.values()) else {}
     notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if renamed else []
     notes += [c.remark for c in columns if c.remark and f"'{c.heading}'" not in renamed]
     units: dict[tuple[str, Quantity], list[str]] = {}

@@ -4,7 +4,7 @@ A preview shows the same steps, for the user to confirm or correct.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -116,38 +116,36 @@ def preview(
     sheet: str | None = None,
 ) -> Preview:
     """What `read_measurements` would make of a file; problems are listed, never raised."""
-    fields, name, table = None, "", None
-    understood, found, dataset = tuple[TableColumn, ...](), list[WorkbenchError](), None
+    found, name, fields, dataset = None, "", None, None
+    understood, wrong = tuple[TableColumn, ...](), list[WorkbenchError]()
     try:
-        fields, name, table = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, joints=joints)
-        understood = () if table is None else interpret_columns(table)
-        if fields is not None:
-            understood = tuple(_by_layout(fields, understood))
-        elif table is not None and not (found := problems(understood, units_from_rows=True)):
-            fields = convert(table, understood)
-        dataset = None if fields is None else assemble(fields, joints=joints)
+        found, name = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, joints=joints)
+        understood = interpret_columns(found) if isinstance(found, Table) else tuple(_by_layout(found))
+        wrong = problems(understood, units_from_rows=True)
+        if not wrong:
+            fields = convert(found, understood) if isinstance(found, Table) else found
+            dataset = assemble(fields, joints=joints)
     except WorkbenchError as error:
-        found = [error]
-    known = dataset if dataset is not None else fields
-    held = fields if fields is not None else table
+        wrong = [error]
+    held = dataset or fields or found
     return Preview(
         columns=tuple(c if c.missing_unit is None else replace(c, unit=None) for c in understood),
-        rows=0 if held is None else held.rows,
+        rows=0 if found is None else (fields or found).rows,
         joints=sum(re.fullmatch(r"q\d+", column.key or "") is not None for column in understood),
         layout=name or "plain",
-        decisions=known.notes if known is not None else table.notes + decisions(understood) if table else (),
-        problems=tuple(map(str, found)),
+        decisions=() if held is None else held.notes + decisions(understood) * isinstance(held, Table),
+        problems=tuple(map(str, wrong)),
         dataset=dataset,
     )
 
 
-def _by_layout(fields: Fields, columns: Sequence[TableColumn]) -> Iterator[TableColumn]:
-    """The columns that a layout has read, and those of its table that it left out."""
+def _by_layout(fields: Fields) -> Iterator[TableColumn]:
+    """The columns that a layout has read, and those that it left out."""
     read = fields.headings
     for key in {**fields.values, **read}:
         si = "rad" if key.startswith("orient") else next(map(str, quantities_of(key)), None)
         yield TableColumn(index=-1, heading=read.get(key, key), key=key, unit=fields.units.get(key), si=si)
-    yield from (c for c in columns if c.key is None and c.heading not in read.values())
+    yield from (TableColumn(index=-1, heading=text) for text in fields.unread if text not in read.values())
 
 
 def read_fields(
@@ -164,28 +162,22 @@ def read_fields(
     Args:
         units_from_rows: As of `fields_of`.
     """
-    found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
-    if found is None:
-        assert table is not None, "what has no layout of its own is a table"
-        return fields_of(table, units_from_rows=units_from_rows)
-    return found
+    found, _ = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
+    return fields_of(found, units_from_rows=units_from_rows) if isinstance(found, Table) else found
 
 
 def read_by_layout(
     source: Any, *, columns: Columns, layout: str | None, sheet: str | None, joints: Joints = None
-) -> tuple[Fields | None, str, Table | None]:
-    """A source by its layout: the columns in SI, the layout's name, and the table if it is one.
-
-    A plain table is left as it is: no columns, and no name.
-    """
+) -> tuple[Fields | Table, str]:
+    """A source by its layout: the columns in SI and the layout's name; a plain table as it is, nameless."""
     if layout not in (None, *(names := layouts.layout_names())):
         raise OptionError(f"unknown layout '{layout}'; known: {listed(names, longest=100)}")
     if isinstance(source, str | PathLike):
         path = Path(source)
-        if (whole := _file_layout(path, layout)) is not None:
+        if (whole := file_layout(path, layout)) is not None:
             if sheet is not None:
                 raise _no_workbook(path, sheet)
-            return whole.read(path, parse_columns(columns) or None), whole.name, None
+            return whole.read(path, parse_columns(columns) or None), whole.name
     table = read_table(source, columns=columns, sheet=sheet, joints=joints)
     headings, (offered, _) = list(table.headings), layouts.layouts()
     tried = [k for k in offered if k.name == layout or (layout is None and not columns)]
@@ -193,10 +185,10 @@ def read_by_layout(
     if layout is not None and tried and special is None:
         text = f"{table.source}: layout '{layout}' does not fit the columns {listed(headings)}"
         raise OptionError(text, option="layout", found=layout)
-    return (None, "", table) if special is None else (special.read(table), special.name, table)
+    return (table, "") if special is None else (special.read(table), special.name)
 
 
-def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
+def file_layout(path: Path, layout: str | None = None) -> AbstractFileLayout | None:
     """The layout that reads this file or folder as a whole, if any."""
     (_, offered), head = layouts.layouts(), b""
     if layout not in (None, layouts.PLAIN):

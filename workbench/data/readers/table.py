@@ -175,23 +175,18 @@ def keys_of(row: list[str]) -> list[str]:
 def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = None) -> Table:
     """The table under the grid's heading row; its columns may have the names of the robot's joints."""
     start, has_option = _first_data_row(grid.rows), naming is not AS_HEADED
-    or_say = remedy(", or say", page="") * has_option
-    if start == 0:
-        wanted = f"write the names of its {len(grid.rows[0])} columns above the numbers"
-        option = "them with columns='q1[deg],…,-,x[mm]' (--columns, of both files with --joints)"
-        more = or_say and f"{or_say} {option}"
-        raise grid.error(f"the file has no header: {wanted}, such as q1[deg],…,x[mm],y[mm],z[mm]{more}", 0)
     grid = replace(grid, rows=[*map(_without_indices, grid.rows[:start]), *grid.rows[start:]])
-    said = _said(grid, start, naming, joints)
+    said = _said(grid, start, naming, joints) if start else {}
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
-    head = max(range(start), key=lambda i: (known[i], i))
-    if not known[head]:
+    head = max(range(start), key=lambda i: (known[i], i), default=0)
+    if not any(known):
         if start == len(grid.rows) > 1:
             raise grid.error("it has no row of numbers: this is not a table of joints or poses")
-        wanted = "name the columns q1[rad], …, x[m], y[m], z[m]"
-        more = or_say and f"{or_say} what they are with columns='q1[deg]=…' (--columns)"
-        raise grid.error(f"none of the headings {listed(grid.rows[head])} is known: {wanted}{more}", head)
+        found = f"none of the headings {listed(grid.rows[head])} is known" if start else "there is no header"
+        option = remedy(", or say what they are with columns='q1[deg],…,-,x[mm]' (--columns)", page="")
+        wanted = f"name the {len(grid.rows[-1])} columns q1[deg], …, x[mm], y[mm], z[mm] above the numbers"
+        raise grid.error(f"{found}: {wanted}{option * has_option}", head)
     headings = list(grid.rows[head])
     if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
         groups: Iterable[str] = accumulate(_padded(grid.rows[head - 1], len(headings)), lambda a, b: b or a)

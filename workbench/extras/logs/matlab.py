@@ -2,6 +2,7 @@
 
 import io
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, final
 
@@ -11,6 +12,8 @@ from workbench.base.bounded_process import ChildError
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.data.binary_tables import read_in_child, refusal
+from workbench.data.readers.arrays import table_of
+from workbench.data.readers.column_meanings import interpret_columns
 from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, headings_in_order
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
@@ -37,19 +40,26 @@ class Matlab(AbstractFileLayout):
     def read(self, path: Path, naming: Naming | None) -> Fields:
         data = read_bytes(path)
         kind_of(data, path)  # refuses what only its name says
-        return fields_of(with_headings(read_matlab(data, path, naming=naming)))
+        return fields_of(with_headings(read_matlab(data, path, naming=naming)), units_from_rows=True)
 
 
 def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
-    """Matrices of a MATLAB file as cells of text, under headings made from the `columns` option."""
+    """Matrices of a MATLAB file as cells of text: by the `columns` option, else by their own names."""
     variables = read_arrays(data, path)
     if not variables:
         raise FileError("there are no matrices in this MATLAB file", path=str(path))
     holds = ", ".join(f"{name} ({' x '.join(map(str, value.shape))})" for name, value in variables.items())
     tables = [value for value in variables.values() if value.ndim == 2 and min(value.shape) > 1]
     if naming is not None and naming.items and len(tables) == 1:  # a list names the columns of a lone matrix
-        cells = [[_text(cell) for cell in column] for column in tables[0].T]
+        cells = [list(map(_text, column)) for column in tables[0].T]
         return grid_of(headings_in_order(naming, len(cells)), cells, source=str(path))
+    if naming is None:
+        with suppress(FileError):
+            named = {name.rpartition(".")[2]: value for name, value in variables.items()}
+            found = table_of(named, path, "this is a MATLAB file")
+            known = {column.key for column in interpret_columns(with_headings(found))}
+            if "q1" in known and known & {"x", "m1x", "distance"}:
+                return found
     if naming is None or not naming.pairs:
         raise OptionError(
             f"{path}: a MATLAB file doesn't state what its matrices are; it holds {holds}: "
@@ -60,46 +70,37 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
             ),
             option="columns",
         )
-    headings, columns, notes = list[str](), list[list[str]](), list[str]()
-    by_joint = [p for p in naming.pairs if any(i.name.lower() in BY_JOINT for i in (p.left, *p.right))]
-    for pair in [*(p for p in naming.pairs if p not in by_joint), *by_joint]:  # others tell how many rows
-        if (sides := _sides(pair, variables)) is None:
-            names = f"neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file"
+    columns, notes = dict[str, list[str]](), list[str]()
+    for pair in sorted(naming.pairs, key=_is_by_joint):  # others tell how many rows
+        side, wanted = pair.left, pair.right
+        if len(wanted) == 1 and wanted[0].name in variables:
+            side, wanted = wanted[0], (pair.left,)
+        elif side.name not in variables:
+            names = f"neither '{side.name}' nor '{wanted[0].name}' is in the file"
             raise OptionError(f"{path}: {names}, which contains {holds}")
-        side, wanted = sides
-        table, how = _one_row_each(variables[side.name], side, wanted, len(columns and columns[0]), path)
+        wanted = tuple(i if i.unit is not None else i._replace(unit=side.unit) for i in wanted)
+        rows = len(next(iter(columns.values()), ()))
+        table, how = _one_row_each(variables[side.name], side, wanted, rows, path)
         keys = _headings(wanted, table.shape[1], path)
-        if (width := table.shape[1]) != len(keys):
+        if table.shape[1] != len(keys) or (rows and len(table) != rows):
             raise OptionError(
-                f"{path}: '{side.name}' has {width} values per measurement but {len(keys)} are named: "
-                "change 'row' to 'column' or name them all",
+                f"{path}: '{side.name}' has {len(table)} measurements of {table.shape[1]} values where "
+                f"{rows or len(table)} of {len(keys)} are named: change 'row' to 'column' or name them all",
                 option="columns",
-                found=width,
+                found=table.shape,
             )
-        if columns and len(table) != len(columns[0]):
-            raise FileError(
-                f"'{keys[0]}' has {len(table)} measurements but '{headings[0]}' has {len(columns[0])}: "
-                "check 'row' and 'column'",
-                path=str(path),
-            )
-        headings += keys
-        columns += [[_text(cell) for cell in cells] for cells in table.T]
+        columns |= {key: list(map(_text, cells)) for key, cells in zip(keys, table.T, strict=True)}
         notes.append(f"'{side.name}' is read as {keys[0]} … {keys[-1]}, one measurement per {how}")
-    return grid_of(headings, columns, source=str(path), notes=notes)
+    return grid_of(list(columns), columns.values(), source=str(path), notes=notes)
 
 
-def _sides(pair: Pair, variables: dict[str, np.ndarray]) -> tuple[NamedUnit, tuple[NamedUnit, ...]] | None:
-    """The item that names a matrix, and those that say what it means, with its unit."""
-    side, wanted = pair.left, pair.right
-    if len(pair.right) == 1 and pair.right[0].name in variables:
-        side, wanted = pair.right[0], (pair.left,)
-    elif pair.left.name not in variables:
-        return None
-    return side, tuple(i if i.unit is not None else i._replace(unit=side.unit) for i in wanted)
+def _is_by_joint(pair: Pair) -> bool:
+    """Whether it names as many columns as there are joints."""
+    return any(item.name.lower() in BY_JOINT for item in (pair.left, *pair.right))
 
 
 def _one_row_each(
-    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], number: int, path: Path
+    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], rows: int, path: Path
 ) -> tuple[np.ndarray, str]:
     """The matrix with one measurement a row, and how it stood in the file."""
     if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):  # pages of rotations or poses
@@ -107,23 +108,21 @@ def _one_row_each(
         return turns if len(array) == 3 else np.hstack([array[:3, 3, :].T, turns]), "page"
     if array.ndim != 2 or array.dtype.kind not in "fiubUOS":
         raise FileError(f"'{side.name}' is not a matrix of numbers", path=str(path))
-    given = [item.orientation for item in (side, *wanted) if item.orientation]
-    rows, columns = array.shape
-    if wanted[0].name.lower() in BY_JOINT:
-        fitting = given or [how for how, size in (("row", rows), ("column", columns)) if size == number]
-    else:
-        count = len(_headings(wanted, 0, path))
-        if not given and count == 1 and 1 in array.shape:
-            return array.reshape(-1, 1), "row" if columns == 1 else "column"
-        fitting = given or [how for how, size in (("row", columns), ("column", rows)) if size == count]
-    if not given and len(fitting) != 1:
+    how = next((item.orientation for item in (side, *wanted) if item.orientation), None)
+    size, width = (rows, None) if wanted[0].name.lower() in BY_JOINT else (0, len(_headings(wanted, 0, path)))
+    if how is None and width == 1 and 1 in array.shape:
+        return array.reshape(-1, 1), "row" if array.shape[1] == 1 else "column"
+    fits = {"row": size == len(array) or width == array.shape[1]}
+    fits["column"] = size == array.shape[1] or width == len(array)
+    if how is None and sum(fits.values()) != 1:
         raise OptionError(
             f"{path}: say whether one measurement is a row or a column of '{side.name}' "
-            f"({rows} x {columns}), e.g. columns='{wanted[0].name}[rad|column]={side.name}'",
+            f"({' x '.join(map(str, array.shape))}), e.g. columns='{wanted[0].name}[rad|column]={side.name}'",
             option="columns",
             found=side.name,
         )
-    return (array.T if fitting[0] == "column" else array), str(fitting[0])
+    how = how or ("row" if fits["row"] else "column")
+    return (array.T if how == "column" else array), how
 
 
 def _headings(wanted: tuple[NamedUnit, ...], width: int, path: Path) -> list[str]:

@@ -6,7 +6,6 @@ those of the recorder, which has one clock for all topics. A child reads the fil
 memory.
 """
 
-import re
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, final
@@ -16,13 +15,11 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.bounded_process import MEBIBYTE, ChildError
 from workbench.base.errors import DataError, MissingExtraError
-from workbench.base.remedy import remedy
-from workbench.base.wording import listed
 from workbench.data.binary_tables import read_in_child
 from workbench.data.readers.columns_option import Naming
-from workbench.data.readers.fields import Fields
-from workbench.data.readers.headings import meaning
+from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.layouts import AbstractFileLayout
+from workbench.data.readers.table import grid_of, with_headings
 from workbench.extras.logs.mocap import chosen
 from workbench.extras.logs.standstills import join_by_time
 
@@ -71,33 +68,14 @@ class RosBag(AbstractFileLayout):
 
 
 def _joints(path: Path, topic: str, rows: list[tuple[float, Any]], naming: Naming | None) -> Fields:
-    given = {pair.left.name: pair.right[0].name for pair in naming.pairs} if naming is not None else {}
+    """Positions by the joints' names, which say their order, or of which `naming` does."""
     names = list(dict.fromkeys(name for _, at in rows for name in at))
-    values = {"time": np.array([time for time, _ in rows])}
-    headings, left = {}, []
-    for name in names:
-        key = meaning(given.get(name, name)) or ""
-        if re.fullmatch(r"q\d+", key) and key not in values:
-            values[key] = np.array([at.get(name, np.nan) for _, at in rows])
-            headings[key] = name
-        else:
-            left.append(name)
-    if not headings:
-        how = 'columns="shoulder=q1,elbow=q2 …" (--columns)'
-        raise DataError(
-            f"{path}: the joints of {topic} are called {listed(names)}, which does not say their "
-            "order: name them with " + remedy(how, page="'workbench identify --columns', or load a CSV here")
-        )
-    read = ", ".join(f"{name} is {key}" for key, name in sorted(headings.items()))
-    notes = [f"joints from {topic}: {read}", *([f"joints that are left out: {listed(left)}"] if left else [])]
-    return Fields(
-        source=str(path),
-        lines=tuple(range(1, len(rows) + 1)),
-        values=values,
-        headings=headings,
-        units=dict.fromkeys(headings, "rad"),
-        notes=tuple(notes),
-    )
+    columns = [[repr(time) for time, _ in rows]]
+    columns += [[repr(at[name]) if name in at else "" for _, at in rows] for name in names]
+    given = tuple(pair for pair in naming.pairs if pair.left.name in names) if naming is not None else ()
+    headings, notes = ["time[s]", *(f"{name}[rad]" for name in names)], [f"joints from {topic}"]
+    grid = grid_of(headings, columns, source=str(path), notes=notes)
+    return fields_of(with_headings(grid, Naming("", pairs=given) if given else None))
 
 
 def read_bag(path: Path) -> Streams:

@@ -16,7 +16,7 @@ from workbench.data.readers.fields import Fields, fields_of, to_numbers
 from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.headings import normalised
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout, named
-from workbench.data.readers.table import Table, with_names
+from workbench.data.readers.table import Grid, Table, with_headings
 from workbench.data.readers.text import read_text
 
 STAMP = r"(\d{4})(\d\d)(\d\d)(\d\d)(\d\d)(\d\d)"
@@ -195,35 +195,25 @@ class Mukca(AbstractFileLayout):
         files = [path] if path.is_file() else _sockets(path)
         if not files:
             raise FileError("there are no hole_0.csv or hole_1.csv in this folder", path=str(path))
-        tables = [_table(file) for file in files]
-        width = len(tables[0].headings)
-        if odd := next((table for table in tables if len(table.headings) != width), None):
-            raise FileError(
-                f"it has {len(odd.headings)} joints, the first file {width}: read one robot at a time",
-                path=odd.source,
-            )
-        counts = [table.rows for table in tables]
-        q = np.vstack([np.stack([to_numbers(t, i) for i in range(width)], axis=1) for t in tables])
-        socket = np.repeat([int(file.name[5]) for file in files], counts)
-        values = {f"q{i + 1}": q[:, i] for i in range(width)}
-        units = dict.fromkeys(values, "rad")
-        values |= {"x": SPACING * socket, "y": np.zeros(len(q)), "z": np.zeros(len(q))}
-        values["session"] = np.repeat([file.parent.name for file in files], counts)
-        values["point"] = np.array([f"socket{s}" for s in socket], dtype=str)
+        rows, lines = list[list[str]](), list[int]()
+        for file in files:
+            grid, socket = read_text(read_bytes(file), file), int(file.name[5])
+            if rows and len(grid.rows[0]) != len(rows[0]) - 5:
+                text = f"it has {len(grid.rows[0])} joints, the first file {len(rows[0]) - 5}"
+                raise FileError(f"{text}: read one robot at a time", path=str(file))
+            place = [repr(SPACING * socket), "0", "0", file.parent.name, f"socket{socket}"]
+            rows, lines = rows + [[*row, *place] for row in grid.rows], lines + grid.lines
+        headings = [f"q{k}[rad]" for k in range(1, len(rows[0]) - 4)]
+        headings += ["x[m]", "y[m]", "z[m]", "session", "point"]
         notes = (
             "layout 'mukca': joint angles in rad, one session per placement",
             f"positions are not measured: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a "
             "frame that differs between sessions, so base frames must be free per session",
         )
-        lines = tuple(line for table in tables for line in table.lines)
-        return Fields(source=str(path), lines=lines, values=values, units=units, notes=notes)
+        whole = Grid(source=str(path), rows=[headings, *rows], lines=[0, *lines], notes=notes)
+        return fields_of(with_headings(whole))
 
 
 def _sockets(path: Path) -> list[Path]:
     """Files of sockets in a folder, or in those right below it."""
     return sorted((*path.glob("hole_[01].csv"), *path.glob("*/hole_[01].csv")))
-
-
-def _table(path: Path) -> Table:
-    grid = read_text(read_bytes(path), path)
-    return with_names(grid, tuple(f"q{i}[rad]" for i in range(1, len(grid.rows[0]) + 1)))

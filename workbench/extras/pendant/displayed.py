@@ -23,7 +23,7 @@ from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of, to_numbers
 from workbench.data.readers.headings import CONTROLLER
 from workbench.data.readers.orientation import FORMS
-from workbench.data.readers.read import read_by_layout, read_grid, read_measurements
+from workbench.data.readers.read import file_layout, read_grid, read_measurements, read_table
 from workbench.data.readers.table import NUMBER, Grid, Table, with_names
 from workbench.identification.meaning.conventions import Convention
 from workbench.identification.meaning.reading import RowReading
@@ -126,14 +126,14 @@ class DisplayMeaning(NamedTuple):
 def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) -> Displayed:
     """Poses of a table with or without headings, or of a log, as measurements are read."""
     path, names = Path(path), robot.joint_names
+    if file_layout(path) is not None:  # such as a bag, whose numbers are known in full
+        return of_dataset(read_measurements(path, joints=names), robot)
     try:
-        _, _, table = read_by_layout(path, columns=columns, layout=None, sheet=None, joints=names)
+        table = read_table(path, columns=columns, joints=names)
     except FileError:
         if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
-    if table is None:  # a bag, whose numbers are known in full
-        return of_dataset(read_measurements(path, joints=names), robot)
     table = _completed(_filled(table), robot.dof)
     data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
     if data.position is None or data.rotation is None or data.written is None:
