@@ -147,14 +147,6 @@ class PictureTarget:
         numbers = f"{self.ids[0]} … {self.ids[-1]}"
         return f"{len(self)} inner corners ({numbers}) of a board of {across} x {down} squares"
 
-    @cached_property
-    def planar(self) -> tuple[np.ndarray, ...]:
-        """Points that lie in one plane and can place a camera alone, group by group: the board, or each tag
-        of four corners or more."""
-        groups = [np.flatnonzero(self.ids == k) for k in sorted(set(self.ids.tolist()))]
-        groups = [np.arange(len(self)), *(g for g in groups if 4 <= len(g) < len(self))]
-        return tuple(g for g in groups if is_plane(self.points[g]))
-
 
 def prints_of(dictionary: str) -> str:
     """What dictionaries have in common that print a number alike: DICT_6X6 of DICT_6X6_50 … DICT_6X6_1000."""
