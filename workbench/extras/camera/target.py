@@ -107,7 +107,7 @@ class PictureTarget:
 
     @cached_property
     def shape(self) -> dict[str, tuple[str, float, float, Float[np.ndarray, "points 3"]]]:
-        """What of its shape is unknown: unit, standard deviation, start, and how a unit of it moves each point.
+        """What of its shape is unknown: unit, standard deviation, start, and how a unit moves each point.
 
         Its scale; three bends xx, xy, yy out of the plane z = 0; the places of points of its own.
         """
@@ -117,13 +117,9 @@ class PictureTarget:
         for name, z in {"bend_xx": x * x, "bend_xy": x * y, "bend_yy": y * y}.items():
             found[name] = "m", self.flatness_sigma, 0.0, z[:, None] * np.eye(3)[2]
         for (k, sigma), axis in product(sorted(self.sigmas.items()), range(3)):
-            name = f"point{self.ids[k]}_{self.corners[k]}.{'xyz'[axis]}"
-            found[name] = (
-                "m",
-                sigma,
-                float(self.points[k, axis]),
-                np.outer(np.arange(len(self)) == k, np.eye(3)[axis]),
-            )
+            name, moves = f"point{self.ids[k]}_{self.corners[k]}.{'xyz'[axis]}", np.zeros(self.points.shape)
+            moves[k, axis] = 1.0
+            found[name] = "m", sigma, float(self.points[k, axis]), moves
         return {name: each for name, each in found.items() if each[1] > 0.0}
 
     @cached_property
