@@ -87,9 +87,13 @@ def select_camera_step(
     def fitted(rows: Dataset, own: tuple[str, ...]) -> Fitted:
         return _fitted(build(robot, rows, free=own), [n for n in own if n not in zeros])
 
-    rig = rig_of(data).with_fixed_intrinsics(Freedom.AUTO)  # of these and of sizes little is known
-    rig = replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets))
-    loose = fitted(with_rig(data, rig), names.get(GEOMETRY, names.get(ZEROS, ())))
+    rig, auto = rig_of(data), {Freedom.FIXED: Freedom.AUTO}  # of intrinsics and sizes little is known
+    cameras = tuple(replace(c, free=auto.get(c.free, c.free)) for c in rig.cameras)
+    targets = tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets)
+    loose = fitted(
+        with_rig(data, replace(rig, cameras=cameras, targets=targets)),
+        names.get(GEOMETRY, names.get(ZEROS, ())),
+    )
     doubt = find_doubt(loose, data)
     fits = [_alike(build(robot, data, free=()))]
     fits += [fitted(data, own) for own in names.values() if not doubt]
