@@ -61,10 +61,10 @@ BUDGETS = {
     "extras/production": 469,
     "extras/reproduce": 88,
     "extras/review": 275,
-    "extras/service": 1_164,
+    "extras/service": 1_162,
     "extras/trajectories": 1_289,
     "extras/workshop": 910,
-    "tests": 39386,
+    "tests": 39_374,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_976

@@ -66,9 +66,8 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
         return tuple(f"{c.text}: zeros alone leave {r:.1f} times as much; {c.remedy}" for r, c in alike)
     every, noise = knowledge.names, np.sqrt(zeros.mean_square) * zeros.measured
     loose = knowledge.problem(zeros.problem, zeros.x, every)
-    ratio = _OtherExplanation("", "", loose, len(every) - len(knowledge.robot.joint_offsets)).times(
-        zeros, least
-    )
+    further = len(every) - len(knowledge.robot.joint_offsets)
+    ratio = _OtherExplanation("", "", loose, further).times(zeros, CLEARLY_WORSE)
     if max(ratio, noise) < CLEARLY_WORSE:
         return ()
     than = f"{ratio:.1f} times what other lengths and angles do" if ratio else f"{noise:.1f} times the noise"
