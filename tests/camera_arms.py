@@ -169,12 +169,10 @@ def scene(
     solids=1,
     cameras=None,
     targets=None,
-    turned=np.inf,
 ):
     """Joints and pixels of `count` poses; `arm` is the actual one, tags stand in `target_toml`.
 
-    Cameras and targets stand somewhere near the usual place, or where their poses are given. Joints turn by
-    `turned` [rad] about the first pose, one standard deviation, or as they like.
+    Cameras and targets stand somewhere near the usual place, or where their poses are given.
     """
     tags, normals = dodecahedron()
     tags = tags * scale
@@ -192,8 +190,6 @@ def scene(
     q, rows, truth = [], [], []
     while len(q) < count:
         batch = rng.uniform(-0.95 * LIMIT, 0.95 * LIMIT, (400, len(arm.dh)))
-        if q and turned < np.inf:
-            batch = q[0] + turned * rng.normal(size=batch.shape)
         direction = np.sign(rng.normal(size=batch.shape))
         for joints, _, tool in zip(batch, direction, arm.poses(batch, direction), strict=True):
             if tool[2, 3] < 0.05 or len(q) == count:

@@ -24,13 +24,12 @@ VIEWS = [((0.02, 0.05, -0.3), 0.0), ((0.2, 0.1, -0.28), 0.2), ((0.07, 0.32, -0.2
 DOT = 0.25e-3
 
 
-def printed(board=BOARD, legacy=False):
+def printed(board=BOARD):
     """The board as OpenCV itself draws it, at DOT a dot."""
     drawn = cv2.aruco.CharucoBoard(
         *(board.squares, board.square, board.marker),
         *(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250), np.array(board.markers)),
     )
-    drawn.setLegacyPattern(legacy)
     return drawn.generateImage(tuple(round(n * board.square / DOT) for n in board.squares))
 
 

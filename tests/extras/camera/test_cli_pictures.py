@@ -107,5 +107,6 @@ def test_what_a_folder_may_be(run, here):
     assert (status, err) == (0, "")
     assert mentions(out, "9 pictures")
     assert re.search(r"1 picture left out, '?3\.png'?: can't be read", out)
-    zeros = json.loads((here / "r.json").read_text())["camera"]["zeros"]
-    assert [z["joint"] for z in zeros if z["moved"]] == ["joint3", "joint5"]
+    found = json.loads((here / "r.json").read_text())["algorithms"]["opt2"]["parameters"]
+    moved = [p["name"] for p in found if ".theta" in p["name"] and abs(p["value"] - p["nominal"]) > 1e-3]
+    assert moved == ["joint3.theta", "joint5.theta"]

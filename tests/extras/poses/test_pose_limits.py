@@ -1,14 +1,18 @@
 """Poses that keep limits in pairs and one by one, orders with short ways, conflicts that are named."""
 
+import tomllib
 from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import default_rng as rng
+from points_and_tilts import frames
 from refusals import refuses
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
@@ -76,6 +80,14 @@ def test_orders_against_all_permutations(seed, rows):
     shortest = min(travels(q[list(p)]).sum() for p in permutations(range(rows)))
     assert travels(q[order]).sum() <= travels(q).sum() + 1e-12
     assert travels(q[order]).sum() <= 1.15 * shortest + 1e-12
+
+
+def test_an_arm_keeps_above_the_table_that_it_stands_on():
+    """The places of a UR10's joints by other code: the elbow of half of all postures would hit the table."""
+    table = tomllib.loads((Path(__file__).parents[3] / "assets/robots/ur10.toml").read_text())["joint"]
+    rows = np.array([[joint[key] for key in ("theta", "d", "a", "alpha")] for joint in table])
+    found = informative_poses(load_robot("ur10"), 12, limits=PoseLimits(clearance=0.02), rng=rng(2))
+    assert min(at[:, 2, 3].min() for at in frames(rows, found.q)[1:]) > 0.02
 
 
 def test_conflicts_are_named(aria, plate, monkeypatch):

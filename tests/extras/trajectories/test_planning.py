@@ -63,17 +63,6 @@ def test_noisy_points_give_the_nearest_circle():
     assert found.normal @ turn[:, 2] > 1 - 1e-5
 
 
-def test_the_share_begins_and_ends_at_rest():
-    t = np.linspace(0.0, 3.0, 3001)
-    s = smooth_shares(t)
-    speed = np.gradient(s, t)
-    assert s[0] == 0.0
-    assert s[-1] == 1.0
-    assert speed.max() == pytest.approx(15 / 8 / 3, rel=1e-4)
-    assert np.abs(speed[[0, -1]]).max() < 1e-6
-    assert np.abs(np.gradient(speed, t)[[1, -2]]).max() < 1e-2
-
-
 def test_a_katana_leads_its_tool_along_the_circle(robots, circle):
     """Positions by other code, closed, smooth, the axis within some degrees of the plane's normal."""
     _, tool, arm = robots["katana"]

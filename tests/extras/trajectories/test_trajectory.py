@@ -53,7 +53,7 @@ def test_a_bent_arm_follows_what_was_commanded(arms):
     commanded = command_joints(model.with_effects(EFFECT), nominal, q)
     np.testing.assert_allclose(commanded.poses, generator.aria().pose(q), atol=1e-12)
     before = missed(hidden, q, commanded.poses, **bend)
-    for method, factor in (("one-step", 5.0), ("iterated", 10.0)):
+    for method, factor in ((CorrectionMethod.ONE_STEP, 5.0), (CorrectionMethod.ITERATED, 10.0)):
         found = correct(commanded, motion=motion, method=method)
         after = missed(hidden, found.q, commanded.poses, **bend)
         assert after.mean() < before.mean() / factor

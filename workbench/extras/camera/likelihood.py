@@ -36,8 +36,8 @@ GRID = np.geomspace(5e-6, 5e-3, 9)
 """Values [m] over which the likelihood of a size is averaged."""
 FAR = 10.0
 """Standard deviation of unknowns without any knowledge [natural units], so that H can be inverted."""
-LACK, WIDTH = 1, 3
-"""Places of s_p and of the first τ among the sizes."""
+WIDTH = 3
+"""Place of the first τ among the sizes."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,25 +51,20 @@ class Fitted:
 
     Args:
         problem: Weighed, with the geometry's scatter about nominal as prior knowledge.
-        x: Its answer.
-        free: Constants of the arm that it frees.
         likelihood: At the answer; its first group is the geometry.
     """
 
     problem: Problem
-    x: Float[np.ndarray, " p"]
-    free: tuple[str, ...]
     likelihood: Likelihood
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Constants of the arm that it frees."""
+        return tuple(p.name for p in self.problem.parameters if p.is_geometry)
 
     @cached_property
     def found(self) -> Likeliest:
         return self.likelihood.likeliest()
-
-    @cached_property
-    def careful(self) -> Likeliest:
-        """With the geometry's scatter as wide as it may be."""
-        is_shrunk = bool(self.likelihood.groups and self.likelihood.groups[0].any())
-        return self.likelihood.likeliest({WIDTH: self.likelihood.mean(WIDTH)}) if is_shrunk else self.found
 
 
 def select_camera_step(
@@ -92,9 +87,13 @@ def select_camera_step(
     def fitted(rows: Dataset, own: tuple[str, ...]) -> Fitted:
         return _fitted(build(robot, rows, free=own), [n for n in own if n not in zeros])
 
-    rig = rig_of(data).with_fixed_intrinsics(Freedom.AUTO)  # of these and of sizes little is known
-    rig = replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets))
-    loose = fitted(with_rig(data, rig), names.get(GEOMETRY, names.get(ZEROS, ())))
+    rig, auto = rig_of(data), {Freedom.FIXED: Freedom.AUTO}  # of intrinsics and sizes little is known
+    cameras = tuple(replace(c, free=auto.get(c.free, c.free)) for c in rig.cameras)
+    targets = tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets)
+    loose = fitted(
+        with_rig(data, replace(rig, cameras=cameras, targets=targets)),
+        names.get(GEOMETRY, names.get(ZEROS, ())),
+    )
     doubt = find_doubt(loose, data)
     fits = [_alike(build(robot, data, free=()))]
     fits += [fitted(data, own) for own in names.values() if not doubt]
@@ -104,7 +103,7 @@ def select_camera_step(
         taken = taken if steps[-1].refused else each
     number, considered, last = fits.index(taken), None, fits[-1]
     if len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
-        sigma = last.careful.sizes[WIDTH] * last.likelihood.groups[0]
+        sigma = last.likelihood.mean(WIDTH) * last.likelihood.groups[0]
         considered = Considered(last.problem.with_noise(taken.problem.noise), sigma)
     identifiability = Identifiability.of(
         tuple(steps),
@@ -128,7 +127,7 @@ def _alike(problem: Problem) -> Fitted:
     """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
     problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
     x = Opt2(limit=60).search(problem).x
-    return Fitted(problem, x, (), Likelihood.at(problem, x))
+    return Fitted(problem, Likelihood.at(problem, x))
 
 
 def _fitted(problem: Problem, shrunk: Sequence[str]) -> Fitted:
@@ -146,8 +145,7 @@ def _fitted(problem: Problem, shrunk: Sequence[str]) -> Fitted:
         likelihood = Likelihood.at(problem, x, shares)
         found = likelihood.likeliest()
         noise, width = found.noise, found.sizes[WIDTH]
-    free = tuple(p.name for p in problem.parameters if p.is_geometry)
-    return Fitted(now.with_noise(noise), x, free, likelihood)
+    return Fitted(now.with_noise(noise), likelihood)
 
 
 def _confounded(problem: Problem) -> set[str]:

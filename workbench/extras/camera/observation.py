@@ -31,7 +31,6 @@ from workbench.extras.camera.rig import PictureReadings, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
-BENDS = ("bend_xx", "bend_xy", "bend_yy")
 
 
 class Placement(NamedTuple):
@@ -135,14 +134,9 @@ class PixelObservation(AbstractObservation):
                 sigma = std if camera.free is Freedom.AUTO else None
                 found.append((f"{camera.owner}.{part}", Unknown(unit, natural, sigma), value))
         for target in self.targets:
-            own = [("scale", Unknown("1", sigma=target.scale_sigma))] if target.scale_sigma else []
-            bend = Unknown("m", sigma=target.flatness_sigma)
-            own += [(part, bend) for part in BENDS if target.flatness_sigma]
-            found += [(f"{target.owner}.{part}", unknown, 0.0) for part, unknown in own]
-            for point, k in target.own_places.items():
-                known = Unknown("m", sigma=None if np.isinf(target.sigmas[k]) else target.sigmas[k])
-                places = zip(POSE[:3], target.points[k].tolist(), strict=True)
-                found += [(f"{point}.{axis}", known, value) for axis, value in places]
+            for part, (unit, sigma, value, _) in target.shape.items():
+                known = Unknown(unit, sigma=None if np.isinf(sigma) else sigma)
+                found.append((f"{target.owner}.{part}", known, value))
         return found
 
     @property
@@ -193,16 +187,12 @@ class PixelObservation(AbstractObservation):
             mine = np.s_[:, eye.number, part]
             there = np.isfinite(self.measured[mine]).all(2) & (eye.rows & plate.rows)[:, None]
             row, spot = np.nonzero(there)
-            board, scale = self._placed_at(plate.owner, unknown), 1.0
-            stated = target.points.copy()
-            for point, number in target.own_places.items():
-                stated[number] = unknown[place[f"{point}.x"] :][:3]
-            if (size := place.get(f"{target.owner}.scale")) is not None:
-                scale += unknown[size]
-            xi = scale * stated
-            if (bend := place.get(f"{target.owner}.bend_xx")) is not None:
-                xi[:, 2] += target.bends @ unknown[bend : bend + 3]
-            held = se3.apply(board.pose, xi)
+            board, shape = (
+                self._placed_at(plate.owner, unknown),
+                [place[f"{target.owner}.{n}"] for n in target.shape],
+            )
+            moves = np.reshape([own for *_, own in target.shape.values()], (-1, *target.points.shape))
+            held = se3.apply(board.pose, target.still + np.tensordot(unknown[shape], moves, 1))
             first, placement = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
             lens = place.get(f"{camera.owner}.fx")
             intrinsics = camera.intrinsics if lens is None else unknown[lens : lens + 9]
@@ -226,13 +216,7 @@ class PixelObservation(AbstractObservation):
             turned = _turned(by_held, (held - board.pose[:3, 3])[spot])
             out[..., k + 3 : k + 6] = -_times(turned, board.turning)
             by_xi = _times(by_held, board.pose[:3, :3])
-            if size is not None:
-                out[..., size] = (by_xi * stated[spot, None]).sum(2)
-            if bend is not None:
-                out[..., bend : bend + 3] = by_xi[..., 2:] * target.bends[spot, None]
-            for point, number in target.own_places.items():
-                here, k = spot == number, place[f"{point}.x"]
-                out[here, :, k : k + 3] = scale * by_xi[here]
+            out[..., shape] = np.einsum("nij,knj->nik", by_xi, moves[:, spot])
             by_unknown[mine][row, spot] = out
         rows = len(residual), residual[0].size
         return Linearised(

@@ -1,9 +1,9 @@
 """Poses from pictures: of the target in each picture alone, then of camera and board in what carries them.
 
-Every plane of the target that is in view (a board, or each tag) gives a pose and the one mirrored in depth by
-OpenCV's IPPE; all its points give another by RANSAC. The pose that suits most corners, refined on those that
-suit it, is taken. No arm takes part, so that a corner is judged by its picture and not by the joints, and one
-that contradicts its picture is excluded.
+Points in one plane (a board, or a tag alone) give a pose and the one mirrored in depth by OpenCV's IPPE;
+RANSAC gives another. The pose that suits most corners, refined on those that suit it, is taken. No arm takes
+part, so that a corner is judged by its picture and not by the joints, and one that contradicts its picture is
+excluded.
 
 Hand–eye in closed form then gives the poses of camera and board. If some pictures contradict that, it is
 found from any three of them, so that wrong pictures spoil some only, and then from all that suit the one with
@@ -105,18 +105,16 @@ def _off(
 def _poses(
     pixels: np.ndarray, there: np.ndarray, camera: Camera, target: PictureTarget
 ) -> Iterator[Float[np.ndarray, "4 4"]]:
-    """Poses of the target in a picture by each of its planes and by all points, refined on what suits."""
+    """Poses of the target in a picture by its plane and by RANSAC, refined on what suits."""
     cv2, lens, points = opencv(), as_opencv(camera.intrinsics), target.points
     if not is_plane(points[there], WIDE, 1.0):
         return
     found: list[tuple[np.ndarray, np.ndarray]] = []
-    for group in target.planar:
-        mine = group[np.isfinite(pixels[group, 0])]
-        if is_plane(points[mine], WIDE, 1.0):
-            _, turns, places, _ = cv2.solvePnPGeneric(
-                points[mine], pixels[mine], *lens, flags=cv2.SOLVEPNP_IPPE
-            )
-            found += zip(turns, places, strict=True)
+    if is_plane(points[there], WIDE):
+        _, turns, places, _ = cv2.solvePnPGeneric(
+            points[there], pixels[there], *lens, flags=cv2.SOLVEPNP_IPPE
+        )
+        found += zip(turns, places, strict=True)
     with suppress(cv2.error):  # points close together
         _, *one, _ = cv2.solvePnPRansac(points[there], pixels[there], *lens, flags=cv2.SOLVEPNP_SQPNP)
         found.append((one[0], one[1]))

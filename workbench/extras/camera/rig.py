@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.types import Freedom, frozen
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset, Labels
 from workbench.data.observation import AbstractReadings
 from workbench.extras.camera.camera import Camera, Mount, read_cameras
@@ -48,7 +48,7 @@ class Rig:
     Args:
         cameras: One or more; none where no file describes them, until pictures are read.
         targets: One, or boards of which each has its own pose in what carries them all.
-        apart: Corners that contradict their pictures and are not used, the worst first.
+        rejected: Corners that contradict their pictures and are not used, the worst first.
         tool_poses: Whether poses of the tool were given in place of joints: the arm is `posed_arm`.
     """
 
@@ -104,11 +104,6 @@ class Rig:
     @property
     def text(self) -> str:
         return ", ".join(f"{t.name}: {t.text}" if t.name else t.text for t in self.targets)
-
-    def with_fixed_intrinsics(self, free: Freedom) -> "Rig":
-        """The same with fixed intrinsics free, or with what is known of them."""
-        cameras = (replace(c, free=free) if c.free is Freedom.FIXED else c for c in self.cameras)
-        return replace(self, cameras=tuple(cameras))
 
 
 @final

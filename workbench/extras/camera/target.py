@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, final
 
@@ -105,25 +106,31 @@ class PictureTarget:
         return len(self.points)
 
     @cached_property
-    def size(self) -> float:
-        """Greatest distance of a point from the middle [m]."""
-        return float(np.linalg.norm(self.points - self.points.mean(0), axis=1).max())
+    def shape(self) -> dict[str, tuple[str, float, float, Float[np.ndarray, "points 3"]]]:
+        """What of its shape is unknown: unit, standard deviation, start, and how a unit moves each point.
+
+        Its scale; three bends xx, xy, yy out of the plane z = 0; the places of points of its own.
+        """
+        away = self.points - self.points.mean(0)
+        x, y = (away / np.linalg.norm(away, axis=1).max())[:, :2].T
+        found = {"scale": ("1", self.scale_sigma, 0.0, self.still)}
+        for name, z in {"bend_xx": x * x, "bend_xy": x * y, "bend_yy": y * y}.items():
+            found[name] = "m", self.flatness_sigma, 0.0, z[:, None] * np.eye(3)[2]
+        for (k, sigma), axis in product(sorted(self.sigmas.items()), range(3)):
+            name, moves = f"point{self.ids[k]}_{self.corners[k]}.{'xyz'[axis]}", np.zeros(self.points.shape)
+            moves[k, axis] = 1.0
+            found[name] = "m", sigma, float(self.points[k, axis]), moves
+        return {name: each for name, each in found.items() if each[1] > 0.0}
 
     @cached_property
-    def bends(self) -> Float[np.ndarray, "points 3"]:
-        """How far each point leaves the plane z = 0 for a unit of each of three bends: xx, xy, yy."""
-        x, y = ((self.points - self.points.mean(0)) / self.size)[:, :2].T
-        return np.stack([x * x, x * y, y * y], axis=1)
+    def still(self) -> Float[np.ndarray, "points 3"]:
+        """Places of the points, 0 of those that have one of their own."""
+        return np.where(np.isin(np.arange(len(self)), list(self.sigmas))[:, None], 0.0, self.points)
 
     @property
     def placing(self) -> Bool[np.ndarray, " points"]:
         """Which points are known well enough to place a camera by."""
         return np.array([not np.isinf(self.sigmas.get(k, 0.0)) for k in range(len(self))], bool)
-
-    @cached_property
-    def own_places(self) -> dict[str, int]:
-        """How the names of points whose places are unknown begin, and their numbers."""
-        return {f"{self.owner}.point{self.ids[k]}_{self.corners[k]}": k for k in sorted(self.sigmas)}
 
     @property
     def owner(self) -> str:
@@ -146,14 +153,6 @@ class PictureTarget:
         across, down = self.charuco.squares
         numbers = f"{self.ids[0]} … {self.ids[-1]}"
         return f"{len(self)} inner corners ({numbers}) of a board of {across} x {down} squares"
-
-    @cached_property
-    def planar(self) -> tuple[np.ndarray, ...]:
-        """Points that lie in one plane and can place a camera alone, group by group: the board, or each tag
-        of four corners or more."""
-        groups = [np.flatnonzero(self.ids == k) for k in sorted(set(self.ids.tolist()))]
-        groups = [np.arange(len(self)), *(g for g in groups if 4 <= len(g) < len(self))]
-        return tuple(g for g in groups if is_plane(self.points[g]))
 
 
 def prints_of(dictionary: str) -> str:

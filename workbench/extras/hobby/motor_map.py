@@ -109,11 +109,6 @@ class MotorMap(AbstractShown):
         return self.robot.effects
 
     @property
-    def zeros(self) -> Float[np.ndarray, " n"]:
-        """What each motor reads where its joint is at 0 [rad]; NaN where the mounting decides."""
-        return -self.counting.signs * self.offsets
-
-    @property
     def scatter(self) -> float:
         """Standard deviation of a joint about what its motor reads [rad]."""
         return self.run.best.fit.problem.noise.joints[0]

@@ -25,6 +25,7 @@ def poses(
     cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
     spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
+    clearance: Annotated[str | None, option("Minimum distance from itself and the table.")] = None,
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     seed: opt.SeedOption = 0,
@@ -40,6 +41,7 @@ def poses(
         cone=opt.angle(cone),
         margin=opt.angle(margin),
         spread=opt.length(spread),
+        clearance=None if clearance is None else opt.length(clearance),
     )
     base, tool = opt.unknown_frames(unknown)
     opt.check_writable(out)

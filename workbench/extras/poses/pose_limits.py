@@ -43,8 +43,7 @@ class PoseLimits:
         margin: Minimum distance of a turning joint from its limits [rad].
         dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
         spread: Minimum distance between the tool's places in two poses [m].
-        clearance: Minimum distance of the arm from itself, and from the table [m]; not checked if None.
-        floor: Height of the table that the arm stands on, in the robot's base [m]; none if None.
+        clearance: Minimum distance of the arm from itself and its table [m]; not checked if None.
         solid: A plate whose solid the arm must not touch; none if None.
 
     Raises:
@@ -58,7 +57,6 @@ class PoseLimits:
     dexterity: float = 0.0
     spread: float = 0.0
     clearance: float | None = None
-    floor: float | None = None
     solid: Plate | None = None
 
     def __post_init__(self):
@@ -95,7 +93,7 @@ class PoseLimits:
         if self.dexterity > 0:
             found["distance from singular postures"] = lambda q: self._is_dexterous(robot, q)
         if self.clearance is not None:
-            found["clearance of the arm"] = lambda q: self._is_clear(robot, q)
+            found["clearance of the arm and the table"] = lambda q: self._is_clear(robot, q)
         if (solid := self.solid) is not None:
             found[f"clearance of plate '{solid.name}'"] = lambda q: solid_clear(robot, solid, q)
         return found
@@ -111,8 +109,8 @@ class PoseLimits:
 
     def _is_clear(self, robot: Robot, q: np.ndarray) -> np.ndarray:
         assert self.clearance is not None  # else there is no such check
-        shape = arm_shape(robot, self.clearance)
-        found = shape.clearances(shape.placements(q), floor=self.floor, minimum=self.clearance)
+        shape, table = arm_shape(robot, self.clearance), min(0.0, -float(robot.base.xyz[2]))
+        found = shape.clearances(shape.placements(q), floor=table, minimum=self.clearance)
         return found.min(1) >= self.clearance
 
     def clash(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "rows rows"]:

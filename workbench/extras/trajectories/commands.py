@@ -27,7 +27,6 @@ def compensate(
     nominal: Annotated[
         str | None, option("The controller's robot model; needed for joint positions.")
     ] = None,
-    method: Annotated[str, option("iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
     payload: Annotated[float | None, option("Mass at the tool [kg].")] = None,
     temperature: Annotated[float | None, option("Temperature [degC].")] = None,
     positions_only: Annotated[
@@ -58,7 +57,6 @@ def compensate(
             arm,
             rows,
             nominal=opt.load_nominal(nominal, arm),
-            method=method,
             payload=payload,
             temperature=temperature,
             positions_only=positions_only,

@@ -23,7 +23,6 @@ from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.motion import Motion
-from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.base.wording import first_of, plural
 from workbench.extras.trajectories.path import Commanded, refuse, refuse_beyond
@@ -148,22 +147,17 @@ def correct(
     commanded: Commanded,
     *,
     motion: Motion | None = None,
-    method: CorrectionMethod | str = CorrectionMethod.ITERATED,
+    method: CorrectionMethod = CorrectionMethod.ITERATED,
 ) -> Compensation:
     """Joint positions with which the calibrated arm reaches the commanded poses.
 
     Args:
         motion: Drivers of the arm's effects, one row each, and the time; none if None.
-        method: `one-step` or `iterated`.
+        method: Iterated, or one step (Katana eq. 5.22).
 
     Raises:
         DataError: a row beyond a limit, or for which no correction is found, with row and joint.
     """
-    try:
-        method = CorrectionMethod(method)
-    except ValueError:
-        text = f"unknown method '{method}'; choose {' or '.join(CorrectionMethod)}"
-        raise OptionError(text, option="method", found=method) from None
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)

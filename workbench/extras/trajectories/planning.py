@@ -52,14 +52,12 @@ class Planned:
         time: Of every row, from 0 [s].
         poses: Of the tool in the robot's base frame, as the arm takes them.
         motion: Joint positions with their time, velocities and accelerations.
-        axis: Requested direction of the tool's z axis, robot's base.
     """
 
     robot: Robot
     time: Float[np.ndarray, " rows"]
     poses: Poses
     motion: Motion
-    axis: Vector3
     notes: tuple[str, ...]
 
     @property
@@ -100,7 +98,6 @@ def plan(
         time=frozen(time),
         poses=poses,
         motion=Motion(command.q, time=time, velocity=velocity, acceleration=acceleration),
-        axis=frozen(wanted),
         notes=(*command.notes, f"the tool's z axis stays within {off:.1f}° of the requested direction"),
     )
 

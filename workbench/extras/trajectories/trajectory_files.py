@@ -22,7 +22,7 @@ from workbench.data.measuring_order import with_directions
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import ENDINGS
-from workbench.extras.trajectories.correction import Compensation, CorrectionMethod, correct
+from workbench.extras.trajectories.correction import Compensation, correct
 from workbench.extras.trajectories.path import Commanded, command_joints, command_poses
 
 
@@ -33,7 +33,6 @@ def compensate(
     trajectory: TrajectoryLike,
     *,
     nominal: RobotLike | None = None,
-    method: CorrectionMethod | str = CorrectionMethod.ITERATED,
     payload: float | None = None,
     temperature: float | None = None,
     positions_only: bool | None = None,
@@ -46,7 +45,6 @@ def compensate(
             frame. If it has both, the joint positions are used.
         nominal: The arm as the controller computes it. Not required for poses: the calibrated geometry is
             used then.
-        method: `iterated`, or `one-step` (Katana eq. 5.22).
         payload: Mass at the tool [kg]; that of the trajectory if None.
         temperature: Temperature [degC]; that of the trajectory if None.
         positions_only: Whether to ignore orientations; by default they are corrected if the calibration
@@ -54,7 +52,7 @@ def compensate(
     """
     commanded = _commanded(calibrated, trajectory, nominal, positions_only)
     state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
-    return correct(commanded, motion=state, method=method)
+    return correct(commanded, motion=state)
 
 
 def write_trajectory(found: Compensation, path: Path | str, units: Mapping[str, str]) -> Path:

@@ -41,10 +41,10 @@ from workbench.extras.katana.load_test.postures import (
 )
 from workbench.extras.katana.load_test.tolerance import (
     ANGLE,
+    CENTRE,
     LENGTH,
     constants_known,
     has_certain_load_sides,
-    with_centre_tolerance,
 )
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
@@ -101,7 +101,8 @@ def run_load_test(robot: RobotLike, *, added_mass: float = 0.0, each: int = 4, s
         seed: Of postures, hidden arm and noise.
     """
     rng = np.random.default_rng(seed)
-    robot = with_centre_tolerance(robot.with_effects())
+    known = tuple(replace(j, com_tolerance=CENTRE) for j in robot.joints)
+    robot = replace(robot.with_effects(), joints=known)
     plan = plan_load_test(robot, added_mass=added_mass, each=each, rng=rng)
     pulled_at = [j for j in plan.unturned if pullable(robot, j, rng=rng)]
     side = tuple(side_loads(robot, j, rng=rng) for j in pulled_at)

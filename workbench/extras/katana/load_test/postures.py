@@ -9,8 +9,8 @@ the other, one joint moves or a mass is hung onto the tool. On the tested joint
 
 The mass is hung on for `size` where the arm's own weight would bend the joint by less than the instrument
 resolves ten times over. Gravity turns no upright joint, nor one whose load lies on its axis; such a joint is
-left out, and `side_loads` pulls sideways at the tool instead. Postures keep the joint limits, stand above the
-table, and links that are not neighbours keep apart; the side from which any joint is loaded is beyond doubt.
+left out, and `side_loads` pulls sideways at the tool instead. Postures keep the joint limits, and the arm
+clear of the table and of itself; the side from which any joint is loaded is beyond doubt.
 
 Source: Katana figs. 4.6 and 5.4, which show six of such postures for joint 3.
 """
@@ -22,14 +22,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.arm.gravity import level_axes
-from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
-from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.extras.katana.load_test.tolerance import constants_known, has_certain_load_sides
+from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.poses.sampling import poses_satisfying
 
 RESOLUTION, RESOLVED = float(np.deg2rad(0.001)), 10.0
@@ -49,9 +48,8 @@ PULLED = 10
 """Postures in which a joint is pulled."""
 SIZES = (1.0, 0.8, 0.65, 0.5)
 """Shares of the maximum moment that is reached, for pairs of one joint and purpose in turn."""
-MIN_GAP, ABOVE, POINTS = 0.06, 0.05, 5
-"""Minimum distance of links that are not neighbours, and height of the moving links over the base's foot [m];
-points of each link between which it is taken."""
+CLEARANCE = 0.02
+"""Minimum distance of the arm from itself and from the table [m]."""
 SIDE_EFFECT_COST = 0.1
 """What a side effect on another joint, or a full turn of the joint that moves, costs a pair's rank."""
 
@@ -157,30 +155,14 @@ def plan_load_test(
 
 
 def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
-    """Postures whose links stay above the table and apart from each other.
+    """Postures in which the arm keeps clear of the table and of itself.
 
     The table lies at the height of the measuring frame's origin if the arm's base stands higher, else at that
     of the base.
     """
-    frames, lines = body_frames(robot, q), link_paths(robot)
-    long = [i for i, line in enumerate(lines) if len(line) > 1]
-    points = [se3.apply(frames[:, i, None], _along(lines[i])[None]) for i in long]
-    table = min(0.0, -float(robot.base.xyz[2]))
-    keep = np.ones(len(q), bool)
-    for i, mine in enumerate(points):
-        if long[i] > 1:  # what turns about the first axis alone stays where it is
-            keep &= (mine[:, :, 2] > table + ABOVE).all(axis=1)
-        for others in points[: max(i - 1, 0)]:
-            gaps = np.linalg.norm(mine[:, :, None] - others[:, None], axis=-1)
-            keep &= gaps.min(axis=(1, 2)) > MIN_GAP
-    return keep
-
-
-def _along(line: Float[np.ndarray, "corners 3"]) -> Float[np.ndarray, "points 3"]:
-    """Evenly spread points of a line, its beginning left out, where its neighbour ends."""
-    length = np.concatenate([[0.0], np.linalg.norm(np.diff(line, axis=0), axis=1).cumsum()])
-    shares = np.linspace(0.0, length[-1], POINTS + 1)[1:]
-    return np.stack([np.interp(shares, length, line[:, i]) for i in range(3)], axis=1)
+    shape, table = arm_shape(robot, CLEARANCE), min(0.0, -float(robot.base.xyz[2]))
+    found = shape.clearances(shape.placements(q), floor=table, minimum=CLEARANCE)
+    return found.min(axis=1) >= CLEARANCE
 
 
 def _moves(

@@ -6,7 +6,6 @@ other side than the arm does, and errs by the whole play. No standard error tell
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool
@@ -27,11 +26,6 @@ CENTRE = 2e-3
 """Standard deviation of a link's centre of mass along each axis, as drawings or a balance give it [m]."""
 CLEAR_SIDE_SIGMAS = 4.0
 """Standard deviations of a moment that leave no doubt about its side."""
-
-
-def with_centre_tolerance(robot: Robot) -> Robot:
-    """The arm with its links' centres of mass known to `CENTRE`."""
-    return replace(robot, joints=tuple(replace(j, com_tolerance=CENTRE) for j in robot.joints))
 
 
 def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:

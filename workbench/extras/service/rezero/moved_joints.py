@@ -100,8 +100,11 @@ def rezero(
     found = _aligned(best, best.problem.robot_at(best.x).with_values(kept))
     error = BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found))
     still = _still_off(robot, best, error.after, _errors(ready, best, best.problem.robot_at(best.x)))
+    reasons = () if ready.identifiability is None else ready.identifiability.doubts
     with part_of(0.6, 0.3):
-        reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything, far=bool(still))
+        reasons = (
+            reasons or _astray(shifts, ready, everything) or doubts(knowledge, everything, far=bool(still))
+        )
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
         reasons = (
             f"joint {lost[0].joint + 1} fits the rows best, but they are still "

@@ -64,20 +64,15 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
     if best > 0.0:
         alike = sorted((each for each in tried if SIMILAR_CAUSE * each[0] >= best), key=lambda t: -t[0])
         return tuple(f"{c.text}: zeros alone leave {r:.1f} times as much; {c.remedy}" for r, c in alike)
-    noise = np.sqrt(zeros.mean_square) * zeros.measured
-    if (ratio := _everything(knowledge, zeros).times(zeros, CLEARLY_WORSE)) or noise > CLEARLY_WORSE:
-        than = (
-            f"{ratio:.1f} times what other lengths and angles do" if ratio else f"{noise:.1f} times the noise"
-        )
-        text = f"the zeros leave {than}, and no single link, frame or row explains it"
-        return (f"{text}; calibrate again with 'workbench identify'",)
-    return ()
-
-
-def _everything(knowledge: LastCalibration, zeros: Optimum) -> _OtherExplanation:
-    """All lengths and angles."""
-    further = len(knowledge.names) - len(knowledge.robot.joint_offsets)
-    return _OtherExplanation("", "", knowledge.problem(zeros.problem, zeros.x, knowledge.names), further)
+    every, noise = knowledge.names, np.sqrt(zeros.mean_square) * zeros.measured
+    loose = knowledge.problem(zeros.problem, zeros.x, every)
+    further = len(every) - len(knowledge.robot.joint_offsets)
+    ratio = _OtherExplanation("", "", loose, further).times(zeros, CLEARLY_WORSE)
+    if max(ratio, noise) < CLEARLY_WORSE:
+        return ()
+    than = f"{ratio:.1f} times what other lengths and angles do" if ratio else f"{noise:.1f} times the noise"
+    text = f"the zeros leave {than}, and no single link, frame or row explains it"
+    return (f"{text}; calibrate again with 'workbench identify'",)
 
 
 def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_OtherExplanation]:
