@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from arms import ARMS, MORPHOLOGIES, ROWS, TUNING, make
-from cases import CASES, stated
+from cases import stated
 from checks import robot_of
 from decide import catalogue, coefficients
-from draws import CREEP, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw
+from draws import draw
 from laws import WHOLE, Effect, change, poses, straight_moments, turns
 
 from workbench.arm.effects import EFFECTS
@@ -23,8 +23,6 @@ UNDRAWN = {
     *(name for name, kind in EFFECTS.items() if kind.is_event),
 }
 """What no arm hides under this name: shapes without a name, the compliance of arms without masses, events."""
-KINDS = [(kind, list(ARMS)[i % len(ARMS)]) for i, kind in enumerate(CASES)]
-"""Every kind of case, on one of the arms in turn."""
 
 
 def pinned(arm, payload):
@@ -41,11 +39,6 @@ def pinned(arm, payload):
     tool = after @ arm.tool
     model.appendBodyToJoint(parent, pin.Inertia(payload, tool[:3, 3], np.zeros((3, 3))), pin.SE3.Identity())
     return model, pin.SE3(tool)
-
-
-@pytest.fixture(scope="module")
-def cases():
-    return {kind: make(kind, TUNING[3], arm) for kind, arm in KINDS}
 
 
 @pytest.mark.parametrize("name", MORPHOLOGIES)
@@ -88,70 +81,6 @@ def test_laws_equal_the_package_to_first_order(name, tmp_path):
         else:
             assert np.abs(theirs).max() < 1e-9, effect
     assert tried == set(EFFECTS) - UNDRAWN
-
-
-@pytest.mark.parametrize("kind", [k for k in CASES if CASES[k].effects])
-def test_effects_have_the_stated_sizes(cases, kind):
-    case = cases[kind]
-    assert case.hidden
-    straight = poses(case.actual, [], case.state)
-    for effect in case.hidden:
-        moved = change(poses(case.actual, [effect], case.state), straight)
-        peak = 1e3 * np.linalg.norm(moved[:, :3], axis=1).max()
-        if effect.name == "thermal-growth":
-            assert GROWTH[0] <= effect.size[0] <= GROWTH[1]
-        elif effect.name == "base-drift":
-            crept, turned = (HOUR * np.linalg.norm(part) for part in np.split(np.array(effect.size), 2))
-            assert CREEP[0] <= crept <= CREEP[1]
-            assert TWIST[0] <= turned <= TWIST[1]
-        else:
-            angle = np.abs(turns(case.actual, effect, case.state, straight_moments(case.actual, case.state)))
-            low, high = PEAKS[effect.name]
-            full = angle.max() > 0.999 * LARGEST or (
-                effect.name in PROPORTIONAL and max(np.abs(effect.size)) > 0.999 * SOFTEST
-            )
-            assert peak < 1.02 * high
-            assert full or peak > 0.98 * low
-            assert angle.max() < 1.001 * LARGEST
-
-
-def test_nameless_laws_by_hand():
-    case = make("none", TUNING[9], "aria")
-    arm, state = case.actual, case.state.take(slice(0, 5))
-    q = np.zeros((5, 6))
-    q[:, 2] = -1.0, 0.0, 0.25, 0.5, 0.5 + 2 * np.pi
-    state = replace(state, q=q)
-
-    def angle(name, shape):
-        return turns(arm, Effect(name, (2,), (1e-3,), shape=shape), state, None)[:, 2, 2]
-
-    np.testing.assert_allclose(angle("dent", (0.0, 0.5)), [0, 1e-3, 0.5e-3, 0, 0], atol=1e-15)
-    kinks = (-1.0, 0.0, 2.0)  # up for half a turn, down for the other
-    np.testing.assert_allclose(
-        angle("kinked gear", kinks), 2e-3 * np.array([0, 1, 1.25, 1.5, 1.5]) / np.pi, atol=1e-15
-    )
-    pulled = [
-        1e-3 * (1 - np.exp(-0.5)),
-        0,
-        0,
-        -1e-3 * (1 - np.exp(-0.2)),
-        -1e-3 * (1 - np.exp(-0.2 - 2 * np.pi)),
-    ]
-    np.testing.assert_allclose(angle("dragging hose", (-0.5, 0.3)), pulled, atol=1e-15)
-    moment = straight_moments(arm, state)
-    stuck = Effect("wobbling mount", (0,), (1e-4,), shape=(1e3,))
-    assert not turns(arm, stuck, state, moment).any()
-    loose = turns(arm, replace(stuck, shape=(1.0,)), state, moment)[:, 0, :2]
-    across = moment[:, 0, :2]
-    np.testing.assert_allclose(
-        np.linalg.norm(loose, axis=1), 1e-4 * (np.linalg.norm(across, axis=1) - 1.0), atol=1e-12
-    )
-    assert ((loose * across).sum(1) < 0).all()
-    load = moment[:, 2, 2]
-    hard = turns(arm, Effect("hardening drive", (2,), (1e-4,), shape=(2.0,)), state, moment)[:, 2, 2]
-    np.testing.assert_allclose(hard, -1e-4 * load / (1.0 + np.abs(load) / 2.0), atol=1e-15)
-    belt = turns(arm, Effect("belt stretch", (2,), (1e-4,), shape=(-1.0, 1.0)), state, moment)[:, 2, 2]
-    np.testing.assert_allclose(belt[:4], -1e-4 * load[:4] * [0.0, 1.0, 0.9375, 0.75], atol=1e-15)
 
 
 def test_a_slide_shifts_where_a_joint_turns():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from arms import TUNING, make, robot_of
 from calibration import bins, expected_error
-from cases import ANY, Named, stated
+from cases import Named, stated
 from claims import named
 from counts import wilson
 from judge import judge
@@ -100,30 +100,6 @@ def test_what_has_no_name_asks_for_a_better_model_and_for_no_claim(oracle):
     assert judge(case, lambda robot, data: result).right
     result.effects += (SimpleNamespace(effect=EFFECTS["backlash"]((1,))),)
     assert judge(case, lambda robot, data: result).extra == (Named("backlash", (1,), "moment"),)
-
-
-@pytest.mark.parametrize(
-    ("kind", "result", "extra"),
-    [
-        ("dent", "local-joint-error", False),
-        ("dent", "joint-compliance", True),
-        ("hardening-drive", "joint-compliance", False),
-        ("hardening-drive", "bearing-compliance", True),
-        ("belt-stretch", "joint-compliance", False),
-    ],
-)
-def test_the_nearest_name_of_what_has_none_is_no_accusation(kind, result, extra):
-    case = make(kind, TUNING[15])
-    assert case.truth == ()
-    joint = case.hidden[0].joints
-    assert all(a.joints == joint and a.name != ANY[0] for a in case.allowed)
-    claims = (SimpleNamespace(effect=EFFECTS[result](joint)),) if result != "local-joint-error" else ()
-    if not claims:
-        q = case.data.q[:, joint[0]]
-        knots = (float(q.min()), 0.0, float(q.max()))
-        claims = (SimpleNamespace(effect=EFFECTS[result](joint, knots=knots)),)
-    silent = SimpleNamespace(effects=claims, outliers=(), calibrated=case.robot, verdict="")
-    assert bool(judge(case, lambda robot, data: silent).extra) is extra
 
 
 def test_bounds_of_a_share_by_hand():

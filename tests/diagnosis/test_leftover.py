@@ -74,6 +74,7 @@ def test_a_diagnosis_weighs_by_noisy_readings_and_begins_with_them():
     assert result.effects == ()
     assert result.verdict is Verdict.NO_EFFECT
     assert result.message.startswith("The joint readings scatter by 0.2")
+    assert "is mostly that of the joint readings" in result.message
     assert error_of(result.calibrated, case) < 0.5
     stated = diagnosis_json(result)["joint_noise_deg"]
     np.testing.assert_allclose(stated, np.rad2deg(2e-4), rtol=0.2)

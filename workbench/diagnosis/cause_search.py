@@ -32,6 +32,7 @@ from workbench.diagnosis.search.rounds import (
     description_length,
     geometry_first,
     reduced,
+    refitted,
     rounds,
     under_gravity,
 )
@@ -135,7 +136,7 @@ def _shows_gravity(search: CauseSearch) -> bool:
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
-    """The search for events and effects, repeated without uncertain events and drifts.
+    """The search for events and effects, taken up again without uncertain events and drifts.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
     posture; and what follows the time by no law is no law for the time to come.
@@ -147,7 +148,8 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Trie
             break
         events = [c for c in odds if c.effect.is_event and c not in unsure]
         refused |= {c.effect.name for c in unsure if not c.effect.is_event}
-        found = rounds(first, rng, tried=tried, events=events, without=refused)
+        rest = [t for t in found[-1].model if t.candidate not in unsure]
+        found = rounds(refitted(found[-1], rest), rng, tried=tried, events=events, without=refused)
     return found
 
 

@@ -249,7 +249,6 @@ def _diagnosis(
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
         now=saved.now,
         is_tried=search.too_few is None,
-        undetectable=saved.undetectable,
         measure_next=following[0],
         next_reasons=following[1],
         seconds=0.0,

@@ -2,9 +2,11 @@
 
 A direction that differs by more than a few of the file's standard deviations contradicts it, and is then
 estimated with the wide prior `WIDE_SIGMA`, since the file's prior would pull it half-way back. The odds that
-the file is wrong follow from the estimated angles x with covariance Σ under either hypothesis,
+the file is wrong follow from the size s of the two estimated angles and its standard error e,
 
-    log odds = log N(x; 0, Σ + f² 1) − log N(x; 0, Σ + t² 1),      f = WIDE_SIGMA, t the file's tolerance
+    log odds = log N(s; 0, e² + f²) − log N(s; 0, e² + t²),      f = WIDE_SIGMA, t the file's tolerance
+
+of a normal distribution in both angles.
 """
 
 from collections.abc import Iterator
@@ -16,6 +18,7 @@ from jaxtyping import Float
 from workbench.arm.gravity import angles_between, levelled
 from workbench.arm.joint import MIN_DEVIATION
 from workbench.arm.robot import Robot
+from workbench.diagnosis.confidence import MAX_ODDS
 from workbench.identification.fit import Fit
 from workbench.identification.frame_freedom import gravity_names
 from workbench.identification.problem import Problem
@@ -28,7 +31,6 @@ WIDE_SIGMA = 0.5
 """Standard deviation of gravity's direction if the file is wrong [rad]."""
 UPRIGHT = float(np.deg2rad(1.0))
 """Angle between the file's gravity and the measuring frame's vertical up to which these agree."""
-MAX_ODDS = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +70,9 @@ class GravityTilt:
     @property
     def odds(self) -> float:
         """Odds that the file is wrong (module docstring)."""
-        wide, narrow = (self._log_density(width) for width in (WIDE_SIGMA, self.tolerance))
-        return float(np.exp(np.clip(wide - narrow, 0.0, np.log(MAX_ODDS))))
-
-    def _log_density(self, width: float) -> float:
-        """Log density of the angles if tilts have this standard deviation, up to a constant."""
-        spread = self.covariance + width**2 * np.eye(2)
-        return -0.5 * float(self.angles @ np.linalg.solve(spread, self.angles) + np.linalg.slogdet(spread)[1])
+        wide, narrow = (self.error**2 + width**2 for width in (WIDE_SIGMA, self.tolerance))
+        gain = 0.5 * self.size**2 * (1.0 / narrow - 1.0 / wide) - np.log(wide / narrow)
+        return float(np.exp(np.clip(gain, 0.0, np.log(MAX_ODDS))))
 
     @property
     def text(self) -> str:

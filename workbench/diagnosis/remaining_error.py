@@ -109,6 +109,8 @@ class RemainingError:
         if self.known_noise is None:
             if self.is_more_than_noise:
                 return "has structure that no known effect explains"
+            if self.scattering is not None:
+                return f"is mostly that of the joint readings: {size}"
             return f"follows nothing that was tried: {size} of unknown origin"
         known = f"the known noise ({self.known_noise.text} per axis)"
         if self.is_more_than_noise:

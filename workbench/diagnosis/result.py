@@ -20,7 +20,6 @@ from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.remaining_error import RemainingError
-from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors.row_errors import Errors, RowErrors, Validation
 from workbench.identification.fit import Fit
 from workbench.identification.noise import STUDENT_FREEDOM
@@ -165,7 +164,6 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
         effects: Accepted effects, the largest contribution first.
         now: The saved arm, if there were events during the measurements.
         is_tried: Whether effects were tried: the rows were enough for that.
-        undetectable: Effects of load that are undetectable in the rows, with their standard errors.
         measure_next: Joint positions of poses to measure next [rad or m].
         next_reasons: What each of them would determine.
         warnings: Advice that could not be computed, one sentence each.
@@ -188,7 +186,6 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
     effects: tuple[Accepted, ...]
     now: Now | None
     is_tried: bool
-    undetectable: tuple[Undetectable, ...]
     measure_next: Float[np.ndarray, "_ n"]
     seconds: float
     next_reasons: tuple[NextReason, ...] = ()

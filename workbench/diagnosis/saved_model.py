@@ -19,7 +19,6 @@ from workbench.diagnosis.final_fit import fitted_on_all, identified
 from workbench.diagnosis.result import Accepted, Ranked
 from workbench.diagnosis.search.evidence import Offer, Term, drop
 from workbench.diagnosis.search.reduced_models import own_offers
-from workbench.diagnosis.undetectable import Undetectable, undetectable
 from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
@@ -42,7 +41,6 @@ class SavedModel:
             no row was held out, or if the refit did not converge.
         suspects: Which held-out rows no arm explains.
         note: Note on the refit; None without one.
-        undetectable: Effects of load that are unobservable in the rows.
         std: Standard errors of the coefficients.
         effects: Effects of the model, clearest first.
         now: The event after which the saved arm is valid, and its error since; None without events.
@@ -51,7 +49,6 @@ class SavedModel:
     fit: Fit
     suspects: Bool[np.ndarray, " held"]
     note: str | None
-    undetectable: tuple[Undetectable, ...]
     std: StandardErrors
     effects: tuple[Accepted, ...]
     now: Now | None
@@ -63,10 +60,9 @@ def saved_model(search: CauseSearch) -> SavedModel:
     fit = last.stage.fit
     suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
-    missing = ask("unobservable effects", lambda: () if search.too_few else undetectable(last), ())
     std = StandardErrors(final)
     effects = _accepted(search, final, std)
-    return SavedModel(final, suspect_rows, note, missing, std, effects, arm_now(final))
+    return SavedModel(final, suspect_rows, note, std, effects, arm_now(final))
 
 
 def best_geometry(fit: Fit, alone: Fit) -> Robot | None:

@@ -7,12 +7,11 @@ Beside an accepted model with columns A, the coefficient of another effect with 
 Effects of one kind are about as large as the largest one found: one of half that size must stand out from σ.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.base.advice import beside
 from workbench.base.wording import joint_list
@@ -25,16 +24,14 @@ DETECTABLE_ERRORS = 6.0
 MIN_SIZE_SHARE = 0.5
 """… if its size is this share of the largest one found."""
 
-Undetectable = tuple[AbstractEffect, float]
-"""An effect with a coefficient of zero, and the standard error that this would have [SI]; infinite if the
-rows show nothing of it."""
 
-
-def undetectable(searched: Searched) -> tuple[Undetectable, ...]:
-    """Effects of load at one joint, with one coefficient, that a last search would not have found."""
+@beside("the note on undetectable effects", "")
+def undetectable(searched: Searched) -> str:
+    """Effects of load at one joint, with one coefficient, that a last search would not have found, as one
+    sentence; empty if there are none."""
     chain, grams = searched.stage.fit.arm.chain, searched.grams
     taken, found = {n for t in searched.model for n in t.candidate.names}, _largest_found(searched, chain)
-    left, out = left_by(grams, searched.model), []
+    left, joints = left_by(grams, searched.model), dict[str, list[int]]()
     noise = np.sqrt(left.square / max(left.freedom, 1))
     for effect in (c.effect for c in searched.offered.candidates):
         if not effect.loads or not len(effect.joints) == len(effect.names) == 1 or taken & {*effect.names}:
@@ -43,16 +40,8 @@ def undetectable(searched: Searched) -> tuple[Undetectable, ...]:
         std = float(noise / (np.sqrt(alone) * grams.scales(effect.names)[0])) if alone > 0.0 else np.inf
         size = found.get(effect.name, found.get(effect.units(chain)[0], 0.0))
         if DETECTABLE_ERRORS * std > MIN_SIZE_SHARE * size > 0.0:
-            out.append((effect, std))
-    return tuple(out)
-
-
-@beside("the note on undetectable effects", "")
-def describe(missing: Sequence[Undetectable]) -> str:
-    """One sentence on the undetectable effects; empty if there are none."""
-    joints, kinds = dict[str, list[int]](), dict[tuple[int, ...], list[str]]()
-    for effect, _ in missing:
-        joints.setdefault(effect.name, []).extend(effect.joints)
+            joints.setdefault(effect.name, []).extend(effect.joints)
+    kinds = dict[tuple[int, ...], list[str]]()
     for name, which in joints.items():
         kinds.setdefault(tuple(which), []).append(name)
     parts = [f"{in_words(names)} of {joint_list(which)}" for which, names in kinds.items()]

@@ -59,6 +59,7 @@ UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
 UNCLEAR = "its size is less than four standard errors"
 LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
+FIRST_ROWS = "only the first rows tell of it"
 MAX_LOOK_ALIKES = 3
 """Maximum number of look-alikes listed."""
 
@@ -196,10 +197,12 @@ class _Judge:
         )
 
     def _twin(self, whole: AbstractEffect) -> str:
-        """What would give the same rows, as a clause."""
+        """What would give the same rows, or nearly, as a clause."""
         if isinstance(whole, AbstractTilting):
             return LINK_TILTS
-        return whole.twin(self.arm.dof) if isinstance(whole, AbstractEvent) else ""
+        if not isinstance(whole, AbstractEvent):
+            return ""
+        return whole.twin(self.arm.dof) or FIRST_ROWS * (not whole.is_step)
 
 
 def _even_links(whole: AbstractEffect) -> Iterator[AbstractEffect]:

@@ -52,10 +52,6 @@ def diagnosis_json(result: Diagnosis) -> Json:
         **_joint_noise(result),
         saved_arm=None if result.now is None else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
         follows=lambda: [_followed(f) for f in result.followed],
-        not_identifiable=lambda: [
-            {**_effect(effect), "std": std if np.isfinite(std) else None}
-            for effect, std in result.undetectable
-        ],
         suspects=result.held_out_data.row[result.suspects],
         verdict=result.verdict,
         message=result.message,

@@ -432,8 +432,3 @@ def joints_of(model: Model) -> set[int]:
 def drop(model: Model, terms: Sequence[Term]) -> Model:
     gone = {id(t) for t in terms}
     return tuple(t for t in model if id(t) not in gone)
-
-
-def standard_error(values: Float[np.ndarray, " folds"]) -> float:
-    """Standard error of the mean over folds; 0 for a single fold."""
-    return float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0

@@ -22,7 +22,7 @@ from workbench.diagnosis.gravity_tilt import WIDE_SIGMA, freed
 from workbench.diagnosis.search.backlash_flanks import holding_likeliest
 from workbench.diagnosis.search.candidates import Catalogue, catalogue
 from workbench.diagnosis.search.event_search import Changeable, Timeline, changeable, crowded, promising
-from workbench.diagnosis.search.evidence import Model, drop, rescaled, validated
+from workbench.diagnosis.search.evidence import Model, Term, drop, rescaled, validated
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.search.stepwise_search import MAX_EARLY_EXCHANGE_EFFECTS, MIN_FALL
@@ -147,7 +147,7 @@ def rounds(
     """Search and fit until nothing new is found.
 
     Args:
-        stage: The geometry alone.
+        stage: The geometry, alone or with some effects.
         tried: Effects to try; events only beside all of them.
         events: Possible events; searched if None.
         without: Names of effects that are not tried.
@@ -184,6 +184,11 @@ def rounds(
     best = min(done, key=description_length) if again else last
     fitted = _among(best.stage.model, best.offered.candidates)
     return (*done[:-1], replace(best, model=fitted))
+
+
+def refitted(searched: Searched, kept: Sequence[Term]) -> Stage:
+    """The stage of a search with some of its terms alone, its outliers and weights anew."""
+    return _without_outliers(_fit(searched.stage, searched.grams, tuple(kept)), searched.grams)
 
 
 def reduced(searched: Searched, kept: Model) -> Searched:

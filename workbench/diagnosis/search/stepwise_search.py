@@ -21,7 +21,6 @@ from workbench.diagnosis.search.evidence import (
     left_by,
     offer,
     offers,
-    standard_error,
     validated,
 )
 from workbench.diagnosis.search.gram_matrices import Grams
@@ -85,12 +84,9 @@ def significant(found: Offer, tries: int) -> bool:
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
     """Whether the larger model predicts other folds better by more than one standard error."""
-    return helps(1.0 - validated(grams, larger) / validated(grams, smaller))
-
-
-def helps(fall: np.ndarray) -> bool:
-    """Whether the folds' squares decrease by more than these shares."""
-    return bool(fall.mean() > max(MIN_FALL, standard_error(fall)))
+    fall = 1.0 - validated(grams, larger) / validated(grams, smaller)
+    error = fall.std(ddof=1) / np.sqrt(len(fall)) if len(fall) > 1 else 0.0
+    return bool(fall.mean() > max(MIN_FALL, error))
 
 
 def _improved(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
