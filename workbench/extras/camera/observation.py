@@ -187,12 +187,10 @@ class PixelObservation(AbstractObservation):
             mine = np.s_[:, eye.number, part]
             there = np.isfinite(self.measured[mine]).all(2) & (eye.rows & plate.rows)[:, None]
             row, spot = np.nonzero(there)
-            board, shape = (
-                self._placed_at(plate.owner, unknown),
-                [place[f"{target.owner}.{n}"] for n in target.shape],
-            )
+            board = self._placed_at(plate.owner, unknown)
+            bent = [place[f"{target.owner}.{n}"] for n in target.shape]
             moves = np.reshape([own for *_, own in target.shape.values()], (-1, *target.points.shape))
-            held = se3.apply(board.pose, target.still + np.tensordot(unknown[shape], moves, 1))
+            held = se3.apply(board.pose, target.still + np.tensordot(unknown[bent], moves, 1))
             first, placement = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
             lens = place.get(f"{camera.owner}.fx")
             intrinsics = camera.intrinsics if lens is None else unknown[lens : lens + 9]
