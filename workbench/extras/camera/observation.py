@@ -214,7 +214,7 @@ class PixelObservation(AbstractObservation):
             turned = _turned(by_held, (held - board.pose[:3, 3])[spot])
             out[..., k + 3 : k + 6] = -_times(turned, board.turning)
             by_xi = _times(by_held, board.pose[:3, :3])
-            out[..., shape] = np.einsum("nij,knj->nik", by_xi, moves[:, spot])
+            out[..., bent] = np.einsum("nij,knj->nik", by_xi, moves[:, spot])
             by_unknown[mine][row, spot] = out
         rows = len(residual), residual[0].size
         return Linearised(
