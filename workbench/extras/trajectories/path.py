@@ -15,7 +15,7 @@ from jaxtyping import Float
 from workbench.arm.calibrated_region import region_text
 from workbench.arm.calibration_record import Expected
 from workbench.arm.inverse import solve as inverse
-from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
+from workbench.arm.inverse.branch import LIMIT_SLACK, quality
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.joint_units import shown_joints, shown_units
@@ -110,7 +110,7 @@ def command_poses(
     first = inverse.solve(planned, poses[0], task=task)
     if not first.reachable:
         raise DataError(f"{named(0, time)}: {first.reason}", row=0)
-    furthest, last = 0, None
+    furthest = 0
     for start in sorted(first.within_limits, key=quality, reverse=True):
         arm, limits = compile_arm(planned), planned.limits
         q = followed(arm, poses, start.q, task=task, limits=limits, jump=JUMP)
@@ -119,15 +119,10 @@ def command_poses(
             place = ", ".join(f"{1e3 * value:.4g}" for value in calibrated.tool.xyz)
             tool = f"the poses are those of the calibrated robot's [tool], at {place} mm in its flange"
             return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch, tool)
-        if len(q) >= furthest:
-            furthest, last = len(q), q[-1] if len(q) else start.q
-    why, tight = inverse.solve(planned, poses[furthest], task=task).reason, ""
-    if last is not None:
-        gaps = margins(last[None], planned.limits)[0]
-        joint = int(np.argmin(gaps))
-        tight = f" (joint {joint + 1} is {gaps[joint]:.3f} from its limit)"
+        furthest = max(furthest, len(q))
+    why = inverse.solve(planned, poses[furthest], task=task).reason
     raise DataError(
-        f"{named(furthest, time)} can't be reached along the path{tight}: "
+        f"{named(furthest, time)} can't be reached along the path: "
         f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its start",
         row=furthest,
     )

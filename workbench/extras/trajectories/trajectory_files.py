@@ -102,11 +102,7 @@ def path_state(
 ) -> Motion:
     """Drivers of effects along a path; directions follow from the order of the rows.
 
-    Args:
-        q: Joint positions for each row of the trajectory [rad or m].
-        trajectory: Source of time, payload, temperature and other drivers.
-        payload: Mass at the tool to use instead [kg].
-        temperature: Temperature to use instead [degC].
+    Payload [kg] and temperature [°C] count instead of the trajectory's.
     """
     rows = np.arange(len(q))
     time = rows.astype(float) if trajectory.time is None else trajectory.time
