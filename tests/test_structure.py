@@ -62,7 +62,7 @@ BUDGETS = {
     "extras/reproduce": 88,
     "extras/review": 275,
     "extras/service": 1_162,
-    "extras/trajectories": 1_279,
+    "extras/trajectories": 1_280,
     "extras/workshop": 910,
     "tests": 39_168,
 }
