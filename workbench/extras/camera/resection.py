@@ -185,7 +185,7 @@ def _without_empty(data: Dataset) -> Dataset:
     return data.kept_out({int(i): NOTHING_USED for i in np.flatnonzero(empty)})
 
 
-SAMPLES, MIN_POSES = 60, 3
+SAMPLES, MIN_POSES = 30, 3
 """Draws of so many pictures, from which camera and board are placed."""
 SUITS, FAR, WEIGHTS = 6.0, 0.05, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
 """Medians, and metres, within which pictures suit poses of camera and board; metres that a turn counts."""
