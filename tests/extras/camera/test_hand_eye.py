@@ -192,8 +192,9 @@ def test_pairs_that_do_not_belong_together_are_named():
     assert sorted(found.fit.apart) == [3, 4, 9]
     assert off(found)[0] < 0.6
     assert "pair 10 is off by 10" in repr(found)
-    few = sum(len(handeye(pairs(12, seed=seed)).fit.apart) for seed in range(100, 160))
-    assert few <= 3
+    good = [handeye(pairs(16, seed=seed)) for seed in range(100, 160)]
+    assert sum(len(found.fit.apart) for found in good) <= 3
+    assert not any("moved" in found.doubt for found in good)
 
 
 @pytest.mark.parametrize("count", [2, 7])
@@ -233,7 +234,6 @@ def test_a_knock_between_the_pairs_is_told_by_their_numbers(what, at):
     way, first, last = map(float, told.groups())
     assert way == pytest.approx(10.4, abs=0.8)
     assert first <= at < last <= first + 2
-    assert not any("moved" in handeye(pairs(20, seed=seed)).doubt for seed in range(20))
 
 
 @pytest.mark.parametrize(("axes", "about"), [((0.0, 0.0, 0.8), "xy"), ((0.5, 1e-3, 1e-3), "yz")])
