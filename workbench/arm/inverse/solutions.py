@@ -2,7 +2,7 @@
 
 A table of random configurations has the tool's pose of each. Those whose poses are nearest to the target
 start damped Newton runs, in every branch: they find each of up to sixteen solutions of six joints that
-algebraic elimination does, in less time (9 006 of 9 006 on fourteen arms), and no structure enters. The
+algebraic elimination does, in the same time (9 006 of 9 006 on fourteen arms), and no structure enters. The
 neighbours of nearly singular solutions are searched too, along the direction that hardly moves the tool,
 because two solutions lie close together there.
 """

@@ -46,9 +46,9 @@ def design_blocks(design: PlateDesign) -> Iterator[Block]:
     headings = ("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]")
     yield ResultTable(design.plate.name, headings, rows)
     errors = 1e3 * np.array(design.history)
-    line = Marks(np.arange(len(errors), dtype=float), errors, CALIBRATED, is_line=True)
+    line, last = Marks(np.arange(len(errors), dtype=float), errors, CALIBRATED, is_line=True), len(errors) - 1
     title = "Predicted position error after every round of the search, rms [mm]"
-    yield Chart([line], ticks=[(0.0, "start"), (line.x[-1], f"{line.x[-1]:.0f}")], floor=0.0, title=title)
+    yield Chart([line], ticks=[(0.0, "start"), (float(last), str(last))], floor=0.0, title=title)
     yield Sentence(
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear: clearance; limits: margins"
     )
