@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 8_813,
     "data": 5_075,
     "plate": 5_706,
-    "identification": 9_081,
+    "identification": 9_080,
     "diagnosis": 6_710,
     "exports": 330,
     "session": 6_249,

@@ -31,14 +31,8 @@ class Transfer(NamedTuple):
         return self.anywhere.position / max(self.near.position, 1e-15)
 
 
-def expected_error(fit: Fit, motion: Motion) -> Expected:
-    """Expected error of a fit's arm at some joint positions.
-
-    Args:
-        fit: Constants of the arm with their covariance; base and tool, those of the first session, are part
-            of the arm.
-        motion: Joint positions, and what drives the arm's effects.
-    """
+def _expected(fit: Fit, motion: Motion) -> Expected:
+    """Expected error of a fit's arm, with base and tool of the first session, at some joint positions."""
     _, twists, places = fit_twists(fit, motion)
     spread = ((twists @ fit.covariance[np.ix_(places, places)]) * twists).sum(2)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
@@ -55,7 +49,7 @@ def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
     near = Motion.of(fit.problem.data)
     anywhere = near.take(rng.integers(0, len(near), JOINT_SPACE_POSES))
     anywhere = replace(anywhere, q=rng.uniform(limits[:, 0], limits[:, 1], (JOINT_SPACE_POSES, len(limits))))
-    return Transfer(expected_error(fit, near), expected_error(fit, anywhere))
+    return Transfer(_expected(fit, near), _expected(fit, anywhere))
 
 
 def transfer_note(found: Transfer, sees_rotation: bool) -> str:
