@@ -52,7 +52,7 @@ def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     assert all(not state.hit for state in session.states)
     assert height_above_floor(session.robot) == 0.2015
     assert session.plate.xyz[2] > -0.2015
-    session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
+    session = do(MeasureVirtualArm(3, more=30, errors=(3e-3, 0.05)), Identify(("opt2",)))
     assert session.results.identification.runs["opt2"].held_out.position_mm.mean < 0.5
     assert session.results.identification.nominal.held_out.position_mm.mean > 5.0
     times, errors = session.choices.overlay.exaggeration, session.results.comparison.stage_errors[:, 0]

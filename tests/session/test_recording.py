@@ -125,7 +125,7 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     )
 
 
-def test_plates_that_were_searched_for_are_taken_from_the_journal(record, first, tmp_path, monkeypatch):
+def test_plates_that_were_searched_for_are_read(record, first, tmp_path, monkeypatch):
     found = first.plate.targets[0]
     better = replace(
         first.plate, targets=(replace(found, xyz=frozen(found.xyz + 0.01)), *first.plate.targets[1:])
