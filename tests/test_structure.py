@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_080,
     "diagnosis": 6_710,
     "exports": 330,
-    "session": 6_249,
+    "session": 6_248,
     "views": 7_000,
     "cli": 1_498,
     "extras": 1,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_162,
     "extras/trajectories": 1_280,
     "extras/workshop": 910,
-    "tests": 39_168,
+    "tests": 39_166,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_433
