@@ -36,7 +36,13 @@ from workbench.arm.effects.tilting import AbstractTilting, BearingCompliance
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
-from workbench.diagnosis.claims.accepted_terms import best_of, distinct, includes, place_of
+from workbench.diagnosis.claims.accepted_terms import (
+    best_of,
+    distinct,
+    includes,
+    place_of,
+    replaceable_joints,
+)
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.standard_errors import StandardErrors
@@ -57,6 +63,7 @@ MAX_CAUSES = 6
 """Maximum number of causes."""
 UNTRIED = "without masses, tilting of the joint under load can't be tried"
 UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
+NO_JOINT = "in the place of each of its joints another claim does nearly as well"
 UNCLEAR = "its size is less than four standard errors"
 LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
 FIRST_ROWS = "only the first rows tell of it"
@@ -180,6 +187,8 @@ class _Judge:
             odds = min(odds, 1.0)
         if odds >= CERTAIN and len(unclear) == len(clear):
             reason = reason or UNCLEAR
+        if len(clear) > 1 and odds >= PROBABLE and self._replaceable(terms.group).issuperset(clear):
+            odds, reason = 1.0, reason or NO_JOINT
         if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
@@ -195,6 +204,11 @@ class _Judge:
             driver=challenge.driver,
             is_law=challenge.cap > 1.0,
         )
+
+    def _replaceable(self, group: Model) -> set[int]:
+        """Joints in whose place another claim does nearly as well, with all rows or without a fold."""
+        parts = (self.searched, *(replace(self.searched, grams=g) for g in self.searched.grams.without_each))
+        return {j for part in parts for j in replaceable_joints(part, group, float(np.log(PROBABLE)))}
 
     def _twin(self, whole: AbstractEffect) -> str:
         """What would give the same rows, or nearly, as a clause."""

@@ -49,11 +49,8 @@ def sentence_of(
         std: Of its coefficients; insignificant sizes are not stated.
     """
     sizes = clearness([effect], std)
-    faint = [j for j, z in sizes.items() if j is not None and z < STATED]
-    if len({*faint, *unsure}) == len(sizes):
-        faint = [j for j in faint if j in unsure]
-    others = [j for j in unsure if j not in faint]
-    shown = without_joints(effect, [*faint, *others])
-    parts = [shown.stated(arm.chain, motion, std.covariance(shown.names))]
-    hidden = ("not significant for", faint), ("not certain for", others)
-    return "; ".join([*parts, *(f"{how} {joint_list(joints)}" for how, joints in hidden if joints)])
+    hidden = [j for j, z in sizes.items() if j is not None and (z < STATED or j in unsure)]
+    hidden = [*unsure] if len(hidden) == len(sizes) else hidden
+    shown = without_joints(effect, hidden)
+    text = shown.stated(arm.chain, motion, std.covariance(shown.names))
+    return f"{text}; not clear for {joint_list(hidden)}" if hidden else text
