@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_075,
     "plate": 5_706,
     "identification": 9_080,
-    "diagnosis": 6_710,
+    "diagnosis": 6_709,
     "exports": 330,
     "session": 6_248,
     "views": 7_000,

@@ -80,15 +80,13 @@ def freedoms(data: Dataset) -> int:
 
 @beside("notes on the coverage of joints", ())
 def coverage(data: Dataset, chain: Chain) -> list[str]:
-    """Notes on joints that moved little or only together, and on data with a single group."""
+    """Notes on joints that moved little or only together."""
     span = np.ptp(data.q, axis=0)
     little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < SMALL_TRAVEL]
     notes = [
         f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; its errors outside this range are unknown"
         for j in little
     ]
-    if data.group is not None and len(set(data.group.tolist())) == 1:
-        notes.append("all fitted rows belong to one group, so effects were cross-validated row by row")
     together = freedoms(data)
     if together < int((span > STILL).sum()):
         notes.append(

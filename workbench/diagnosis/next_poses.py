@@ -116,39 +116,31 @@ def next_poses(
     return pool.q[chosen], reasons
 
 
-@dataclass(frozen=True)
-class _DescribedUnknown:
-    """A parameter or a coefficient, described for people, and whose it is."""
-
-    name: str
-    owner: str
-
-
-def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_DescribedUnknown]:
-    """Unknowns in the order of the columns."""
-    found = [_DescribedUnknown(p.text, p.name) for p in problem.parameters if p.is_plain]
+def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[tuple[str, str]]:
+    """Parameters and coefficients for people, and whose each is, in the order of the columns."""
+    found = [(p.text, p.name) for p in problem.parameters if p.is_plain]
     for effect in requested:
         alone, shared = (effect.phrase, effect.label), f"{effect.name} ({{}})"
         for name in effect.names:
             several = shared.format(name.partition(".")[0]), name
-            found.append(_DescribedUnknown(*(alone if len(effect.joints) < 2 else several)))
+            found.append(alone if len(effect.joints) < 2 else several)
     return found
 
 
 def _reason(
-    before: np.ndarray, after: np.ndarray, *, known: int, unknowns: Sequence[_DescribedUnknown]
+    before: np.ndarray, after: np.ndarray, *, known: int, unknowns: Sequence[tuple[str, str]]
 ) -> NextReason:
     """The parameter of interest that a pose improves most, and the one from which it separates it best."""
     old, new = (np.sqrt(np.diag(c)) for c in (before, after))
     best = known + int(np.argmin((new / old + (new > OPEN_ERROR))[known:]))
-    mine, shrinks_to = unknowns[best], float(new[best] / old[best])
+    (name, owner), shrinks_to = unknowns[best], float(new[best] / old[best])
     alike = np.abs(before[best]) / (old * old[best])
-    alike[[u.owner == mine.owner for u in unknowns]] = 0.0
+    alike[[whose == owner for _, whose in unknowns]] = 0.0
     other = int(np.argmax(alike))
     if old[best] > OPEN_ERROR:
-        return NextReason(f"is a step to make {mine.name} observable", shrinks_to)
-    parts = f"separates {mine.name} from {unknowns[other].name}"
-    verb = parts if alike[other] > MIN_CORRELATION else f"sharpens {mine.name}"
+        return NextReason(f"is a step to make {name} observable", shrinks_to)
+    parts = f"separates {name} from {unknowns[other][0]}"
+    verb = parts if alike[other] > MIN_CORRELATION else f"sharpens {name}"
     return NextReason(f"{verb}: ± {100.0 * (1.0 - shrinks_to):.0f} % smaller", shrinks_to)
 
 

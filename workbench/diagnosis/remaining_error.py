@@ -16,10 +16,6 @@ MAX_NOISE_RATIO = 1.25
 """Maximum ratio of the residual to the known noise at which it still counts as noise."""
 MIN_MAJOR_SHARE = 0.5
 """Share of the remaining error due to joint readings above which the message starts with it."""
-LET_SETTLE = "let the arm settle before reading its joints, or average several readings"
-"""Advice if all joints scatter."""
-CHECK_DRIVES = "check for friction wind-up, a worn coupling or a poor encoder"
-"""Advice if only some joints do."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -78,7 +74,9 @@ class RemainingError:
         noise = self.scattering
         if noise is None:
             return ""
-        advice = CHECK_DRIVES if noise.joints_that_scatter else LET_SETTLE
+        advice = "let the arm settle before reading its joints, or average several readings"
+        if noise.joints_that_scatter:
+            advice = "check for friction wind-up, a worn coupling or a poor encoder"
         if noise.digit:
             worst = joint_list([int(np.argmax(noise.sigma))]) if noise.joints_that_scatter else "them"
             advice = f"the file gives {worst} to {noise.digit:g}° only, so record more digits"

@@ -74,7 +74,6 @@ class Accepted:
         gain: Log evidence that it adds to the others [nat].
         before: Held-out errors of the final model without it, by the linear solution; of the fitted rows if
             none was held out.
-        after: Of the final model with all effects, on the same rows.
         alternatives: Effects that would do nearly as well in its place, best first.
         text: Description in one sentence.
     """
@@ -83,7 +82,6 @@ class Accepted:
     std: tuple[float, ...]
     gain: float
     before: Errors
-    after: Errors
     alternatives: tuple[Ranked, ...]
     text: str
 

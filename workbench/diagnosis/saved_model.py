@@ -115,7 +115,6 @@ def _accepted(search: CauseSearch, final: Fit, std: StandardErrors) -> tuple[Acc
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 before=ask(without, partial(search.errors, rest), UNKNOWN) if rest else search.before.judged,
-                after=search.after.judged,
                 alternatives=alternatives,
                 text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),
             )

@@ -4,7 +4,7 @@ Beside an accepted model with columns A, the coefficient of another effect with 
 
     σ = s / |a − A A⁺ a|,      s the standard deviation of a whitened residual
 
-Effects of one kind are about as large as the largest one found: one of half that size must stand out from σ.
+Effects of one unit are about as large as the largest one found: one of half that size must stand out from σ.
 """
 
 from collections.abc import Mapping
@@ -30,16 +30,18 @@ def undetectable(searched: Searched) -> str:
     """Effects of load at one joint, with one coefficient, that a last search would not have found, as one
     sentence; empty if there are none."""
     chain, grams = searched.stage.fit.arm.chain, searched.grams
-    taken, found = {n for t in searched.model for n in t.candidate.names}, _largest_found(searched, chain)
+    found, largest = coefficients(grams, searched.model), dict[str, float]()
+    for effect in (t.candidate.effect for t in searched.model if t.candidate.effect.loads):
+        for name, unit in zip(effect.names, effect.units(chain), strict=True):
+            largest[unit] = max(largest.get(unit, 0.0), abs(found[name]))
     left, joints = left_by(grams, searched.model), dict[str, list[int]]()
     noise = np.sqrt(left.square / max(left.freedom, 1))
     for effect in (c.effect for c in searched.offered.candidates):
-        if not effect.loads or not len(effect.joints) == len(effect.names) == 1 or taken & {*effect.names}:
+        if not effect.loads or not len(effect.joints) == len(effect.names) == 1 or effect.names[0] in found:
             continue
         alone = float(left.inner(grams.columns(effect.names))[0, 0])
         std = float(noise / (np.sqrt(alone) * grams.scales(effect.names)[0])) if alone > 0.0 else np.inf
-        size = found.get(effect.name, found.get(effect.units(chain)[0], 0.0))
-        if DETECTABLE_ERRORS * std > MIN_SIZE_SHARE * size > 0.0:
+        if DETECTABLE_ERRORS * std > MIN_SIZE_SHARE * largest.get(effect.units(chain)[0], 0.0) > 0.0:
             joints.setdefault(effect.name, []).extend(effect.joints)
     kinds = dict[tuple[int, ...], list[str]]()
     for name, which in joints.items():
@@ -56,13 +58,3 @@ def open_flanks_text(loads: Mapping[int, tuple[float, float]], chain: Chain) -> 
         for j, (load, part) in sorted(loads.items())
     ]
     return f"With little load, it is open on which side of its backlash a joint rests: {', '.join(parts)}."
-
-
-def _largest_found(searched: Searched, chain: Chain) -> dict[str, float]:
-    """Largest coefficients of the load effects found, by kind and by unit."""
-    found, out = coefficients(searched.grams, searched.model), dict[str, float]()
-    for effect in (t.candidate.effect for t in searched.model if t.candidate.effect.loads):
-        for name, unit in zip(effect.names, effect.units(chain), strict=True):
-            for key in (effect.name, unit):
-                out[key] = max(out.get(key, 0.0), abs(found[name]))
-    return out

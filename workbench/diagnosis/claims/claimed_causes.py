@@ -61,8 +61,7 @@ MIN_RESIDUAL_SHARE, MIN_NOISE_SHARE = 0.1, 1.0 / 3.0
 """Minimum shares of the residual and of the noise that a cause must explain."""
 MAX_CAUSES = 6
 """Maximum number of causes."""
-UNTRIED = "without masses, tilting of the joint under load can't be tried"
-UNTRIED_ACROSS = "without masses, compliance of bearings and links under load can't be tried"
+UNTRIED = "without masses, what else gives way under load can't be tried"
 NO_JOINT = "in the place of each of its joints another claim does nearly as well"
 UNCLEAR = "its size is less than four standard errors"
 LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
@@ -179,12 +178,13 @@ class _Judge:
         odds = min(odds, challenge.cap)
         clear = clearness(terms.effects, self.std)
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
-        untried = _untried(terms.whole, self.arm)
+        is_blind = not (self.arm.has_masses or terms.whole.is_event)
+        slides = is_blind and not all(turns(self.arm.chain, j) for j in terms.whole.joints)
+        untried = UNTRIED * (slides or (is_blind and isinstance(terms.whole, JointCoupling)))
         doubt, twin = challenge.doubt, self._twin(terms.whole)
         doubt = twin or doubt if doubt and challenge.cap > 1.0 else doubt
         reason = untried or doubt or terms.whole.doubt(self.motion) or twin
-        if untried == UNTRIED:
-            odds = min(odds, 1.0)
+        odds = min(odds, 1.0) if slides else odds
         if odds >= CERTAIN and len(unclear) == len(clear):
             reason = reason or UNCLEAR
         if len(clear) > 1 and odds >= PROBABLE and self._replaceable(terms.group).issuperset(clear):
@@ -223,15 +223,6 @@ def _even_links(whole: AbstractEffect) -> Iterator[AbstractEffect]:
     """Links that would give the same rows as bearings, whatever is measured."""
     if isinstance(whole, BearingCompliance):
         yield LinkFlexure(whole.joints, tuple(c for c in whole.coefficients for _ in range(2)))
-
-
-def _untried(whole: AbstractEffect, arm: Robot) -> str | None:
-    """What could not be tried in its place, because masses are missing."""
-    if arm.has_masses or whole.is_event:
-        return None
-    if not all(turns(arm.chain, j) for j in whole.joints):
-        return UNTRIED
-    return UNTRIED_ACROSS if isinstance(whole, JointCoupling) else None
 
 
 def _noise(left: float, weighing: Noise, known_noise: Noise | None) -> float:

@@ -104,7 +104,9 @@ def effects(result: Diagnosis) -> Iterator[Block]:
     table = []
     for found in result.effects:
         text = "\n".join(coefficients(found.effect, found.std, result.calibrated.chain))
-        spreads = (getattr(errors, name) for name, _ in units for errors in (found.before, found.after))
+        spreads = (
+            getattr(errors, name) for name, _ in units for errors in (found.before, result.after.judged)
+        )
         sizes = ("–" if spread is None else short(spread.mean) for spread in spreads)
         table.append((found.effect.label, text, *sizes))
     title = f"Added effects; mean error of {rows} rows without each one and with all"

@@ -96,7 +96,7 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
         ],
         **_chance(found.gain),
         **_held_out("before", found.before),
-        **_held_out("after", found.after),
+        **_held_out("after", result.after.judged),
         "alternatives": [_ranked(r) for r in found.alternatives],
         "words": found.text,
     }

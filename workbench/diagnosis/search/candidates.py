@@ -58,7 +58,7 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
     if any(c.effect.has_play and c.effect.loads for c in kept):
         loads = known_wrenches(robot, motion)
         kept = [replace(c, effect=c.effect.softened(robot.chain, loads)) for c in kept]
-    notes = [*_still(motion), *(offer for offer in offers if isinstance(offer, str)), *_drivers(motion)]
+    notes = [*_still(motion), *(offer for offer in offers if isinstance(offer, str))]
     return Catalogue(tuple(kept), tuple(dict.fromkeys(notes)))
 
 
@@ -91,12 +91,8 @@ def _alike(candidate: Candidate, robot: Robot, motion: Motion) -> Candidate | No
 
 
 def _still(motion: Motion) -> Iterator[str]:
-    """Notes on joints whose motion is too small for errors over their position."""
+    """Notes on joints that move too little for errors over their position, and on a payload that stays."""
     for joint in sorted(set(range(motion.q.shape[1])) - set(moved_joints(motion))):
         yield f"joint {joint + 1} hardly moved, so errors that depend on its position were not tried"
-
-
-def _drivers(motion: Motion) -> Iterator[str]:
-    """Notes on drivers that don't vary, or vary together."""
     if motion.payload is not None and len(motion) and np.ptp(motion.payload) == 0.0:
         yield "the payload is the same in all rows, so it can't be separated from the arm's own weight"
