@@ -3,13 +3,13 @@
 Effects of one kind in several joints are one cause. An accepted effect is a cause if
 
 - it is physically possible, as its own file bounds it, and a coefficient exceeds three standard errors;
-- what it explains of most folds in cross-validation is at least a tenth of the residual and a third of the
-  noise.
+- it explains at least a tenth of the residual and a third of the noise in most folds of cross-validation.
 
 All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause and has more coefficients is no rival. One standard error of the log odds, from leaving out
-fold after fold, is subtracted; a cause preferred by every fold is at least probable.
+fold after fold, is subtracted; a cause preferred by every fold is at least probable. Of one in several joints
+nobody can tell where each is replaceable (`accepted_terms.py`).
 
 A law must also win against smooth dependence without a law, on any driver and through any elements
 (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is. A cause whose driver
