@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_162,
     "extras/trajectories": 1_280,
     "extras/workshop": 910,
-    "tests": 39_166,
+    "tests": 39_165,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_433
