@@ -96,7 +96,9 @@ def test_orientations_are_read_in_their_convention(kind):
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
-        ("seven", False, lambda d: replace(d, position=-d.position), "or else joint 1 = -q1; joint 3 = -q3"),
+        ("seven", False, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
+        ("seven", False, lambda d: replace(d, position=-d.position), "or else left-handed"),
+        ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
         ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
         ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
@@ -108,11 +110,16 @@ def test_units_axes_and_a_slide_that_mirrors(name, with_rotation, change, text):
     assert (found.is_foreign, found.has_reading, mentions(found.text, text)) == (True, True, True)
 
 
-def test_the_pose_of_the_base_in_the_tool():
-    robot, data = measured("puma", with_rotation=True)
+def test_the_pose_of_the_base_in_the_tool_and_the_column_of_a_jaw():
+    robot, data = measured("seven", with_rotation=True)
     turned = np.swapaxes(data.rotation, 1, 2)
     inverse = replace(data, rotation=turned, position=-(turned @ data.position[..., None])[..., 0])
-    assert mentions(arm_match(robot, inverse).text, "base in the tool")
+    jaw = replace(data, q=np.insert(data.q, 7, np.linspace(0.0, 0.4, len(data)), axis=1))
+    for given, said in ((inverse, "base in the tool"), (jaw, "q8 moves no joint of this arm")):
+        _, read = as_read(robot, given)
+        assert mentions(read.read_as, said)
+        np.testing.assert_allclose(read.position, data.position, atol=1e-9)
+        np.testing.assert_array_equal(read.q, data.q)
 
 
 @pytest.mark.parametrize("name", ARMS)

@@ -19,6 +19,8 @@ from workbench.identification.meaning.usable_rows import usable, without_still_t
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
+SPARE = 3
+"""Maximum number of joint columns that are none of the arm's."""
 SLACK = 0.05
 """Tolerance on the joint limits [rad or m]."""
 
@@ -67,7 +69,7 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     arms: list[Callable[[], None]] = [] if likely else [lambda: _try_arms(search)]
     if own.columns != robot.dof:
         choices = [lambda: search.family("choices of columns", robot, own.plain)]
-        return [*(choices if own.columns > robot.dof else []), *arms]
+        return [*(choices if 0 < own.columns - robot.dof <= SPARE else []), *arms]
     near = min(r.position for r in search.found) < FITS * robot.reach
 
     def first() -> None:
@@ -82,6 +84,18 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     zeros = [with_zeros(name) for name in [*FAMILIES][1:]]
     orders = [] if likely else [lambda: search.family("orders", robot, own.orders)]
     return [first, *arms, *orders, *(zeros[:1] if likely else zeros)]
+
+
+def next_worse(robot: Robot, data: Dataset) -> float:
+    """How many times worse the next reading of joints fits than rows as they are; infinite if none is near
+    or too few have a point."""
+    rows = usable(data)
+    if rows is None or data.joints != robot.dof:
+        return float("inf")
+    search = ReadingSearch(robot, rows)
+    search.found = [search.plain()]
+    search.family("signs and couplings", search.robot, Families(robot, robot.dof).signs, far=True)
+    return ranked(search, search.found[0]).margin
 
 
 def other_arm(robot: Robot, data: Dataset, limit: float) -> RowReading | None:
