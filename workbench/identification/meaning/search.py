@@ -235,17 +235,9 @@ class ReadingSearch:
         return reading.score < limit and reading.fits
 
     def family(
-        self,
-        name: str,
-        robot: Robot,
-        candidates: ColumnReadings,
-        *,
-        inverse: bool = True,
-        other: str = "",
-        far: bool = False,
+        self, name: str, robot: Robot, candidates: ColumnReadings, *, inverse: bool = True, other: str = ""
     ) -> None:
-        """Place the likeliest readings of a family, hopeless ones only where `far`; `other` names an arm that
-        isn't said to have moved."""
+        """Place the likeliest readings of a family; `other` names an arm that isn't said to have moved."""
         candidates = candidates.moving(self.still)
         self.tried[name] = self.tried.get(name, 0) + len(candidates)
         count = HELD_PLACED if self.held else PLACED
@@ -261,7 +253,7 @@ class ReadingSearch:
                     best = np.argsort(bound)[:count].tolist()
                     ranked += [(bound[k], begin + k, factor, turned) for k in best]
         ranked.sort()
-        if not (self.held or far):
+        if not self.held:
             ranked = [c for c in ranked if c[0] < max(30.0 * ranked[0][0], 0.08)]
         costs = dict(self.units)
         readings = [

@@ -183,12 +183,11 @@ def _counted(robot: Robot, data: Dataset) -> Dataset:
     for the zero of one, as of a new motor."""
     robot.check_joints(data.said.q, data.source)
     found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
-    if found is None or not is_misread(found):
-        return data if found is None else oriented(data, found)
-    if not (found.best.only_zeros and np.count_nonzero(found.best.zero) == 1):
+    is_zero = found is not None and found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
+    if found is not None and is_misread(found) and not is_zero:
         text = misread_text(found, robot)
         raise DataError(f"{data.source}: {text}; no collision does that: correct the rows")
-    return data
+    return data if found is None else oriented(data, found)
 
 
 def _near(robot: Robot, data: Dataset) -> Robot:
