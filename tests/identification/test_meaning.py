@@ -95,7 +95,6 @@ def test_orientations_are_read_in_their_convention(kind):
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
-        ("seven", False, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("seven", False, lambda d: replace(d, position=-d.position), "or else left-handed"),
         ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),

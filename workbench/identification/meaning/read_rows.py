@@ -9,7 +9,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.candidates import SIGN, ColumnReadings, Families
+from workbench.identification.meaning.candidates import ColumnReadings, Families
 from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.nominal_fit import majority
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
@@ -84,17 +84,6 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     zeros = [with_zeros(name) for name in [*FAMILIES][1:]]
     orders = [] if likely else [lambda: search.family("orders", robot, own.orders)]
     return [first, *arms, *orders, *(zeros[:1] if likely else zeros)]
-
-
-def next_worse(robot: Robot, data: Dataset) -> float:
-    """How many times worse rows fit with one or two joints inverted, or two coupled, than as given; infinite
-    with too few that have a point."""
-    if data.joints != robot.dof or (rows := usable(data)) is None:
-        return float("inf")
-    search, signs = ReadingSearch(robot, rows), Families(robot, robot.dof).signs
-    near = [replace(RowReading.plain(robot), w=w) for w in signs.w[signs.cost <= 2.0 * SIGN]]
-    search.found = [search.plain(), *search.place(near, search.conventions)]
-    return ranked(search, None).margin
 
 
 def other_arm(robot: Robot, data: Dataset, limit: float) -> RowReading | None:

@@ -16,7 +16,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.errors.row_errors import AbstractValidation, Errors, Spread
-from workbench.identification.meaning.read_rows import next_worse
+from workbench.identification.meaning.nominal_fit import next_worse
 from workbench.identification.report.document import identification_blocks
 from workbench.identification.report.parameters import IDENTIFIED, identified
 from workbench.identification.result import Evaluation, Identification, Run
