@@ -92,11 +92,11 @@ def test_orientations_are_read_in_their_convention(kind):
     ("name", "with_rotation", "change", "text"),
     [
         ("puma", False, lambda d: replace(d, position=d.position / 25.4), "inch labelled mm"),
-        ("puma", False, lambda d: replace(d, position=1e-3 * d.position), "m labelled mm"),
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
-        ("seven", False, lambda d: replace(d, position=-d.position), "or else joint 1 = -q1; joint 3 = -q3"),
+        ("seven", False, lambda d: replace(d, position=-d.position), "or else left-handed"),
+        ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
         ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
         ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
@@ -108,11 +108,16 @@ def test_units_axes_and_a_slide_that_mirrors(name, with_rotation, change, text):
     assert (found.is_foreign, found.has_reading, mentions(found.text, text)) == (True, True, True)
 
 
-def test_the_pose_of_the_base_in_the_tool():
-    robot, data = measured("puma", with_rotation=True)
+def test_the_pose_of_the_base_in_the_tool_and_the_column_of_a_jaw():
+    robot, data = measured("seven", with_rotation=True)
     turned = np.swapaxes(data.rotation, 1, 2)
     inverse = replace(data, rotation=turned, position=-(turned @ data.position[..., None])[..., 0])
-    assert mentions(arm_match(robot, inverse).text, "base in the tool")
+    jaw = replace(data, q=np.insert(data.q, 7, np.linspace(0.0, 0.4, len(data)), axis=1))
+    for given, said in ((inverse, "base in the tool"), (jaw, "q8 moves no joint of this arm")):
+        _, read = as_read(robot, given)
+        assert mentions(read.read_as, said)
+        np.testing.assert_allclose(read.position, data.position, atol=1e-9)
+        np.testing.assert_array_equal(read.q, data.q)
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -128,9 +133,6 @@ def test_a_column_that_was_left_out_tells_which_rows_belong_together():
     places, stations = data.position + 0.3 * later[:, None], {"Station": np.where(later, "S2", "S1")}
     with refuses(DataError, "columns='session=Station'"):
         as_read(robot, replace(data, position=places, unread=stations))
-    for read in (data, data.take(np.repeat(np.arange(12), 10))):  # or ten readings each
-        with refuses(DataError, "fits the joints 1 row after"):
-            as_read(robot, replace(read, q=np.roll(read.q, 1, axis=0)))
     robot, turned = measured("puma", with_rotation=True)
     _, read = as_read(robot, replace(turned, rotation=turn("x", 2.5)[:3, :3] @ turned.rotation))
     assert mentions("; ".join(read.notes), "the positions alone fit", "columns='rx=-,…'")

@@ -77,7 +77,7 @@ def test_six_touches_of_a_nail_give_the_tip(run, arm, again):
     files = ("--columns", "q[deg]", "--save", "with_tool.toml", "--json", "tip.json")
     status, out, _ = run("tcp", "touches.csv", "--robot", arm, *files)
     found = json.loads(Path("tip.json").read_text())
-    assert (status, found["message"] in " ".join(out.split())) == (0, True)
+    assert (status, found["message"] in " ".join(out.split()), found["reading"]) == (0, True, "as given")
     off = np.abs(np.array(found["xyz"]) - TIP)
     assert (off < 2.0 * np.array(found["half_width"])).all()
     assert (max(found["half_width"]) < 3e-4, len(found["touches"])) == (True, 6)

@@ -225,7 +225,7 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert status == 0
     assert "joint 3 by 0.49" in out
     written = json.loads((tmp_path / "r.json").read_text())
-    assert written["schema"] == "workbench.rezero/1"
+    assert (written["reading"], written["reading_margin"] > 10.0) == ("as given", True)
     assert written["joints"][2]["moved"]
     assert wb.load_robot("new.toml").values(("joint3.theta",))[0] == pytest.approx(
         arm.values(("joint3.theta",))[0] + np.deg2rad(0.5), abs=4e-4

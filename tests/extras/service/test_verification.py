@@ -162,7 +162,7 @@ def test_the_measured_positions_alone_are_judged(run, tmp_path):
     assert status == 0, err
     assert mentions(out, "10 of 40")
     found = json.loads((tmp_path / "r.json").read_text())
-    assert (found["rows"], found["poses"]) == (10, 10)
+    assert (found["rows"], found["poses"], found["reading"]) == (10, 10, "as given")
     assert found["errors"]["position_mm"]["mean"] == pytest.approx(off.mean(), rel=1e-6)
     assert found["errors"]["orientation_deg"] is None
     assert found["intervals"]["orientation_deg"] is None

@@ -13,7 +13,7 @@ from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.report.document import diagnosis_blocks
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.identification.errors.row_errors import Errors
-from workbench.identification.report.results_json import excluded_json, validation_json
+from workbench.identification.report.results_json import excluded_json, reading_json, validation_json
 from workbench.report.json import Json, document
 from workbench.report.page import write_page
 
@@ -32,7 +32,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
     return document(
         DIAGNOSIS,
         robot=result.robot.name,
-        reading=result.data.read_as or "as given",
+        **reading_json(result.data, result.robot),
         measurements=lambda: {
             "used": len(result.after_fit.problem.data),
             "held_out": len(result.held_out_data),

@@ -71,6 +71,7 @@ class HandEye(AbstractShown):
         mounted: What carries the camera.
         fit: Camera and target, and what is left of the pairs.
         row: Number of each pair as given, from 1; of several of one pose the first.
+        margin: How many times worse the pairs fit with the camera mounted otherwise.
         doubt: Why the result should not be used as it is; empty if it may be.
         notes: What else should be known, one sentence each.
     """
@@ -78,6 +79,7 @@ class HandEye(AbstractShown):
     mounted: Mount
     fit: PairFit
     row: Int[np.ndarray, " rows"]
+    margin: float
     doubt: str = ""
     notes: tuple[str, ...] = ()
 
@@ -119,8 +121,9 @@ class HandEye(AbstractShown):
         rms, *pairs = [{"position_mm": position, "orientation_deg": angle} for position, angle in scaled]
         pairs = [{"pair": int(number), **each} for number, each in zip(self.row, pairs, strict=True)]
         head = {"mounted": self.mounted, "message": self.doubt or self.sentence, "residual_rms": rms}
+        head["reading"] = f"camera {ON[self.mounted]}"
         more = {"pairs": pairs, "outliers": self.fit.apart, "notes": self.notes}
-        return document("workbench.handeye/1", **head, **found, **more)
+        return document("workbench.handeye/1", **head, reading_margin=self.margin, **found, **more)
 
     def save(self, path: Path | str) -> Path:
         """Write the camera as YAML of easy_handeye, as a joint of a URDF, or with the target as TOML."""
@@ -181,7 +184,8 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> H
         doubt = doubt or f"{both}: measure at more poses, or give --mounted" * (mounted is None)
     if fit.spread[12] and not doubt:
         notes.append(f"{_scale(fit)}, and are: is the target's size, or the focal length, right?")
-    return HandEye(mounted=wanted, fit=fit, row=row, doubt=doubt, notes=tuple(notes))
+    margin = max(score.values()) / score[best]
+    return HandEye(mounted=wanted, fit=fit, row=row, margin=margin, doubt=doubt, notes=tuple(notes))
 
 
 def _checked(

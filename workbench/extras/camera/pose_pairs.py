@@ -81,9 +81,7 @@ def read_pairs(path: Path) -> tuple[Any, ...]:
         grid = table_of(arrays, path) if arrays else read_grid(path)
         sides = [_poses(grid, seen) for seen in (False, True)]
     except (ValueError, OSError, EOFError, zipfile.BadZipFile, WorkbenchError) as error:
-        why = re.split("[:;(,]", str(error).split(": ", 1)[-1])[
-            0
-        ].strip()  # the rest is advice on other files
+        why = re.split("[:;(,]", str(error).split(": ", 1)[-1])[0].strip()  # then comes other files' advice
         raise FileError(f"it holds no pairs of poses ({why}); {WANTED}", path=str(path)) from None
     numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)

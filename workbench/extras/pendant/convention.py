@@ -58,7 +58,7 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
     if given and not found.is_found and given.rotation < FITS_TURN and given.position < far:
         return given  # an arm may differ from its table by as much
     labelled_wrong = bool(shown.units[0] and best.unit != 1.0)
-    if not found.is_found or best.other or labelled_wrong or best.on(robot) is None:
+    if not found.is_found or best.other or labelled_wrong or best.mirrored or best.on(robot) is None:
         raise DataError(f"{shown.source}: {misread_text(found)}; {remedy(found)}")
     return best
 
@@ -98,7 +98,7 @@ def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded
         shares = np.broadcast_to(shares, data.q.shape)
         variance += ((geometric_jacobian(robot, data.q) * shares[:, None]) ** 2).sum(2)
     sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
-    return replace(data, sigma=sigma)
+    return replace(data, sigma=sigma, read_as=reading.text)
 
 
 def _turns(arm: np.ndarray) -> bool:

@@ -29,7 +29,7 @@ from workbench.extras.pendant.convention import as_dataset, reading_of_display, 
 from workbench.extras.pendant.displayed import DisplayMeaning, of_dataset, read_display, typed
 from workbench.identification.identify import identify
 from workbench.identification.report.document import errors_table
-from workbench.identification.report.results_json import identification_json, validation_json
+from workbench.identification.report.results_json import identification_json, reading_json, validation_json
 from workbench.identification.result import Identification
 from workbench.report.blocks import Block, headed, lines
 from workbench.report.json import Json, document
@@ -136,6 +136,7 @@ class Extraction(AbstractShown):
         return document(
             SCHEMA,
             robot=self.run.nominal_robot.name,
+            **reading_json(self.run.data, self.run.nominal_robot),
             verdict=self.verdict,
             message=self.sentence,
             display={

@@ -35,7 +35,7 @@ from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import pose_units
 from workbench.data.prediction import predict, row_components
 from workbench.identification.evaluate import evaluate
-from workbench.identification.report.results_json import errors_json
+from workbench.identification.report.results_json import errors_json, reading_json
 from workbench.identification.result import Evaluation
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, lines
 from workbench.report.json import Json, document
@@ -150,6 +150,7 @@ class Verification(AbstractShown):
         return document(
             SCHEMA,
             robot=self.evaluation.robot.name,
+            **reading_json(self.evaluation.data, self.evaluation.robot),
             passed=self.passed,
             verdict=self.verdict,
             wanted=self.wanted and self.wanted.json(),

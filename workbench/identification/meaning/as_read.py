@@ -42,7 +42,7 @@ class ReadAs(StrEnum):
 
 def is_misread(meaning: RowMeaning) -> bool:
     """Whether the rows clearly mean something else, which the saved arm would have to share."""
-    best = meaning.best
+    best = replace(meaning.best, inverse=False)
     is_small = best.only_zeros and bool(np.abs(best.zero).max() < SMALL_ZERO)
     return meaning.is_found and not best.is_plain and not is_small
 
@@ -131,16 +131,19 @@ def _as_read(
         sentence = misread_text(meaning, robot)
         if best.other and notes_rival:
             return robot, _with_notes(data, f"{sentence}; {remedy(meaning)}")
-        if how is not ReadAs.FOUND or best.other or meaning.handed:
+        if how is not ReadAs.FOUND or best.other:
             raise DataError(f"{data.source}: {sentence}; {remedy(meaning)}")
         arm = None if keeps_arm else best.on(robot)
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
         rows = best.apply(data, joints=arm is None)
         return arm or robot, _read_as(rows, note)
-    turned = meaning.turned
-    if turned is not None and plain is not None:
-        note = f"{turned.orientation}: {turned.size} instead of {plain.size} as the heading says; read so"
-        data, plain = _read_as(turned.apply(data), note), turned
+    if data.joints != robot.dof:
+        rows = replace(replace(RowReading.plain(robot), w=best.w).apply(data), written=data.written)
+        units = data.joint_units and tuple(data.joint_units[k] for k in best.w.argmax(1))
+        left = ", ".join(f"q{k + 1}" for k in np.flatnonzero(~best.w.any(axis=0)))
+        note = f"{left} moves no joint of this arm and is left out: {best.size}"
+        return _as_read(robot, _read_as(replace(rows, joint_units=units), note), how, keeps_arm, notes_rival)
+    data, plain = oriented(data, meaning), meaning.turned or plain
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
@@ -151,6 +154,15 @@ def _as_read(
         found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
         notes += (f"{found} to {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
     return robot, _with_notes(data, *notes)
+
+
+def oriented(data: Dataset, meaning: RowMeaning) -> Dataset:
+    """The rows with the orientations, or poses, that are clearly theirs, which a heading leaves open."""
+    found, plain = meaning.turned, meaning.plain
+    if found is None or plain is None:
+        return data
+    note = f"{found.text}: {found.size} instead of {plain.size} as the heading says; read so"
+    return _read_as(found.apply(data), note)
 
 
 def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
@@ -230,8 +242,8 @@ def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
         return unexplained_text(meaning)
     given = "" if plain is None else f" instead of {plain.size} as given"
     other = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
-    if blind := next(filter(None, [meaning.handed, *meaning.blind]), ""):
-        other = f"; or else {blind}: these rows can't tell"
+    if meaning.blind:
+        other = f"; or else {', or '.join(meaning.blind[:2])}: these rows can't tell"
     bare = " without the arm's effects" if robot is not None and robot.effects and not best.other else ""
     return f"{best.text}: {best.size}{bare}{given}{other}"
 
@@ -257,7 +269,5 @@ def remedy(meaning: RowMeaning) -> str:
     if meaning.best.other:
         anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
         return f"choose the robot '{meaning.best.other}', or {anyway}"
-    if meaning.handed:
-        return "correct the file, by two of x, y, z exchanged or by the joints' signs"
     accepted = at_entrance("with reading 'found' (--reading found)", page="by 'Read so'")
     return f"accept it {accepted}, or correct the file"

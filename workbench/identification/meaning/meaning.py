@@ -1,6 +1,6 @@
 """What rows mean: the best of the readings that were found, and what these rows can't tell from it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Int
@@ -27,10 +27,9 @@ class RowMeaning:
         plain: The rows as given.
         margin: How many times worse the next one is that moves otherwise.
         blind: Readings of the same points, whose orientations or handedness differ, if likely.
-        handed: Of those a right-handed one where the best isn't, so that a person must decide.
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
-        turned: The joints as given with another convention of orientations that is clearly theirs, if any.
+        turned: The joints as given with other orientations, or poses inverted, if clearly theirs.
         parts: Which of rows that nothing explains fit the arm by themselves; `remedy`: what to do about that.
         kept: Numbers of the rows that fit, where the others don't and a column tells them; None otherwise.
         constant: What rows that nothing else explains fit with one constant of the arm's table changed.
@@ -40,7 +39,6 @@ class RowMeaning:
     plain: RowReading | None
     margin: float = np.inf
     blind: tuple[str, ...] = ()
-    handed: str = ""
     open: tuple[str, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
@@ -62,6 +60,9 @@ class RowMeaning:
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     """The simplest of the readings that fit alike; the others by what tells them from it."""
     found = sorted(search.found, key=lambda r: r.score)
+    right = min((r.score for r in found if not r.mirrored), default=np.inf)
+    twins = [r for r in found if r.mirrored and right < ALIKE * r.score + search.floor]
+    found = [r for r in found if r not in twins]  # no instrument mirrors where signs of joints do as well
     ties = [r for r in found if r.score < ALIKE * found[0].score + search.floor]
     ties += [r for r in found if r.is_plain and r.fits and r.score < CLEAR * found[0].score]
     best = min(ties, key=lambda r: (round(r.cost, 3), r.score))
@@ -79,20 +80,22 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         near = [r for r in near if r.text != best.text]
         alike = [r for r in near if not r.mirrored and _same_motion(best, r, q)]
     unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
-    blind = sorted((r for r in unseen if _same_points(best, r, q)), key=lambda r: r.cost)
+    blind = [r for r in unseen if _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
+    seen = [] if search.conventions else [r for r in twins if r.score < CLEAR * floor]
+    blind += sorted(seen, key=lambda r: r.cost)[:1]
     likely = [r for r in blind if not r.mirrored or r.cost < best.cost + HANDED]
-    handed = [r.text for r in likely if r.mirrored < best.mirrored and r.cost < best.cost + HANDED]
-    return RowMeaning(
+    meaning = RowMeaning(
         best=best,
         plain=plain,
         margin=min((r.score for r in other), default=far) / floor,
-        blind=_texts(likely),
-        handed=next(iter(handed), ""),
+        blind=_texts(sorted(likely, key=lambda r: r.cost)),
         open=_texts([r for r in other if r.score < CLEAR * floor]),
         tried=dict(search.tried),
         turned=search.turned,
     )
+    is_turned = meaning.is_found and replace(best, inverse=False).is_plain and best.inverse
+    return replace(meaning, turned=best) if is_turned else meaning
 
 
 def _texts(readings: list[RowReading]) -> tuple[str, ...]:

@@ -13,8 +13,10 @@ from workbench.data.observations.places import PLANE, ContactObservation
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import row_errors
+from workbench.identification.meaning.candidates import SIGN, Families
+from workbench.identification.meaning.meaning import ranked
 from workbench.identification.meaning.placement import place
-from workbench.identification.meaning.reading import FITS
+from workbench.identification.meaning.reading import FITS, RowReading
 from workbench.identification.meaning.search import ReadingSearch
 from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
 from workbench.identification.problem import FrameFreedom, Problem
@@ -55,6 +57,17 @@ def placed(robot: Robot, data: Dataset) -> Robot:
         return robot
     at = ReadingSearch(robot, rows).plain()
     return replace(robot, mounting=robot.mounting.at(at.base, at.tool), sessions={})
+
+
+def next_worse(robot: Robot, data: Dataset) -> float:
+    """How many times worse rows fit with one or two joints inverted, or two coupled, than as given; infinite
+    with too few that have a point."""
+    if data.joints != robot.dof or (rows := usable(data)) is None:
+        return float("inf")
+    search, signs = ReadingSearch(robot, rows), Families(robot, robot.dof).signs
+    near = [replace(RowReading.plain(robot), w=w) for w in signs.w[signs.cost <= 2.0 * SIGN]]
+    search.found = [search.plain(), *search.place(near, search.conventions)]
+    return ranked(search, None).margin
 
 
 def zeros_fitted(robot: Robot, data: Dataset) -> float:

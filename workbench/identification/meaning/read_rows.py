@@ -19,6 +19,8 @@ from workbench.identification.meaning.usable_rows import usable, without_still_t
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
+SPARE = 3
+"""Maximum number of joint columns that are none of the arm's."""
 SLACK = 0.05
 """Tolerance on the joint limits [rad or m]."""
 
@@ -67,7 +69,7 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
     arms: list[Callable[[], None]] = [] if likely else [lambda: _try_arms(search)]
     if own.columns != robot.dof:
         choices = [lambda: search.family("choices of columns", robot, own.plain)]
-        return [*(choices if own.columns > robot.dof else []), *arms]
+        return [*(choices if 0 < own.columns - robot.dof <= SPARE else []), *arms]
     near = min(r.position for r in search.found) < FITS * robot.reach
 
     def first() -> None:

@@ -10,7 +10,7 @@ from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.remedy import remedy
-from workbench.base.wording import in_mm, plural
+from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.postures import postures
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
@@ -36,7 +36,7 @@ ELSEWHERE = "with another base or tool"
 
 def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeaning:
     """The meaning of rows of which some or all don't fit, with what a column that was left out tells of them:
-    by its values they fit by themselves, or those of one of two; or that tables are shifted by a row."""
+    by its values they fit by themselves, or those of one of two."""
     all_fit = meaning.is_found and not (meaning.best.apart and meaning.best.is_plain)
     if all_fit or data.joints != robot.dof or (rows := usable(data)) is None:
         return meaning
@@ -62,14 +62,6 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
         text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
         said = "leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
         return replace(meaning, parts=text, remedy=said)
-    shifts = () if meaning.is_found or len(rows) < MIN_PART + 4 else (1, -1, 2, -2)
-    rolled = ((k, replace(rows, q=np.roll(rows.q, k, axis=0))) for k in shifts)
-    shifted = {k: own.take(np.arange(2, len(rows) - 2)) for k, own in rolled}
-    worst = {k: float(placed_errors(robot, own, own).max()) for k, own in shifted.items()}
-    ahead = min(worst, key=lambda k: worst[k], default=0)
-    if worst and worst[ahead] < WITHIN * robot.reach and _fits(robot, shifted[ahead]):
-        text = f"each row fits the joints {plural(abs(ahead), 'row')} {'before' if ahead > 0 else 'after'} it"
-        return replace(meaning, parts=text, remedy="correct the order of joints and measurements")
     return meaning
 
 

@@ -10,10 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from workbench.arm.joint_units import sliding
+from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.data.accuracy_requirement import Wanted
+from workbench.data.dataset import Dataset
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.errors.row_errors import AbstractValidation, Errors, Spread
+from workbench.identification.meaning.nominal_fit import next_worse
 from workbench.identification.report.document import identification_blocks
 from workbench.identification.report.parameters import IDENTIFIED, identified
 from workbench.identification.result import Evaluation, Identification, Run
@@ -26,13 +29,19 @@ EVALUATION = "workbench.evaluation/1"
 CONTROLLER = "workbench.controller/1"
 
 
+def reading_json(data: Dataset, robot: Robot | None = None) -> Json:
+    """What rows were taken to mean and how many times worse the next reading fits an arm, for `document`."""
+    margin = None if robot is None else lambda: next_worse(robot, data)
+    return {"reading": data.read_as or "as given", "reading_margin": margin}
+
+
 def identification_json(result: Identification) -> Json:
     """The result of an identification as plain data."""
     known, fit = result.identifiability, result.best.fit
     return document(
         IDENTIFICATION,
         robot=result.robot.name,
-        reading=result.data.read_as or "as given",
+        **reading_json(result.data, result.nominal_robot),
         measurements=lambda: {
             "used": len(result.train_rows),
             "held_out": len(result.held_out_data),
@@ -72,7 +81,7 @@ def evaluation_json(result: Evaluation) -> Json:
     return document(
         EVALUATION,
         robot=result.robot.name,
-        reading=result.data.read_as or "as given",
+        **reading_json(result.data, result.robot),
         errors=errors_json(result.errors),
         rows=[
             {"row": row, "position_mm": position, "orientation_deg": angle}

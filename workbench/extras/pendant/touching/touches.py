@@ -23,8 +23,9 @@ from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
 from workbench.data.readers.assemble import excluded_rows, joint_columns, joint_units
 from workbench.data.readers.read import read_fields
+from workbench.identification.report.results_json import reading_json
 from workbench.report.blocks import Block, ResultTable, headed, lines
-from workbench.report.json import Json, plain
+from workbench.report.json import Json, document
 
 Touches = Path | Like[Dataset]
 CHANCE = 0.01
@@ -175,5 +176,5 @@ class TouchErrors:
         return headed(title, table, *more, *lines("warning", slipped), notes=notes)
 
     def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
-        head = {"schema": schema, "message": message, "scatter": self.scatter}
-        return plain(head | found | {"touches": self._each, "notes": list(notes)})
+        head = {**reading_json(self.touches), "message": message, "scatter": self.scatter}
+        return document(schema, **head, **found, touches=self._each, notes=list(notes))

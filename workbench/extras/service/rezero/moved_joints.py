@@ -32,7 +32,7 @@ from workbench.identification.errors.row_errors import Errors, instrument_places
 from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.instrument_preparation import preparation_of
-from workbench.identification.meaning.as_read import is_misread, misread_text
+from workbench.identification.meaning.as_read import is_misread, misread_text, oriented
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import FrameFreedom, Problem
@@ -79,7 +79,7 @@ def rezero(
     zeros = robot.joint_offsets
     progress(0.0, "fitting the zeros")
     check_enough(robot, data.take(data.included), zeros)
-    _check_counting(robot, data)
+    data = _counted(robot, data)
     begin = _near(robot, data)
     knowledge = LastCalibration.of(robot, begin)
     decides = preparation_of(data) is not None  # it lets zeros alone through; knowledge comes afterwards
@@ -122,7 +122,7 @@ def rezero(
         ambiguous=_ambiguous(knowledge, ready, shifts),
         error=error,
         noise=best.problem.noise,
-        rows=len(ready.problem.data),
+        data=ready.problem.data,
         excluded=ready.excluded,
         notes=(*ready.notes, *_uncalibrated(robot), *(() if reasons else still)),
     )
@@ -178,15 +178,16 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
     return (f"{text}; {check}",)
 
 
-def _check_counting(robot: Robot, data: Dataset) -> None:
-    """Refuse rows whose joints count otherwise than the arm's, but for the zero of one, as of a new motor."""
+def _counted(robot: Robot, data: Dataset) -> Dataset:
+    """The rows in the convention that is theirs; refused if their joints count otherwise than the arm's, but
+    for the zero of one, as of a new motor."""
     robot.check_joints(data.said.q, data.source)
     found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
-    if found is None or not is_misread(found):
-        return
-    if not (found.best.only_zeros and np.count_nonzero(found.best.zero) == 1):
+    is_zero = found is not None and found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
+    if found is not None and is_misread(found) and not is_zero:
         text = misread_text(found, robot)
         raise DataError(f"{data.source}: {text}; no collision does that: correct the rows")
+    return data if found is None else oriented(data, found)
 
 
 def _near(robot: Robot, data: Dataset) -> Robot:

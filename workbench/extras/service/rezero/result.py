@@ -8,8 +8,9 @@ import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
+from workbench.data.dataset import Dataset
 from workbench.identification.problem import Noise
-from workbench.identification.report.results_json import errors_json, excluded_json
+from workbench.identification.report.results_json import errors_json, excluded_json, reading_json
 from workbench.identification.result import BeforeAfter
 from workbench.report.blocks import Block, ResultTable, Sentence, headed, lines
 from workbench.report.json import Json, document
@@ -90,6 +91,7 @@ class Rezero(AbstractShown):
         shifts: One for each joint that moves.
         doubts: What else the rows show, one sentence each; any of them refuses the result.
         ambiguous: What the rows can't distinguish, one sentence each.
+        data: The rows that were fitted.
         error: On the rows, with the old zeros and with the new ones.
         noise: Standard deviations that weighed the rows.
         excluded: Rows that were kept out, with the reason.
@@ -102,7 +104,7 @@ class Rezero(AbstractShown):
     ambiguous: tuple[str, ...]
     error: BeforeAfter
     noise: Noise
-    rows: int
+    data: Dataset
     excluded: tuple[tuple[int, str], ...]
     notes: tuple[str, ...]
 
@@ -158,6 +160,7 @@ class Rezero(AbstractShown):
         return document(
             SCHEMA,
             robot=self.calibrated.name,
+            **reading_json(self.data, self.calibrated),
             verdict=self.verdict,
             message=self.sentence,
             joints=SHIFT.each(self.shifts),
@@ -165,7 +168,7 @@ class Rezero(AbstractShown):
             ambiguous=self.ambiguous,
             before=errors_json(self.error.before),
             after=errors_json(self.error.after),
-            measurements={"used": self.rows, "excluded": excluded_json(self.excluded)},
+            measurements={"used": len(self.data), "excluded": excluded_json(self.excluded)},
             noise=self.noise.json(),
             notes=self.notes,
         )
