@@ -29,7 +29,6 @@ def yield_(
     """How many arms of a production run meet the requirement after calibration with the plate."""
     from workbench.extras.production.plate_trial import try_plate
 
-    length, angle = opt.pair_of(errors, "--errors")
     given = wb.load_plate(plate)
     with opt.progress_bar("yield"):
         found = try_plate(
@@ -38,8 +37,7 @@ def yield_(
             arms=arms,
             sigma=noise,
             joint_sigma=opt.angle(joint_noise),
-            length=length,
-            angle=angle,
+            errors=opt.pair_of(errors, "--errors"),
             poses=poses,
             scheduler=scheduler,
             seed=seed,

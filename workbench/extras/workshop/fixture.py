@@ -4,10 +4,6 @@ A seat is a face with a bore for the probe's pin and an index hole on the tool's
 coordinates are constrained. A socket is a 90° cone in which a ball rests with its centre at the target: the
 face lies half a radius below the centre, the cone's apex √2 radii. A pointed probe stands in the apex of a
 centre. A block's screw is under its target, and two dowels across the slope keep it from turning.
-
-The probe is a cylinder on the arm's flange (ISO 9409-1-50-4-M6). Its face has two dowel pins, one at the
-centre for the seat and one on the tool's x axis for the index hole (ARIA Fig. 6), or a cone for the ball. Its
-z axis is the tool's.
 """
 
 from itertools import combinations
@@ -17,7 +13,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
-from workbench.extras.workshop.parts import Block, Bore, Fixture, Purpose, Slab, Turned
+from workbench.extras.workshop.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.optimiser.target_blocks import SIDE, STEEPEST
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
 from workbench.plate.tolerances import INDEX_OFFSET, INDEX_PIN, SEAT_PIN
@@ -39,12 +35,6 @@ CONE = ((2.0 * np.sqrt(2.0) - 1.0) * 0.5 * BALL, (np.sqrt(2.0) - 0.5) * 0.5 * BA
 """Diameter and depth of its cone [m]."""
 LIFT = {Kind.SEAT: 0.0, Kind.SOCKET: -0.25 * BALL, Kind.POINT: TIP[1]}
 """How far a face lies above its target along its normal [m]."""
-FLANGE, NECK = (0.063, 0.008), (0.039, 0.052)
-"""Diameter and length of the probe's flange and neck [m]."""
-FLANGE_CIRCLE = 0.5 * 0.050 * np.sqrt(0.5) * np.column_stack([SQUARE, np.zeros(4)])
-"""Places of the flange's screws [m]."""
-PINS = (SEAT_PIN, 0.012), (INDEX_PIN, 0.010)
-"""Diameter of the probe's pins, seat and index, and how deep they are pressed in [m]."""
 WALL = 0.002
 """Minimum material between bores that face each other, and between a bore and an edge [m]."""
 SLIDE = 0.005
@@ -55,7 +45,7 @@ def fixture_of(plate: Plate) -> Fixture:
     """The parts of a plate; the tool's z axis points into each face."""
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets, so there is nothing to make")
-    blocks = tuple(_block(plate, i, target) for i, target in enumerate(plate.mounted, start=1))
+    blocks = tuple(_block(plate, i, target) for i, target in enumerate(plate.targets, start=1))
     for one, two in combinations(blocks, 2):
         if _overlap(one.footprint, two.footprint):
             raise OptionError(
@@ -85,7 +75,7 @@ def fixture_of(plate: Plate) -> Fixture:
         (f"M{i}", Purpose.MOUNTING, np.array([*place, 0.0]), MOUNTING) for i, place in enumerate(mounting, 1)
     ]
     bores = (Bore(what, mouth, DOWN, wide, float(size[2]), True, label) for label, what, mouth, wide in holes)
-    return Fixture(plate, Slab(size, tuple(bores)), blocks, _probe(plate), tuple(notes))
+    return Fixture(plate, Slab(size, tuple(bores)), blocks, tuple(notes))
 
 
 def _block(plate: Plate, number: int, target: Target) -> Block:
@@ -175,17 +165,3 @@ def _beside(corner: np.ndarray, blocks: tuple[Block, ...]) -> np.ndarray | None:
             if np.linalg.norm(np.maximum(local, 0.0), axis=1).min() >= 0.5 * MOUNTING + WALL:
                 return place
     return None
-
-
-def _probe(plate: Plate) -> Turned | None:
-    """What the arm carries into the targets; its face, at the end of its neck, rests on the block's."""
-    kinds = {target.kind for target in plate.mounted}
-    if kinds == {Kind.POINT}:
-        return None
-    face = np.array([0.0, 0.0, FLANGE[1] + NECK[1]])
-    tip = [Bore(Purpose.SOCKET, face, DOWN, *CONE)]
-    if Kind.SEAT in kinds:
-        index = face + INDEX_OFFSET * np.eye(3)[0]
-        tip = [Bore(Purpose.PIN, face, DOWN, *PINS[0]), Bore(Purpose.PIN, index, DOWN, *PINS[1])]
-    screws = [Bore(Purpose.FLANGE, place, UP, SCREW, FLANGE[1], through=True) for place in FLANGE_CIRCLE]
-    return Turned((FLANGE, NECK), (*tip, *screws))
