@@ -19,8 +19,6 @@ from workbench.plate.plate import SQUARE, Kind, Plate, Target
 from workbench.plate.tolerances import INDEX_OFFSET, INDEX_PIN, SEAT_PIN
 
 UP, DOWN = frozen(np.array([0.0, 0.0, 1.0])), frozen(np.array([0.0, 0.0, -1.0]))
-THICKNESS, MARGIN = 0.012, 0.020
-"""Of a plate whose file gives no size, and its margin around the blocks [m]."""
 SCREW, MOUNTING, INSET = 0.0066, 0.009, 0.020
 """Diameters of the plate's holes for M6 screws and for mounting; distance of these from both edges [m]."""
 THREAD, DOWEL = (0.005, 0.012), (0.004, 0.008)
@@ -43,8 +41,10 @@ SLIDE = 0.005
 
 def fixture_of(plate: Plate) -> Fixture:
     """The parts of a plate; the tool's z axis points into each face."""
-    if not len(plate):
-        raise OptionError(f"plate '{plate.name}' has no targets, so there is nothing to make")
+    size = plate.size
+    if not len(plate) or size is None:
+        lacking = "targets" if size is not None else "size; give size = [length, width, thickness] in m"
+        raise OptionError(f"plate '{plate.name}' can't be made: it has no {lacking}")
     blocks = tuple(_block(plate, i, target) for i, target in enumerate(plate.targets, start=1))
     for one, two in combinations(blocks, 2):
         if _overlap(one.footprint, two.footprint):
@@ -53,12 +53,6 @@ def fixture_of(plate: Plate) -> Fixture:
                 f"({1e3 * np.linalg.norm(one.pose[:2, 3] - two.pose[:2, 3]):.0f} mm apart, bar of "
                 f"{1e3 * SIDE:.0f} mm); move one of them"
             )
-    size, notes = plate.size, []
-    if size is None:
-        reach = np.abs(np.concatenate([block.footprint for block in blocks])).max(axis=0) + MARGIN
-        size = frozen(np.array([*(np.ceil(2e3 * reach) / 1e3), THICKNESS]))
-        text = " × ".join(f"{1e3 * edge:.0f}" for edge in size)
-        notes.append(f"the plate's file gives no size; {text} mm holds all blocks")
     for block in blocks:
         beyond = float((np.abs(block.footprint) - 0.5 * size[:2]).max())
         if beyond > 1e-9:
@@ -68,14 +62,13 @@ def fixture_of(plate: Plate) -> Fixture:
             )
     corners = (0.5 * size[:2] - INSET) * SQUARE
     mounting = [place for corner in corners if (place := _beside(corner, blocks)) is not None]
-    if len(mounting) < 4:
-        notes.append(f"{4 - len(mounting)} of 4 mounting holes would lie under a block and are left out")
+    left_out = f"{4 - len(mounting)} of 4 mounting holes would lie under a block and are left out"
     holes = [hole for block in blocks for hole in _under(block)]
     holes += [
         (f"M{i}", Purpose.MOUNTING, np.array([*place, 0.0]), MOUNTING) for i, place in enumerate(mounting, 1)
     ]
     bores = (Bore(what, mouth, DOWN, wide, float(size[2]), True, label) for label, what, mouth, wide in holes)
-    return Fixture(plate, Slab(size, tuple(bores)), blocks, tuple(notes))
+    return Fixture(plate, Slab(size, tuple(bores)), blocks, (left_out,) if len(mounting) < 4 else ())
 
 
 def _block(plate: Plate, number: int, target: Target) -> Block:
