@@ -41,14 +41,14 @@ BUDGETS = {
     "base": 2_148,
     "report": 801,
     "arm": 8_813,
-    "data": 5_075,
-    "plate": 5_706,
+    "data": 5_067,
+    "plate": 5_029,
     "identification": 9_080,
     "diagnosis": 6_709,
     "exports": 330,
     "session": 6_248,
     "views": 7_000,
-    "cli": 1_498,
+    "cli": 1_481,
     "extras": 1,
     "extras/camera": 3_568,
     "extras/controllers": 706,
@@ -58,16 +58,16 @@ BUDGETS = {
     "extras/logs": 917,
     "extras/pendant": 1_895,
     "extras/poses": 1_088,
-    "extras/production": 469,
+    "extras/production": 458,
     "extras/reproduce": 88,
     "extras/review": 275,
     "extras/service": 1_162,
     "extras/trajectories": 1_280,
-    "extras/workshop": 910,
-    "tests": 39_165,
+    "extras/workshop": 850,
+    "tests": 38_940,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_433
+READING_SET = 18_111
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

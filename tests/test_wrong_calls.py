@@ -27,7 +27,6 @@ RECORDS = {
     "Requirement": {},
     "Region": {"min": np.zeros(3), "max": np.ones(3)},
     "Instrument": {"name": "gauge", "observes": Observes.POINT, "sigma_position": 1e-4},
-    "DesignRequest": {},
     "PoseLimits": {},
     "FitChoices": {},
     "Frame": {},

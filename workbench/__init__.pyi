@@ -60,7 +60,6 @@ from workbench.parts import register as register
 from workbench.plate.design import optimise_plate as optimise_plate
 from workbench.plate.measured_plate import load_plate as load_plate
 from workbench.plate.optimiser.constraints import Constraints as Constraints
-from workbench.plate.optimiser.optimise import DesignRequest as DesignRequest
 from workbench.plate.optimiser.result import PlateDesign as PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks as Blocks
 from workbench.plate.plate import Plate as Plate

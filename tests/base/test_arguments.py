@@ -17,7 +17,6 @@ from workbench.base.arguments import Length, Reads, admit, checked_arguments, wi
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
-from workbench.plate.optimiser.optimise import DesignRequest, RequestFields
 
 
 class Colour(StrEnum):
@@ -117,13 +116,12 @@ def test_the_signature_shows_every_field_with_its_default():
 
 
 def test_type_checkers_know_the_fields_that_there_are():
-    for typed, record in ((ChoiceFields, FitChoices), (RequestFields, DesignRequest)):
-        assert set(typing.get_type_hints(typed)) == {f.name for f in fields(record)}
+    assert set(typing.get_type_hints(ChoiceFields)) == {f.name for f in fields(FitChoices)}
 
 
 def test_a_field_given_twice_must_have_one_value():
-    request = with_fields(DesignRequest, DesignRequest(places=40), {"number": 8})
-    assert (request.number, request.places) == (8, 40)
-    assert with_fields(DesignRequest, request, {"number": 8}).places == 40
-    with refuses(OptionError, option="number"):
-        with_fields(DesignRequest, request, {"number": 6})
+    choices = with_fields(FitChoices, FitChoices(seed=40), {"frames": "shared"})
+    assert (choices.frames, choices.seed) == ("shared", 40)
+    assert with_fields(FitChoices, choices, {"frames": "shared"}).seed == 40
+    with refuses(OptionError, option="frames"):
+        with_fields(FitChoices, choices, {"frames": "per-session"})

@@ -1,8 +1,7 @@
 """Plates side by side on 10 000 virtual arms each, all error sources in.
 
-Table 2 and the optimised plates (any blocks, three shapes) as a workshop makes them, with the play of their
-pins; sockets within ±0.25 mm, ±0.3° (a 3D printer), as they come and as measured to 0.05 mm. Run by hand, all
-or those named:
+Table 2 and the optimised plate as a workshop makes them, with the play of their pins; sockets within
+±0.25 mm, ±0.3° (a 3D printer), as they come and as measured to 0.05 mm. Run by hand, all or those named:
 
     python -m tests.benchmarks.five_plates [arms] [places] [name …]
 """
@@ -10,6 +9,7 @@ or those named:
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.extras.production.plate_trial import rms_of, try_plate
 from workbench.plate.design import optimise_plate
-from workbench.plate.optimiser.optimise import DesignRequest
-from workbench.plate.plate import Plate
+from workbench.plate.plate import Kind, Plate
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.tolerances import Production
@@ -42,13 +41,11 @@ def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple
     machined = given.made_as_drawn.production
     if "Table 2".startswith(wanted):
         yield "Table 2", given.made(machined), SEATS
-    for name, shapes in (("optimised", None), ("three shapes", 3)):
-        if name.startswith(wanted):
-            request = DesignRequest(production=machined, shapes=shapes, places=places)
-            yield name, optimise_plate(robot, given, request=request).plate, SEATS
+    if "optimised".startswith(wanted):
+        yield "optimised", optimise_plate(robot, given, production=machined, places=places).plate, SEATS
     if "sockets".startswith(wanted):
-        request = DesignRequest(number=14, production=PRINTED, places=places)
-        plate = optimise_plate(robot, given, request=request, reading="socket").plate
+        how: dict[str, Any] = {"number": 14, "production": PRINTED, "places": places}
+        plate = optimise_plate(robot, given, kind=Kind.SOCKET, **how).plate
         yield "sockets", plate, SOCKETS
         known = tuple(replace(t, sigma=MEASURED) for t in plate.targets)
         yield "sockets, measured", replace(plate, targets=known), SOCKETS

@@ -109,7 +109,6 @@ def test_round_trip(name, targets, xyz, rpy, sized, tmp_path_factory):
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nkind = 'hole'\n", "'seat', 'socket' or 'point'"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nsigma = [1e-4, -1]\n", "at least 0"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nsigma = 3\n", "sigma"),
-        (REGION + "anchors = [[0, 0, 1], [0, 1, 1]]\n", "three anchors"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nbranch = 3\n", "branch"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nq = []\n", "q must be a list of numbers"),
         (REGION + "[target]\nxyz = [0, 0, 1]\n", r"\[\[target\]\]"),

@@ -8,9 +8,8 @@ import pytest
 
 import workbench as wb
 from workbench.arm.linearisation import linearise
-from workbench.plate import target_readings as readings
 from workbench.plate.free_constants import identified_names, visible, visible_basis
-from workbench.plate.plate import Kind, Target
+from workbench.plate.plate import Target
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.plates import score_json
 
@@ -118,25 +117,3 @@ def test_a_target_out_of_reach_is_counted_out_and_told(aria, plate, score):
     assert found.left_out.endswith("; the figures are of the other 10")
     assert "can't be measured (target 1 is out of reach" in " ".join(repr(found).split())
     assert score_json(found)["targets"][0]["out_of_reach"] == found.can.away[0] != ""
-
-
-CORNERS = np.array([[-0.24, -0.24, 0.05], [0.24, -0.24, 0.05], [0.0, 0.24, 0.05]])
-
-
-def in_the_air(plate, above):
-    up = np.array([0.0, 0.0, above])
-    places = tuple(replace(target, kind=Kind.POINT, xyz=target.xyz + up) for target in plate.targets)
-    return replace(plate, targets=places, anchors=CORNERS)
-
-
-def test_a_score_solves_for_a_ball_bar_s_anchors_as_the_search_does(aria, plate, solutions):
-    air, names = in_the_air(plate, 0.0), aria.default_free
-    q = np.stack([found[0].q for found in solutions])
-    sigma = readings.usual_sigma(air)
-    assert sigma[0] == readings.READINGS["ball-bar"][1]
-    assert readings.usual_sigma(plate) == readings.SEAT
-    seen = readings.linearise_targets(aria, air, q, names=names, sigma=sigma)
-    reading, exact = readings.reading_named("ball-bar", aria, air), np.zeros((len(q), 2))
-    searched = readings.linearise_reading(aria, q, reading, target_sigma=exact, names=names)
-    information = searched.scaled.T @ searched.scaled
-    assert np.allclose(seen.scaled.T @ seen.scaled, information, rtol=1e-6, atol=1e-9 * information.max())

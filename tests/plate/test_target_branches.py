@@ -71,6 +71,16 @@ def test_sockets_leave_orientation_open_not_the_position(aria, plate, solutions,
     assert choice.cost == pytest.approx(predicted_error(chosen, aria, everywhere).position_rms, rel=1e-6)
 
 
+def test_a_designed_socket_is_measured_at_its_own_joint_angles(aria, plate, solutions):
+    """Such plates could not be scored: a free orientation has other branches than the designed one."""
+    q = choose_branches(aria, plate, solutions, goal="O1", rng=rng(0))
+    there = plate.with_joints(q.q, q.branches)
+    sockets = replace(there, targets=tuple(replace(t, kind=Kind.SOCKET) for t in there.targets))
+    found = [own[0] for own in plate_solutions(aria, sockets)]
+    assert np.allclose([branch.q for branch in found], q.q, atol=1e-6)
+    assert tuple(branch.name for branch in found) == q.branches
+
+
 def test_poses_that_matter_lie_in_region_and_cone(aria, plate, solutions, everywhere):
     low, high = aria.limits.T
     tools = in_base(aria, everywhere)

@@ -13,7 +13,7 @@ from workbench.arm.inverse import solve as inverse
 from workbench.base import se3
 from workbench.base.progress import cancelled
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.target_readings import assumptions, usual_sigma
+from workbench.plate.target_readings import assumptions, sigma_of, usual_kind
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -120,7 +120,7 @@ def test_the_page_says_what_plate_score_says(first):
     assert (first.score.position, first.score.rotation) == (error.position_rms, error.rotation_rms)
     panel = index.headline(first, [])
     assert f"{1e3 * error.position_rms:.3f} mm<" in panel
-    assert assumptions(first.plate, usual_sigma(first.plate)) in panel
+    assert assumptions(first.plate, sigma_of(usual_kind(first.plate))) in panel
 
 
 def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):

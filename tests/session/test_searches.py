@@ -7,14 +7,14 @@ from functools import partial
 import numpy as np
 from refusals import mentions
 
-from workbench import DesignRequest, optimise_plate
+from workbench import optimise_plate
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import FoundPlate, ImprovePlate
 from workbench.session.page_state import Severity
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):
-    quick = partial(optimise_plate, request=DesignRequest(places=150, starts=1))
+    quick = partial(optimise_plate, places=150, starts=1)
     monkeypatch.setattr("workbench.plate.design.optimise_plate", quick)
     worker.submit(ImprovePlate())
     while worker.session.page.job is None or not worker.session.page.job.text:

@@ -22,7 +22,7 @@ def simulate(
         str | None, option("Instrument: plate, laser-tracker, tracker-6d, optotrak …")
     ] = None,
     branch: Annotated[
-        str, option("With --plate: designed, mixed, auto (one branch), or a branch by name.")
+        str, option("With --plate: designed, auto (one branch), or a branch by name.")
     ] = "designed",
     effect: Annotated[
         list[str] | None, option("A hidden effect, NAME[:joint[:size]], such as backlash:3. May be repeated.")

@@ -28,7 +28,7 @@ PlayOption = Annotated[
 
 
 def production_of(plate, tolerance: str | None, play: str | None):
-    """Tolerances of a plate: as given, the rest from its file; None if nothing was given."""
+    """Tolerances of a plate: as given, the rest from its file."""
     from workbench.plate.tolerances import PIN_PLAY
 
     production = plate.production

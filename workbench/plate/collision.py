@@ -46,9 +46,8 @@ def obstacles(robot: Robot, plate: Plate, blocks_of: Iterable[int] | None = None
     table if none of them lies below it; nothing without a solid."""
     if plate.size is None:
         return {}
-    place, own, mounted = plate.pose.tobytes(), "target" if plate.anchors is None else "anchor", plate.mounted
-    chosen = range(len(mounted)) if blocks_of is None else blocks_of
-    blocks = {f"the block of {own} {i + 1}": _block(place, mounted[i].pose.tobytes()) for i in chosen}
+    place, chosen = plate.pose.tobytes(), range(len(plate)) if blocks_of is None else blocks_of
+    blocks = {f"the block of target {i + 1}": _block(place, plate.targets[i].pose.tobytes()) for i in chosen}
     lowest, height = min(plate.xyz[2], *(t.xyz[2] for t in plate.targets)), table_height(robot)
     table = {} if height is None or lowest < height else {"the table": below(height)}
     return {"the plate": _slab(place, plate.size.tobytes()), **blocks, **table}
@@ -66,7 +65,7 @@ def hits(
     """
     found = [""] * len(q)
     for target in {*visited}:
-        others = [i for i in range(len(plate.mounted)) if i != target or plate.anchors is not None]
+        others = [i for i in range(len(plate)) if i != target]
         bodies, rows = obstacles(robot, plate, others), np.flatnonzero(np.equal(visited, target))
         for row, met in zip(rows, touches(robot, q[rows], [*bodies.values()]), strict=True):
             if met.any():
@@ -117,7 +116,7 @@ def mutually_blocking(
 ) -> Bool[np.ndarray, "rows rows"]:
     """Which postures [rad or m] can't both be targets of a plate, whatever targets it has: the arm in one
     collides with the block of the other."""
-    if plate.size is None or plate.anchors is not None:
+    if plate.size is None:
         return np.zeros((len(q), len(q)), bool)
     met = touches(robot, q, block_hulls(plate.pose, in_base(robot, q)))
     np.fill_diagonal(met, False)

@@ -100,9 +100,9 @@ class Exchange:
         chosen[slot] = before  # its cost was smaller by rounding alone
         return cost
 
-    def descend(self, start: Choice, *, held: int = 0) -> Exchanged:
-        """Give every slot in turn its best option, until a whole turn changes none; `held` ones stay."""
-        chosen, slots = [int(option) for option in start], range(held, len(start))
+    def descend(self, start: Choice) -> Exchanged:
+        """Give every slot in turn its best option, until a whole turn changes none."""
+        chosen, slots = [int(option) for option in start], range(len(start))
         cost = self.cost(chosen)
         history, kept = [cost], 0  # slots in a row, over the rounds too, that have their best option already
         for _ in range(MAX_ROUNDS):

@@ -80,6 +80,13 @@ class AbstractSetIndex(AbstractIndex):
     def slope(self, gram: Float[np.ndarray, "p p"], measurements: int) -> Float[np.ndarray, "p p"]:
         """∂index/∂G at one Gram matrix."""
 
+    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
+        if linearisation.rank() < len(linearisation.names):
+            return np.zeros_like(linearisation.jacobian)
+        scaled = linearisation.scaled
+        slope = self.slope(scaled.T @ scaled, linearisation.measurements)
+        return 2.0 * scaled @ slope * linearisation.weights
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -111,23 +118,15 @@ class SetIndex(AbstractSetIndex):
     def slope(self, gram: Float[np.ndarray, "p p"], measurements: int) -> Float[np.ndarray, "p p"]:
         squares, vectors = np.linalg.eigh(_ridged(gram))
         values = np.sqrt(np.clip(squares, 1e-300, None))
-        pull = self._by_values(values[::-1], measurements)[::-1] / (2.0 * values)
-        return (vectors * pull) @ vectors.T
-
-    def _by_values(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        spectrum = values[::-1]
         value = float(self.of_spectrum(spectrum[None], measurements)[0])
-        return self.by_value(value, spectrum, measurements)
+        pull = self.by_value(value, spectrum, measurements)[::-1] / (2.0 * values)
+        return (vectors * pull) @ vectors.T
 
     def value(self, linearisation: Linearisation) -> float:
         if linearisation.rank() < len(linearisation.names):
             return 0.0
         return float(self.of_spectrum(linearisation.singular_values[None], linearisation.measurements)[0])
-
-    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
-        if linearisation.rank() < len(linearisation.names):
-            return np.zeros_like(linearisation.jacobian)
-        u, values, vt = linearisation.factors
-        return (u * self._by_values(values, linearisation.measurements)) @ vt * linearisation.weights
 
 
 def inverse_condition(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, " rows"]:
@@ -265,27 +264,14 @@ class I(AbstractSetIndex):  # noqa: E742 - the literature's name
     def value(self, linearisation: Linearisation) -> float:
         if linearisation.rank() < len(linearisation.names):
             return 0.0
-        root = _root(linearisation)
+        _, values, vt = linearisation.factors
+        root = vt.T / values  # whose square is C of the scaled parameters
         return float(((self.weight @ root) * root).sum() ** -0.5)
-
-    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
-        if linearisation.rank() < len(linearisation.names):
-            return np.zeros_like(linearisation.jacobian)
-        root = _root(linearisation)
-        covariance = root @ root.T
-        slope = linearisation.scaled @ covariance @ self.weight @ covariance
-        return self.value(linearisation) ** 3 * slope * linearisation.weights
 
 
 def _ridged(grams: Float[np.ndarray, "*sets p p"]) -> Float[np.ndarray, "*sets p p"]:
     mean = np.trace(grams, axis1=-2, axis2=-1) / grams.shape[-1]
     return grams + RIDGE * mean[..., None, None] * np.eye(grams.shape[-1])
-
-
-def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:
-    """V/σ, whose square is C of the scaled parameters."""
-    _, values, vt = linearisation.factors
-    return vt.T / values
 
 
 INDICES: dict[str, AbstractIndex] = {index.name: index for index in (O(), *_OF_SETS)}

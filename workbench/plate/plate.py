@@ -24,8 +24,6 @@ from workbench.plate.tolerances import EXACT, PIN_PLAY, USUAL, Production
 AUTO = "auto"
 """Branch of a target whose inverse-kinematics solution is chosen by the program."""
 ZERO = frozen(np.zeros(3))
-ANCHOR_SIGMA = 5e-5
-"""Standard deviation of a ball-bar's anchors along each axis [m]."""
 SQUARE = frozen(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
 """Corners of a square of side 2 about its centre, anticlockwise."""
 
@@ -92,8 +90,6 @@ class Plate:
         rpy: Its roll, pitch, yaw [rad].
         size: Length, width and thickness of the solid [m]; None if there is none.
         production: Its tolerances, and the play of its seats; exact by default.
-        anchors: Centres of the balls from which a ball-bar measures, plate's frame [m]: the targets are
-            then places in the air, and sockets for these balls stand on the plate. None for other plates.
     """
 
     name: str
@@ -103,13 +99,10 @@ class Plate:
     rpy: Vector3 = field(default_factory=lambda: ZERO)
     size: Vector3 | None = None
     production: Production = EXACT
-    anchors: Float[np.ndarray, "anchors 3"] | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self):
         admit(self)
-        if self.anchors is not None and len(self.anchors) < 3:
-            raise OptionError(f"a ball-bar needs three anchors or more, got {len(self.anchors)}")
         if self.size is not None and not min(self.size.tolist()) > 0.0:
             raise OptionError(
                 f"length, width and thickness of a plate must be positive, got {self.size.tolist()} m",
@@ -145,16 +138,6 @@ class Plate:
         return frozen(np.stack([t.pose for t in self.targets])) if self.targets else np.zeros((0, 4, 4))
 
     @cached_property
-    def mounted(self) -> tuple[Target, ...]:
-        """What stands on the plate: the targets, or sockets for the balls that a ball-bar turns about."""
-        if self.anchors is None:
-            return self.targets
-        turn = self.pose[:3, :3] @ np.diag([1.0, -1.0, -1.0])
-        rpy = frozen(se3.matrix_to_rpy(turn))
-        places = se3.apply(self.pose, self.anchors)
-        return tuple(Target(frozen(place), rpy, kind=Kind.SOCKET) for place in places)
-
-    @cached_property
     def has_seats(self) -> bool:
         return any(target.kind is Kind.SEAT for target in self.targets)
 
@@ -171,7 +154,7 @@ class Plate:
     def known(self) -> Float[np.ndarray, "targets 2"]:
         """Standard deviation of each target, position [m] and rotation [rad]: as stated, or from the
         tolerances."""
-        made = self.production.sigma(self.heights) * (self.anchors is None)  # else nothing is made there
+        made = self.production.sigma(self.heights)
         for row, target in zip(made, self.targets, strict=True):
             row[:] = row if target.sigma is None else target.sigma
         return frozen(made)
@@ -190,8 +173,6 @@ class Plate:
     @property
     def assumptions(self) -> str:
         """Assumptions about the targets, for people."""
-        if self.anchors is not None:
-            return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"
         measured = [t.sigma for t in self.targets if t.sigma is not None]
         made, played = self.production.text
         parts = [made, played] if self.has_seats else [made]

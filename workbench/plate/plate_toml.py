@@ -13,12 +13,11 @@ from workbench.base.assets import assets
 from workbench.base.errors import FileError
 from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
-from workbench.base.types import frozen
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.plate.tolerances import EXACT, Production
 
-PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "anchors", "target"}
+PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "target"}
 
 
 @final
@@ -38,8 +37,6 @@ class _PlateReader(AbstractTableReader):
         """Lists as arrays of finite numbers."""
         if not isinstance(value, list):
             return value if isinstance(value, str | bool) else self.number(value, what)
-        if value and isinstance(value[0], list):
-            return frozen(np.stack([self.numbers(row, len(value[0]), what) for row in value]))
         return self.numbers(value, None, what)
 
     def production(self, table: Any) -> Production:
@@ -75,7 +72,6 @@ def plate_to_table(plate: Plate) -> dict[str, Any]:
     if plate.production != EXACT:
         tolerance = [plate.production.position, plate.production.angle]
         table["making"] = {"tolerance": tolerance, "play": list(plate.production.play)}
-    table |= _table(plate, "anchors")
     table["region"] = _table(plate.region)
     table["target"] = [_table(target) for target in plate.targets]
     return table

@@ -13,13 +13,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 import workbench.plate.report.plates  # noqa: F401 how results are shown
-from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.arguments import LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.data.arguments import RobotLike
@@ -31,8 +27,7 @@ from workbench.plate.plate_score import PlateScore, SetScore
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, single_branches
-from workbench.plate.target_readings import linearise_targets, usual_sigma
-from workbench.plate.tolerances import EXACT, Production
+from workbench.plate.target_readings import linearise_targets, sigma_of, usual_kind
 
 STARTS = 20
 """Number of random mixes of branches that are improved."""
@@ -65,9 +60,8 @@ def set_score(
     named = dict(zip(targets.tolist(), branches, strict=True))
     basis = visible_basis(robot, names)
     whole = linearise_targets(robot, plate, q, slots=targets, names=names, sigma=sigma)
-    seen, is_own = visible(whole, basis), names == robot.default_free and plate.anchors is None
-    # O is of the arm's own constants
-    arm = whole if is_own else linearise_targets(robot, plate, q, slots=targets, additive=True)
+    seen, is_own = visible(whole, basis), names == robot.default_free
+    arm = whole if is_own else linearise_targets(robot, plate, q, slots=targets)  # O is of its own constants
     per_target, rises = O().per_pose(arm), np.full(len(q), np.nan)
     error, is_known = predicted_error(whole, robot, q_region), len(q_region) > 0
     indices = {name: index.value(seen) for name, index in INDICES.items() if name != O.name}
@@ -120,14 +114,15 @@ def score(
         evaluation_poses: For which the error is predicted [rad or m]; those of the plate's region if None.
         seed: Of the mixes of branches that are tried.
     """
-    check_place(robot, plate)
+    if not len(plate):
+        raise DataError(f"plate '{plate.name}' has no targets; add [[target]] tables", column="target")
     if evaluation_poses is not None and not (len(evaluation_poses) and np.isfinite(evaluation_poses).all()):
         raise OptionError(
             "evaluation_poses must be at least one row of finite joint positions",
             option="evaluation_poses",
             found=evaluation_poses,
         )
-    sigma = sigma or usual_sigma(plate)
+    sigma = sigma_of(usual_kind(plate), sigma)
     names = identified_names(robot, base=base, tool=tool)
     can = measurable(robot, plate)
     q_region = plate_region_poses(robot, plate) if evaluation_poses is None else evaluation_poses
@@ -155,75 +150,3 @@ def score(
         can=can,
         outcome=choice.outcome,
     )
-
-
-@one_thread()
-def score_plates(
-    robot: Robot,
-    plates: Sequence[Plate],
-    *,
-    sigma: Like[LengthAndAngle] | None = None,
-    base: bool | None = None,
-    tool: bool | None = None,
-    seed: Seed = 0,
-) -> tuple[PlateScore, ...]:
-    """Scores over the same poses: those of the first plate's region.
-
-    Args:
-        robot: Nominal arm.
-        plates: At least one; those left when cancelled are not scored.
-        sigma: Standard deviations of the instrument, position [m] and rotation [rad]; typical ones of what is
-            read at each plate's targets if None.
-        base: Whether the base is identified too; as the robot says if None.
-        tool: Whether the tool is.
-        seed: Of the mixes of branches that are tried.
-    """
-    if not plates:
-        raise OptionError("no plates to score; give at least one")
-    check_place(robot, plates[0])
-    evaluation_poses = plate_region_poses(robot, plates[0])
-    scores: list[PlateScore] = []
-    for number, plate in enumerate(plates):
-        if scores and cancelled():
-            break
-        with part_of(number / len(plates), 1.0 / len(plates)):
-            found = score(
-                robot, plate, sigma=sigma, base=base, tool=tool, evaluation_poses=evaluation_poses, seed=seed
-            )
-        scores.append(found)
-    return tuple(scores)
-
-
-def alike(plates: Sequence[Plate], production: Production | None = None) -> tuple[Plate, ...]:
-    """The plates with equal tolerances: the given ones, else the first that one of them states."""
-    stated = [plate.production for plate in plates if plate.production != EXACT]
-    common = production or next(iter(stated), EXACT)
-    return tuple(plate.made(common) for plate in plates)
-
-
-SAMPLES = 33
-"""Points checked along the base's column."""
-
-
-def check_place(robot: Robot, plate: Plate) -> None:
-    """Refuse a plate that nothing can be measured on.
-
-    The base is taken as the line from its foot to the second joint's axis: the column that no arm lacks.
-    """
-    if not len(plate):
-        raise DataError(f"plate '{plate.name}' has no targets; add [[target]] tables", column="target")
-    if plate.size is None:
-        return
-    frames = se3.inverse(robot.base.pose) @ link_frames(robot, Motion(np.zeros((1, robot.dof))))[0]
-    top = frames[1, :3, 3] if len(frames) > 1 else np.zeros(3)
-    column = np.linspace(0.0, 1.0, SAMPLES)[:, None] * top
-    inside = se3.apply(se3.inverse(plate.pose), column)
-    half = 0.5 * plate.size
-    within = (np.abs(inside[:, :2]) <= half[:2]).all(1) & (inside[:, 2] <= 0) & (inside[:, 2] >= -2 * half[2])
-    if within.any():
-        x, y, z = 1e3 * column[np.argmax(within)]
-        raise DataError(
-            f"plate '{plate.name}' stands in the robot's base: its solid contains the point "
-            f"({x:.0f}, {y:.0f}, {z:.0f}) mm of the base's column; move the plate or make it smaller",
-            column="base",
-        )

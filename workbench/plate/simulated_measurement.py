@@ -18,8 +18,6 @@ from workbench.data.simulation.instruments import Instrument, instrument_named
 from workbench.data.simulation.simulate import (
     AUTO,
     LIKELY_ERRORS,
-    MIXED,
-    evenly_mixed,
     simulate,
     simulate_targets,
     virtual_arm,
@@ -107,8 +105,8 @@ def measure_plate(
     Args:
         robot: Nominal arm.
         plate: The fixture, taken as true.
-        branch: `designed`, the mix with the smallest predicted error; `mixed`, all alike; both where the arm
-            keeps clear. `auto`, or a branch by name, whatever is in the way.
+        branch: `designed`, the mix with the smallest predicted error where the arm keeps clear; `auto`, or a
+            branch by name, whatever is in the way.
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
@@ -125,15 +123,10 @@ def measure_plate(
     rng = np.random.default_rng(seed)
     actual, notes = _hidden(robot, actual, effects, rng, errors)
     near = None
-    if branch in (DESIGNED, MIXED):
-        can = measurable(robot, plate)
+    if branch == DESIGNED:
+        can, goal = measurable(robot, plate), plate_region_poses(robot, plate)
         near = np.stack([solutions[0].q for solutions in plate_solutions(robot, plate)])
-        if branch == DESIGNED:
-            goal = plate_region_poses(robot, plate)
-            near[can.rows] = choose_branches(robot, can.plate, can.solutions, goal=goal, rng=rng).q
-        else:
-            clear = [{b.name: b.q for b in target} for target in can.solutions]
-            near[can.rows] = [q[n] for q, n in zip(clear, evenly_mixed(clear), strict=True)]
+        near[can.rows] = choose_branches(robot, can.plate, can.solutions, goal=goal, rng=rng).q
         branch = AUTO
     nowhere = np.zeros((len(plate), actual.dof))
     rows = simulate_targets(

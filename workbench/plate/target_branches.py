@@ -188,7 +188,7 @@ def choose_branches(
     slots = np.repeat(np.arange(len(solutions)), [len(target) for target in solutions])
     labels = [branch.name for target in solutions for branch in target]
     q = np.array([branch.q for target in solutions for branch in target])
-    at = partial(linearise_targets, robot, plate, names=names, sigma=sigma, additive=True)
+    at = partial(linearise_targets, robot, plate, names=names, sigma=sigma)
     linearisation = at(q, slots=slots)
     basis = visible_basis(robot, names)
     seen = visible(linearisation, basis)  # sockets and points give their position only

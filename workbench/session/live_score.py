@@ -1,7 +1,7 @@
 """The score of the targets as the arm stands at them, and a trial of their plate on virtual arms.
 
 Errors are predicted for poses of the region about the orientations of the plate as it was loaded: of that
-plate the same number as `plate score` says, of a changed one that of `plate compare` with it.
+plate the same number as `plate score` says, of a changed one a number that compares with it.
 """
 
 from dataclasses import dataclass

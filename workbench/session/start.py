@@ -28,7 +28,7 @@ from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.target_readings import usual_sigma
+from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.live_score import draw_region, score
 from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session, UndoStep
 from workbench.session.target_postures import branches_to, solve_all_targets
@@ -59,7 +59,7 @@ def start(
     """
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets; give at least one [[target]]")
-    noise = noise or Noise(*usual_sigma(plate))
+    noise = noise or Noise(*sigma_of(usual_kind(plate)))
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
     if len(states) != len(plate):

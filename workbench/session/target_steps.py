@@ -9,7 +9,7 @@ from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate, Target
 from workbench.plate.plate_score import SetScore
-from workbench.plate.target_readings import usual_sigma
+from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
 from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
@@ -90,7 +90,7 @@ def with_history(session: Session) -> Session:
 
 def instrument_for(session: Session, plate: Plate) -> Noise:
     """The session's instrument at another plate; the usual one there, if it is the usual one of its own."""
-    own, other = (Noise(*usual_sigma(each)) for each in (session.plate, plate))
+    own, other = (Noise(*sigma_of(usual_kind(each))) for each in (session.plate, plate))
     return other if session.noise == own != other else session.noise
 
 

@@ -1,5 +1,6 @@
 """Targets round-trip exactly; a measured plate replaces the drawn one and says so."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -99,9 +100,13 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     moved = [line.split(",") for line in lines[1:]]
     text = [",".join([n, str(float(x) + 0.1), *rest]) for n, x, *rest in moved]
     (tmp_path / "cmm.csv").write_text("\n".join([lines[0], *text]))
-    status, out, _ = run("plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml")
+    status, out, _ = run(
+        "plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml", "--json", "m.json"
+    )
     assert status == 0
     assert mentions(out, "0.100 mm")
+    found, real = json.loads((tmp_path / "m.json").read_text()), load_plate(tmp_path / "real.toml")
+    assert np.allclose([t["xyz"] for t in found["targets"]], [t.xyz for t in real.targets])
     options = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")
     assert run(*options)[0] == 0
 

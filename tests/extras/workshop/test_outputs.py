@@ -1,6 +1,7 @@
 """A folder with everything to make a plate, from the command and from the page."""
 
 import io
+import json
 import sys
 import zipfile
 from dataclasses import replace
@@ -16,14 +17,14 @@ from workbench.plate.plate_toml import load_plate, write_plate
 from workbench.session.export import fixture_zip
 
 FILES = {
-    *(f"{part}.{end}" for part in ("plate", "block-A", "probe") for end in ("stl", "step")),
+    *(f"{part}.{end}" for part in ("plate", "block-A") for end in ("stl", "step")),
     *("plate.toml", "plate.dxf", "plate.pdf", "targets.csv"),
 }
 
 
 @pytest.fixture(scope="module")
 def small(plate):
-    """One target of Table 2: a block, its plate and the probe are soon made."""
+    """One target of Table 2: a block and its plate are soon made."""
     return replace(plate, targets=plate.targets[:1])
 
 
@@ -31,8 +32,11 @@ def test_every_format_is_written(tmp_path, run, small):
     write_plate(small, tmp_path / "small.toml")
     (tmp_path / "made").mkdir()
     (tmp_path / "made" / "mine.txt").write_text("stays")
-    status, out, _ = run("plate", "export", "small.toml", "--out", "made")
+    status, out, _ = run("plate", "export", "small.toml", "--out", "made", "--json", "made.json")
     assert status == 0
+    found = json.loads((tmp_path / "made.json").read_text())
+    assert (found["schema"], found["shapes"]) == ("workbench.plate-export/1", {"A": 1})
+    assert {*found["files"]} == FILES
     assert mentions(out, "1 × A")
     assert {path.name for path in (tmp_path / "made").iterdir()} == FILES | {"mine.txt"}
 

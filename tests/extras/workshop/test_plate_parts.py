@@ -1,7 +1,5 @@
 """From targets to parts: the tool that sits in a made block stands where the plate's target is."""
 
-import csv
-import io
 from dataclasses import replace
 
 import numpy as np
@@ -9,19 +7,14 @@ import pytest
 
 from tests.plate.test_fixture import HALF, rng
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import identification_jacobian
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.extras.workshop.outputs import targets_csv
 from workbench.extras.workshop.parts import Purpose
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, block_corners, tool_poses_at
 from workbench.plate.plate import Kind, Target
-from workbench.plate.plate_toml import load_plate, read_plate, write_plate
-from workbench.plate.target_branches import choose_branches, plate_solutions
-from workbench.plate.target_readings import linearise_targets, reading_named
+from workbench.plate.plate_toml import load_plate
 from workbench.session.start import default_circle
 
 
@@ -97,30 +90,6 @@ def test_what_cannot_be_made_is_named(places, text, plate_of):
     assert all(word in str(error.value) for word in text)
 
 
-def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plate, tmp_path):
-    """Its targets are places in the air: only the anchors are made, and each target is read by distances."""
-    anchors = reading_named("ball-bar", aria, plate).anchors
-    in_air = tuple(replace(target, kind=Kind.POINT) for target in plate.targets)
-    bar = read_plate(write_plate(replace(plate, targets=in_air, anchors=anchors), tmp_path / "bar.toml"))
-    assert np.allclose(bar.anchors, anchors)
-    made = fixture_of(bar)
-    assert len(made.blocks) == 3
-    for block, place in zip(made.blocks, anchors, strict=True):
-        (cone, *_) = block.bores
-        held = block.pose @ [*(cone.bottom - np.sqrt(2.0) * 0.006 * cone.direction), 1.0]
-        assert np.allclose(held[:3], place, atol=1e-12)
-    first = next(csv.DictReader(io.StringIO(targets_csv(bar))))
-    distance = np.linalg.norm(bar.poses[0, :3, 3] - bar.pose[:3, 3] - anchors[0])
-    assert float(first["bar1[mm]"]) == pytest.approx(1e3 * distance, abs=1e-6)
-    q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0)).q
-    rows = linearise_targets(aria, bar, q, sigma=(5e-6, 1e-3), additive=True)
-    _, twists = identification_jacobian(aria, Motion(q), rows.names)
-    away = bar.poses[0, :3, 3] - bar.pose[:3, 3] - anchors[1]
-    assert rows.jacobian.shape == (30, len(rows.names))
-    assert np.allclose(rows.jacobian[1] * rows.sigma[1], away @ twists[0, :3] / np.linalg.norm(away))
-    assert np.allclose(rows.sigma, np.hypot(5e-6, 5e-5))
-
-
 def test_blocks_collide_as_they_are_made(plate):
     """The corners are those of the bars that the workshop saws."""
     places = Blocks().draw(40, HALF, rng=rng(3))
@@ -140,7 +109,5 @@ def test_blocks_collide_as_they_are_made(plate):
 
 @pytest.mark.slow
 def test_a_plate_that_the_search_found_can_be_made(aria, plate):
-    design = optimise_plate(aria, plate, number=8, places=40, starts=1, shapes=2)
-    made = fixture_of(design.plate)
-    assert len(made.blocks) == 8
-    assert len(made.shapes) <= 2
+    design = optimise_plate(aria, plate, number=8, places=40, starts=1)
+    assert len(fixture_of(design.plate).blocks) == 8

@@ -10,17 +10,14 @@ import trimesh
 
 from workbench.base.errors import MissingExtraError
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.extras.workshop.parts import Block, Purpose, Turned
+from workbench.extras.workshop.parts import Block
 from workbench.extras.workshop.solids import step_of, stl_of
 from workbench.plate.optimiser.target_blocks import SIDE
 
 
 def by_hand(part) -> float:
     """Volume of a part in m³, from its drawing."""
-    if isinstance(part, Turned):
-        whole = sum(np.pi / 4.0 * diameter**2 * length for diameter, length in part.steps)
-    else:
-        whole = SIDE**2 * part.height if isinstance(part, Block) else float(np.prod(part.size))
+    whole = SIDE**2 * part.height if isinstance(part, Block) else float(np.prod(part.size))
     cones = sum(np.pi / 12.0 * b.diameter**2 * b.depth for b in part.bores if b.conical)
     return whole - cones - sum(np.pi / 4.0 * b.diameter**2 * b.depth for b in part.bores if not b.conical)
 
@@ -30,9 +27,6 @@ def box_of(part) -> np.ndarray:
     if isinstance(part, Block):
         half, high = 0.5 * SIDE, part.height + 0.5 * SIDE * np.tan(part.tilt)
         return 1e3 * np.array([[-half, -half, 0.0], [half, half, high]])
-    if isinstance(part, Turned):
-        radius = 0.5 * max(diameter for diameter, _ in part.steps)
-        return 1e3 * np.array([[-radius, -radius, 0.0], [radius, radius, sum(z for _, z in part.steps)]])
     x, y, z = 0.5 * part.size
     return 1e3 * np.array([[-x, -y, -2.0 * z], [x, y, 0.0]])
 
@@ -47,9 +41,8 @@ def test_stl_is_watertight_and_to_size(fixture):
         assert mesh.is_watertight
         assert mesh.is_winding_consistent
         assert np.isclose(mesh.volume / 1e9, by_hand(part), rtol=1e-6)
-        if not isinstance(part, Turned):  # whose mesh is a polygon of the circle's area
-            assert np.allclose(mesh.bounds, box_of(part), atol=1e-4)
-            assert mesh.euler_number == 2 - 2 * sum(b.through for b in part.bores)
+        assert np.allclose(mesh.bounds, box_of(part), atol=1e-4)
+        assert mesh.euler_number == 2 - 2 * sum(b.through for b in part.bores)
 
 
 def test_holes_are_where_the_bores_are(fixture):
@@ -61,14 +54,6 @@ def test_holes_are_where_the_bores_are(fixture):
             side = np.cross(bore.direction, [0.0, 1.0, 0.0])
             beside = inner + 1e3 * (0.5 * bore.diameter + 4e-4) * side / np.linalg.norm(side)
             assert solid.contains([inner, beside]).tolist() == [False, True]
-
-
-def test_the_probe_s_pins_are_where_a_seat_s_bores_are(plate):
-    fixture = fixture_of(plate)
-    pins = [b.mouth[:2] for b in fixture.probe.bores if b.purpose is Purpose.PIN]
-    seat, index = (b for b in fixture.blocks[0].bores if b.direction[2] < 0.0)
-    assert np.isclose(np.linalg.norm(pins[1] - pins[0]), np.linalg.norm(index.mouth - seat.mouth))
-    assert np.allclose(pins[0], 0.0)
 
 
 class Read(NamedTuple):

@@ -7,7 +7,7 @@ and the joint angles are what the actual arm takes to be there, from its own inv
     measured pose = actual pose ⊕ noise,   p + N(0, σp²) per axis,   exp(N(0, σr²) per axis) R, base axes
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -25,7 +25,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.readings import VirtualInstrument, three_anchors
 
-AUTO, MIXED = "auto", "mixed"
+AUTO = "auto"
 MAX_LENGTH_ERROR = 1e-3
 """Maximum manufacturing error of a length, as of a good industrial arm [m]."""
 ANGLE_ERROR = float(np.deg2rad(0.3))
@@ -201,11 +201,3 @@ def _in_branches(actual: Robot, poses: np.ndarray, branch: str, motion: Motion |
             raise DataError(text, target=k, found=name)
         q.append((max(target.values(), key=lambda b: b.margin) if name is None else target[name]).q)
     return np.stack(q)
-
-
-def evenly_mixed(solutions: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A branch per target, by solutions by name, so that all are used alike: the least used, then by name."""
-    chosen = list[str]()
-    for target in solutions:
-        chosen.append(min(target, key=lambda name: (chosen.count(name), name)))
-    return chosen

@@ -6,16 +6,14 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, production_of
+from workbench.cli.plates import NoiseOption, PlateArgument, PlayOption, ToleranceOption, production_of
 
 
 def yield_(
     plate: PlateArgument,
     robot: opt.RobotOption,
     arms: Annotated[int, option("Number of virtual arms.")] = 10_000,
-    noise: Annotated[
-        str | None, option('Repeatability and reading of a target: "0.1mm,0.02deg"; typical ones by default.')
-    ] = None,
+    noise: NoiseOption = None,
     joint_noise: Annotated[str, option("Standard deviation of the joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
@@ -29,7 +27,6 @@ def yield_(
     """How many arms of a production run meet the requirement after calibration with the plate."""
     from workbench.extras.production.plate_trial import try_plate
 
-    length, angle = opt.pair_of(errors, "--errors")
     given = wb.load_plate(plate)
     with opt.progress_bar("yield"):
         found = try_plate(
@@ -38,8 +35,7 @@ def yield_(
             arms=arms,
             sigma=noise,
             joint_sigma=opt.angle(joint_noise),
-            length=length,
-            angle=angle,
+            errors=opt.pair_of(errors, "--errors"),
             poses=poses,
             scheduler=scheduler,
             seed=seed,

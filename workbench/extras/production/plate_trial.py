@@ -23,7 +23,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.arguments import Angle, Length, LengthAndAngle, Like, Seed, checked_arguments
+from workbench.base.arguments import LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.parallel import spread
 from workbench.base.progress import part_of, running
@@ -32,7 +32,7 @@ from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.arguments import RobotLike, WantedLike
 from workbench.data.dataset import Dataset
-from workbench.data.simulation.simulate import ANGLE_ERROR, MAX_LENGTH_ERROR, virtual_arm
+from workbench.data.simulation.simulate import LIKELY_ERRORS, virtual_arm
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Noise
@@ -40,7 +40,7 @@ from workbench.plate.arguments import PlateLike
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score
-from workbench.plate.target_readings import assumptions, usual_sigma
+from workbench.plate.target_readings import assumptions, sigma_of, usual_kind
 from workbench.report.blocks import Block, Sentence
 from workbench.report.json import Json, document
 from workbench.report.result_display import AbstractShown
@@ -60,7 +60,7 @@ class Trial:
         robot: Nominal arm, without effects.
         q: Planned joint positions at the targets [rad or m].
         evaluation_q: Joint positions of the poses that matter [rad or m].
-        made: Maximum manufacturing errors of lengths [m] and angles [rad].
+        errors: Maximum manufacturing errors of lengths [m] and angles [rad].
         sigmas: Standard deviations of the tool's position [m] and rotation [rad] at every target, by source.
         joint_sigma: Of a joint's reading [rad or m].
         only: The one source of error that acts, weighted as if all did; all if empty.
@@ -226,8 +226,7 @@ def try_plate(
     arms: int = 10_000,
     sigma: Like[LengthAndAngle] | None = None,
     joint_sigma: float = 0.0,
-    length: Like[Length] = MAX_LENGTH_ERROR,
-    angle: Like[Angle] = ANGLE_ERROR,
+    errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     wanted: WantedLike | None = None,
     towards: PlateLike | None = None,
     poses: int = 500,
@@ -243,8 +242,7 @@ def try_plate(
         sigma: How well a target returns and is read: standard deviations [m], [rad]; usual ones of what is
             read at the targets if None.
         joint_sigma: Of the joint readings [rad or m].
-        length: Maximum manufacturing error of a length [m]; 5 mm in ARIA §2.4.
-        angle: Maximum manufacturing error of an angle [rad]; 5° there.
+        errors: Maximum manufacturing errors of lengths [m] and angles [rad]; 5 mm and 5° in ARIA §2.4.
         wanted: What every pose has to keep; ARIA eq. (3) if None.
         towards: Plate about whose targets' orientations the poses of the region are turned by up to 60°, so
             that plates compare; this one if None.
@@ -252,12 +250,11 @@ def try_plate(
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random: the result depends on the arguments alone, not on where it is computed.
     """
-    bounds = (("arms", arms, 1), ("poses", poses, 1), ("length", length, 0.0), ("angle", angle, 0.0))
-    for name, found, least in bounds:
+    for name, found, least in (("arms", arms, 1), ("poses", poses, 1), ("errors", min(errors), 0.0)):
         if found < least:
             raise OptionError(f"{name} must be at least {least:g}, got {found:g}", option=name, found=found)
     check_tried(robot, plate)
-    sigma = sigma or usual_sigma(plate)
+    sigma = sigma_of(usual_kind(plate), sigma)
     planned = [target.q for target in plate.targets if target.q is not None]
     if len(planned) < len(plate):
         with part_of(0.0, 0.0):
@@ -272,7 +269,7 @@ def try_plate(
         plate=plate,
         q=np.stack(planned),
         evaluation_q=plate_region_poses(robot, region, poses),
-        made=(length, angle),
+        made=errors,
         sigmas={name: each for name, each in causes.items() if each.any()},
         joint_sigma=joint_sigma,
     )
@@ -281,21 +278,19 @@ def try_plate(
     runs = [(trial, seeds[:arms]), *alone]
     pieces = [(run, own[i : i + PIECE]) for run, own in runs for i in range(0, len(own), PIECE)]
     done = spread(judge_arms, pieces, scheduler=scheduler, text=f"trying {plural(arms, 'arm')}")
-    met, errors = (np.stack(parts) for parts in zip(*chain.from_iterable(done), strict=True))
+    met, off = (np.stack(parts) for parts in zip(*chain.from_iterable(done), strict=True))
     joints = f"; joint readings {np.rad2deg(joint_sigma):.2g}°" if joint_sigma else ""
     return Yield(
         wanted=wanted or Requirement().wanted,
         met=met[:arms],
-        errors=errors[:arms],
-        sources={name: errors[arms + i * ALONE :][:ALONE] for i, name in enumerate(trial.sources)},
+        errors=off[:arms],
+        sources={name: off[arms + i * ALONE :][:ALONE] for i, name in enumerate(trial.sources)},
         assumptions=assumptions(plate, sigma) + joints,
     )
 
 
 def check_tried(robot: Robot, plate: Plate) -> None:
     """Refuse a plate that virtual arms can't be tried on."""
-    if plate.anchors is not None:
-        raise DataError(f"plate '{plate.name}' is read by a ball-bar; try seats, sockets or points")
     if plate.has_seats and robot.dof < 6:
         raise DataError(
             f"robot '{robot.name}' has {robot.dof} joints and can't sit in a seat; "

@@ -12,8 +12,8 @@ from workbench.session.judgement import PASSING_SHARE
 from workbench.session.live_score import PlateTrial
 from workbench.session.state import Session
 
-JUDGED_POSES, MAX_ARMS = 200, 100_000
-"""Poses of the region at which arms are judged, and maximum number of arms, which would take half an hour."""
+JUDGED_POSES = 200
+"""Poses of the region at which arms are judged."""
 
 
 class TryPlate(AbstractPlateTrial):
@@ -30,8 +30,6 @@ class TryPlate(AbstractPlateTrial):
     title = computed(lambda self: f"Try the plate on {plural(self.arms, 'virtual arm')}")
 
     def check(self, session: Session) -> None:
-        if not 1 <= self.arms <= MAX_ARMS:
-            raise OptionError(f"the number of virtual arms must be 1 to {MAX_ARMS}, got {self.arms}")
         if session.choices.wanted is None:
             raise OptionError(
                 "no required error is set to test the arms against; set 'Required [mm]' first",

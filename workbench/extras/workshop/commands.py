@@ -11,6 +11,8 @@ from workbench.cli import options as opt
 from workbench.cli.options import argument, option
 from workbench.cli.plates import PlateArgument, ToleranceOption, production_of
 
+EXPORT, MEASURED = "workbench.plate-export/1", "workbench.plate-as-measured/1"
+
 
 def as_measured(
     plate: PlateArgument,
@@ -27,7 +29,8 @@ def as_measured(
     from workbench.extras.workshop.as_measured import PlateFrame
     from workbench.extras.workshop.as_measured import as_measured as replaced
     from workbench.plate.measured_plate import read_measured_targets
-    from workbench.plate.plate_toml import load_plate
+    from workbench.plate.plate_toml import load_plate, plate_to_table
+    from workbench.report.json import document
 
     chosen = opt.choice_of(PlateFrame, frame, "--frame")
     opt.check_writable(out)
@@ -38,6 +41,8 @@ def as_measured(
     )
     opt.say_notes(found.notes)
     opt.say(f"plate: {wb.write_plate(found, out)}")
+    targets = plate_to_table(found)["target"]
+    opt.write_result(document(MEASURED, plate=found.name, targets=targets, notes=found.notes))
 
 
 def export(
@@ -51,6 +56,7 @@ def export(
     """Export what is needed to make a plate: its drawing, solids of all parts, and the list of targets."""
     from workbench.extras.workshop.outputs import parts_of
     from workbench.plate.export import OWN_FILE, export_plate, formats_named
+    from workbench.report.json import document
 
     wanted = () if formats is None else formats_named(formats)
     opt.check_writable(folder=out)
@@ -61,11 +67,14 @@ def export(
     with opt.progress_bar("plate"):
         fixture = parts_of(given)
         files, missing, _ = export_plate(given, out, formats=wanted)
-    shapes = ", ".join(f"{len(alike)} × {letter}" for letter, alike in fixture.shapes.items())
-    opt.say(f"{given.name}: plate and {plural(len(fixture.blocks), 'block')} ({shapes}) in {out}")
+    shapes = {letter: len(alike) for letter, alike in fixture.shapes.items()}
+    names, each = [path.name for path in files], ", ".join(f"{n} × {k}" for k, n in shapes.items())
+    opt.say(f"{given.name}: plate and {plural(len(fixture.blocks), 'block')} ({each}) in {out}")
     opt.say_notes(fixture.notes)
-    opt.say(f"files: {', '.join(path.name for path in files)}")
+    opt.say(f"files: {', '.join(names)}")
     for kind, why in missing.items():
         opt.say(f"not written: {kind}; {why}")
+    found = {"plate": given.name, "shapes": shapes, "files": names, "missing": missing}
+    opt.write_result(document(EXPORT, **found, notes=fixture.notes))
     if missing and formats is not None:
         opt.fail(f"{', '.join(missing)} could not be written")

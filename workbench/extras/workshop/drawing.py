@@ -109,8 +109,7 @@ def _holes(fixture: Fixture) -> Rows:
 
 
 def _blocks(fixture: Fixture) -> Rows:
-    first = "anchor" if fixture.plate.anchors is not None else "target"
-    rows: Rows = [(first, "block", "height", "tilt", "turn", "index")]
+    rows: Rows = [("target", "block", "height", "tilt", "turn", "index")]
     letters = {block.number: letter for letter, alike in fixture.shapes.items() for block in alike}
     for block in fixture.blocks:
         at = {bore.purpose: bore.mouth for bore in block.bores}

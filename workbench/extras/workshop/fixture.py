@@ -4,10 +4,6 @@ A seat is a face with a bore for the probe's pin and an index hole on the tool's
 coordinates are constrained. A socket is a 90° cone in which a ball rests with its centre at the target: the
 face lies half a radius below the centre, the cone's apex √2 radii. A pointed probe stands in the apex of a
 centre. A block's screw is under its target, and two dowels across the slope keep it from turning.
-
-The probe is a cylinder on the arm's flange (ISO 9409-1-50-4-M6). Its face has two dowel pins, one at the
-centre for the seat and one on the tool's x axis for the index hole (ARIA Fig. 6), or a cone for the ball. Its
-z axis is the tool's.
 """
 
 from itertools import combinations
@@ -17,14 +13,12 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
-from workbench.extras.workshop.parts import Block, Bore, Fixture, Purpose, Slab, Turned
+from workbench.extras.workshop.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.optimiser.target_blocks import SIDE, STEEPEST
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
 from workbench.plate.tolerances import INDEX_OFFSET, INDEX_PIN, SEAT_PIN
 
 UP, DOWN = frozen(np.array([0.0, 0.0, 1.0])), frozen(np.array([0.0, 0.0, -1.0]))
-THICKNESS, MARGIN = 0.012, 0.020
-"""Of a plate whose file gives no size, and its margin around the blocks [m]."""
 SCREW, MOUNTING, INSET = 0.0066, 0.009, 0.020
 """Diameters of the plate's holes for M6 screws and for mounting; distance of these from both edges [m]."""
 THREAD, DOWEL = (0.005, 0.012), (0.004, 0.008)
@@ -39,12 +33,6 @@ CONE = ((2.0 * np.sqrt(2.0) - 1.0) * 0.5 * BALL, (np.sqrt(2.0) - 0.5) * 0.5 * BA
 """Diameter and depth of its cone [m]."""
 LIFT = {Kind.SEAT: 0.0, Kind.SOCKET: -0.25 * BALL, Kind.POINT: TIP[1]}
 """How far a face lies above its target along its normal [m]."""
-FLANGE, NECK = (0.063, 0.008), (0.039, 0.052)
-"""Diameter and length of the probe's flange and neck [m]."""
-FLANGE_CIRCLE = 0.5 * 0.050 * np.sqrt(0.5) * np.column_stack([SQUARE, np.zeros(4)])
-"""Places of the flange's screws [m]."""
-PINS = (SEAT_PIN, 0.012), (INDEX_PIN, 0.010)
-"""Diameter of the probe's pins, seat and index, and how deep they are pressed in [m]."""
 WALL = 0.002
 """Minimum material between bores that face each other, and between a bore and an edge [m]."""
 SLIDE = 0.005
@@ -53,9 +41,11 @@ SLIDE = 0.005
 
 def fixture_of(plate: Plate) -> Fixture:
     """The parts of a plate; the tool's z axis points into each face."""
-    if not len(plate):
-        raise OptionError(f"plate '{plate.name}' has no targets, so there is nothing to make")
-    blocks = tuple(_block(plate, i, target) for i, target in enumerate(plate.mounted, start=1))
+    size = plate.size
+    if not len(plate) or size is None:
+        lacking = "targets" if size is not None else "size; give size = [length, width, thickness] in m"
+        raise OptionError(f"plate '{plate.name}' can't be made: it has no {lacking}")
+    blocks = tuple(_block(plate, i, target) for i, target in enumerate(plate.targets, start=1))
     for one, two in combinations(blocks, 2):
         if _overlap(one.footprint, two.footprint):
             raise OptionError(
@@ -63,12 +53,6 @@ def fixture_of(plate: Plate) -> Fixture:
                 f"({1e3 * np.linalg.norm(one.pose[:2, 3] - two.pose[:2, 3]):.0f} mm apart, bar of "
                 f"{1e3 * SIDE:.0f} mm); move one of them"
             )
-    size, notes = plate.size, []
-    if size is None:
-        reach = np.abs(np.concatenate([block.footprint for block in blocks])).max(axis=0) + MARGIN
-        size = frozen(np.array([*(np.ceil(2e3 * reach) / 1e3), THICKNESS]))
-        text = " × ".join(f"{1e3 * edge:.0f}" for edge in size)
-        notes.append(f"the plate's file gives no size; {text} mm holds all blocks")
     for block in blocks:
         beyond = float((np.abs(block.footprint) - 0.5 * size[:2]).max())
         if beyond > 1e-9:
@@ -78,14 +62,13 @@ def fixture_of(plate: Plate) -> Fixture:
             )
     corners = (0.5 * size[:2] - INSET) * SQUARE
     mounting = [place for corner in corners if (place := _beside(corner, blocks)) is not None]
-    if len(mounting) < 4:
-        notes.append(f"{4 - len(mounting)} of 4 mounting holes would lie under a block and are left out")
+    left_out = f"{4 - len(mounting)} of 4 mounting holes would lie under a block and are left out"
     holes = [hole for block in blocks for hole in _under(block)]
     holes += [
         (f"M{i}", Purpose.MOUNTING, np.array([*place, 0.0]), MOUNTING) for i, place in enumerate(mounting, 1)
     ]
     bores = (Bore(what, mouth, DOWN, wide, float(size[2]), True, label) for label, what, mouth, wide in holes)
-    return Fixture(plate, Slab(size, tuple(bores)), blocks, _probe(plate), tuple(notes))
+    return Fixture(plate, Slab(size, tuple(bores)), blocks, (left_out,) if len(mounting) < 4 else ())
 
 
 def _block(plate: Plate, number: int, target: Target) -> Block:
@@ -175,17 +158,3 @@ def _beside(corner: np.ndarray, blocks: tuple[Block, ...]) -> np.ndarray | None:
             if np.linalg.norm(np.maximum(local, 0.0), axis=1).min() >= 0.5 * MOUNTING + WALL:
                 return place
     return None
-
-
-def _probe(plate: Plate) -> Turned | None:
-    """What the arm carries into the targets; its face, at the end of its neck, rests on the block's."""
-    kinds = {target.kind for target in plate.mounted}
-    if kinds == {Kind.POINT}:
-        return None
-    face = np.array([0.0, 0.0, FLANGE[1] + NECK[1]])
-    tip = [Bore(Purpose.SOCKET, face, DOWN, *CONE)]
-    if Kind.SEAT in kinds:
-        index = face + INDEX_OFFSET * np.eye(3)[0]
-        tip = [Bore(Purpose.PIN, face, DOWN, *PINS[0]), Bore(Purpose.PIN, index, DOWN, *PINS[1])]
-    screws = [Bore(Purpose.FLANGE, place, UP, SCREW, FLANGE[1], through=True) for place in FLANGE_CIRCLE]
-    return Turned((FLANGE, NECK), (*tip, *screws))

@@ -20,14 +20,10 @@ parts_of = lru_cache(maxsize=1)(fixture_of)
 def targets_csv(plate: Plate) -> str:
     """Poses of the tool at the targets in the robot's base, to 1 nm and 1e-6°, as `as-measured` reads them.
 
-    R = Rz(yaw) Ry(pitch) Rx(roll). Of a ball-bar's plate also the length of the bar from each anchor.
+    R = Rz(yaw) Ry(pitch) Rx(roll).
     """
     head = ["target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]"]
     columns = [1e3 * plate.poses[:, :3, 3], np.rad2deg(se3.matrix_to_rpy(plate.poses[:, :3, :3]))]
-    if plate.anchors is not None:
-        anchors = se3.apply(plate.pose, plate.anchors)
-        head += [f"bar{k}[mm]" for k in range(1, len(anchors) + 1)]
-        columns.append(1e3 * np.linalg.norm(plate.poses[:, None, :3, 3] - anchors, axis=2))
     buffer = io.StringIO()
     rows = ([i, *map(repr, row)] for i, row in enumerate(np.hstack(columns).round(6).tolist(), start=1))
     csv.writer(buffer, lineterminator="\n").writerows([head, *rows])

@@ -1,4 +1,4 @@
-"""The parts that a fixture is made of: a slab with holes, on it one block for each target, and the probe.
+"""The parts that a fixture is made of: a slab with holes, and on it one block for each target.
 
 A block is a truncated square prism (ARIA Fig. 6b): square bar, sawn off in the plane of the target's face.
 Its frame stands at the centre of its foot, z along the plate's normal, x down the slope of the face:
@@ -32,8 +32,6 @@ class Purpose(StrEnum):
     INDEX = "index pin"
     SOCKET = "ball"
     TIP = "pointed probe"
-    PIN = "pressed pin"
-    FLANGE = "flange screw"
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,14 +72,6 @@ class Slab:
     """The plate itself: z = 0 is its top, its centre the origin; its size [m] and its holes."""
 
     size: Vector3
-    bores: tuple[Bore, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Turned:
-    """A turned part: diameter and length of each step [m], from z = 0 upwards, and bores along the axis."""
-
-    steps: tuple[tuple[float, float], ...]
     bores: tuple[Bore, ...]
 
 
@@ -138,15 +128,13 @@ class Fixture:
     """All parts of a plate.
 
     Args:
-        blocks: One for each target, or for each anchor of a ball-bar.
-        probe: What the arm carries into the targets; None if it is pointed, and bought.
+        blocks: One for each target.
         notes: What was decided, one sentence each.
     """
 
     plate: Plate
     slab: Slab
     blocks: tuple[Block, ...]
-    probe: Turned | None
     notes: tuple[str, ...]
 
     @cached_property
@@ -165,10 +153,9 @@ class Fixture:
         return 1e3 * (np.asarray(places)[..., :2] + 0.5 * self.slab.size[:2])
 
     @property
-    def made(self) -> dict[str, Slab | Block | Turned]:
+    def made(self) -> dict[str, Slab | Block]:
         """Every part that is made, one of each, by the name of its files; the plate first."""
-        blocks = {f"block-{letter}": alike[0] for letter, alike in self.shapes.items()}
-        return {"plate": self.slab, **blocks, **({} if self.probe is None else {"probe": self.probe})}
+        return {"plate": self.slab, **{f"block-{letter}": alike[0] for letter, alike in self.shapes.items()}}
 
 
 def _letter(index: int) -> str:

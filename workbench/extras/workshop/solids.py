@@ -12,11 +12,11 @@ import numpy as np
 
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.types import Vector3
-from workbench.extras.workshop.parts import Block, Bore, Slab, Turned
+from workbench.extras.workshop.parts import Block, Bore, Slab
 from workbench.plate.optimiser.shapes import turned_to
 from workbench.plate.optimiser.target_blocks import SIDE
 
-Part = Slab | Block | Turned
+Part = Slab | Block
 CORNERS = 96
 """Of a circle."""
 EQUAL_AREA = float(np.sqrt(2.0 * np.pi / (CORNERS * np.sin(2.0 * np.pi / CORNERS))))
@@ -34,21 +34,15 @@ def stl_of(part: Part) -> bytes:
         raise MissingExtraError("writing STL solids", extra="cad") from None
     from trimesh import Trimesh
 
-    def cylinder(radius: float, end: float, length: float) -> Any:
-        return Manifold.cylinder(length, radius * EQUAL_AREA, end * EQUAL_AREA, CORNERS)
-
     def cutter(bore: Bore) -> Any:
         start, mouth, end, length = _cut(bore)
         placed = np.column_stack([turned_to(bore.direction), start])
-        return cylinder(mouth, end, length).transform(placed.tolist())
+        cylinder = Manifold.cylinder(length, mouth * EQUAL_AREA, end * EQUAL_AREA, CORNERS)
+        return cylinder.transform(placed.tolist())
 
-    if isinstance(part, Turned):
-        steps = [cylinder(r, r, length).translate((0.0, 0.0, z)) for z, r, length in _cylinders(part)]
-        solid = Manifold.batch_boolean(steps, OpType.Add)
-    else:
-        outline, width = _prism(part)
-        corners = [(x, y, z) for x, z in outline for y in (-0.5 * width, 0.5 * width)]
-        solid = Manifold.hull_points(np.array(corners))
+    outline, width = _prism(part)
+    corners = [(x, y, z) for x, z in outline for y in (-0.5 * width, 0.5 * width)]
+    solid = Manifold.hull_points(np.array(corners))
     solid -= Manifold.batch_boolean([cutter(bore) for bore in part.bores], OpType.Add)
     mesh = solid.to_mesh64()
     found = Trimesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts), process=False)
@@ -58,7 +52,7 @@ def stl_of(part: Part) -> bytes:
 def step_of(part: Part, name: str) -> bytes:
     """A STEP file of a part in its own frame."""
     try:
-        from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+        from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
         from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
         from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
         from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
@@ -71,19 +65,13 @@ def step_of(part: Part, name: str) -> bytes:
             return BRepPrimAPI_MakeCylinder(axis, radius, length).Shape()
         return BRepPrimAPI_MakeCone(axis, radius, end, length).Shape()
 
-    solid: Any = None
-    if isinstance(part, Turned):
-        for z, radius, length in _cylinders(part):
-            step = cylinder(np.array([0.0, 0.0, z]), np.array([0.0, 0.0, 1.0]), radius, radius, length)
-            solid = step if solid is None else BRepAlgoAPI_Fuse(solid, step).Shape()
-    else:
-        outline, width = _prism(part)
-        polygon = BRepBuilderAPI_MakePolygon()
-        for x, z in outline:
-            polygon.Add(gp_Pnt(float(x), -0.5 * width, float(z)))
-        polygon.Close()
-        face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
-        solid = BRepPrimAPI_MakePrism(face, gp_Vec(0.0, width, 0.0)).Shape()
+    outline, width = _prism(part)
+    polygon = BRepBuilderAPI_MakePolygon()
+    for x, z in outline:
+        polygon.Add(gp_Pnt(float(x), -0.5 * width, float(z)))
+    polygon.Close()
+    face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
+    solid: Any = BRepPrimAPI_MakePrism(face, gp_Vec(0.0, width, 0.0)).Shape()
     for bore in part.bores:
         start, *sizes = _cut(bore)
         solid = BRepAlgoAPI_Cut(solid, cylinder(start, bore.direction, *sizes)).Shape()
@@ -116,14 +104,6 @@ def _prism(part: Slab | Block) -> tuple[list[tuple[float, float]], float]:
         return [(-length / 2, -thickness), (length / 2, -thickness), (length / 2, 0), (-length / 2, 0)], width
     half, (low, high) = 0.5 * MM * SIDE, (MM * h for h in part.heights)
     return [(-half, 0.0), (half, 0.0), (half, low), (-half, high)], 2.0 * half
-
-
-def _cylinders(part: Turned) -> list[tuple[float, float, float]]:
-    """Where each step begins, its radius and its length, from z = 0 upwards [mm]."""
-    starts = np.cumsum([0.0, *(length for _, length in part.steps)])
-    return [
-        (MM * float(z), 0.5 * MM * d, MM * length) for z, (d, length) in zip(starts, part.steps, strict=False)
-    ]
 
 
 def _cut(bore: Bore) -> tuple[Vector3, float, float, float]:

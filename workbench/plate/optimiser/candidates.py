@@ -6,8 +6,9 @@ conflict: the arm at one touches the block of the other. This is checked only fo
 considers, and cached.
 """
 
+from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -36,8 +37,6 @@ from workbench.plate.optimiser.shapes import (
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.reach_margin import with_reach_margin
-from workbench.plate.target_readings import TargetReading
-from workbench.plate.tolerances import Production
 
 RETREATS = np.array([0.5, 1.0])
 """Positions along the probe's retreat that are checked, as shares of it."""
@@ -55,7 +54,7 @@ class Candidates:
         q: Joint positions [rad or m].
         branches: Names of the inverse-kinematics branches.
         placements: Of the arm at the target and during the retreat.
-        rows: Whitened rows per scaled parameter, and per unknown of the reading.
+        rows: Whitened rows per scaled parameter.
     """
 
     places: Places
@@ -85,55 +84,50 @@ class Setting:
     """Everything about a fixture that its search does not change.
 
     Args:
-        plate: Pose and size of the plate.
+        plate: Pose, size and production of the plate.
+        kind: What its targets constrain.
         arm: The arm's shape.
-        reading: Reading at a target.
+        sigma: Standard deviations of a reading [m], [rad].
         scales: One metre of each scaled parameter in its own unit.
     """
 
     robot: Robot
     plate: Plate
+    kind: Kind
     arm: ArmShape
     constraints: Constraints
-    reading: TargetReading
-    production: Production
+    sigma: tuple[float, float]
     names: tuple[str, ...]
     scales: Float[np.ndarray, " p"]
 
     @property
     def is_turned_by_the_arm(self) -> bool:
         """Whether a block takes the orientation that the tool has there: few joints can't take any other."""
-        return self.robot.dof < int(Task.POSE) and self.reading.kind is not Kind.SEAT
+        return self.robot.dof < int(Task.POSE) and self.kind is not Kind.SEAT
 
     @cached_property
     def solids(self) -> tuple[Collider, ...]:
-        """What stands still whatever the targets are: the plate, and the posts of a ball-bar's anchors."""
-        place, size, anchors = self.plate.pose, self.plate.size, self.reading.anchors
-        posts = () if anchors is None else replace(self.plate, anchors=anchors).mounted
-        bodies = block_hulls(place, np.array([post.pose for post in posts])) if posts else []
-        return (*bodies, *([] if size is None else [plate_hull(place, size)]))
+        """What stands still whatever the targets are."""
+        size = self.plate.size
+        return () if size is None else (plate_hull(self.plate.pose, size),)
 
     def around(
         self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, "rows 3"]:
-        """Distances of the arm from itself, the table and what stands still [m]."""
+        """Distances of the arm from itself, the table and the plate [m]."""
         floor = self.constraints.floor
         return self.arm.clearances(placements, solids=self.solids, floor=floor, far=far, minimum=minimum)
 
     @property
     def spacing(self) -> float:
         """Minimum distance of two targets on the plate; blocks never overlap [m]."""
-        return max(self.constraints.spacing, float(np.sqrt(2.0)) * SIDE if self.reading.blocks else 0.0)
-
-    def sigma(self, places: Places) -> Float[np.ndarray, "rows 2"]:
-        """Standard deviation of the tool's pose at such targets [m], [rad]."""
-        play = self.production.play_sigma if self.reading.kind is Kind.SEAT else 0.0
-        return np.hypot(self.production.sigma(places[:, 2]), play)
+        return max(self.constraints.spacing, float(np.sqrt(2.0)) * SIDE)
 
     def examine(
         self, places: Places, q: Float[np.ndarray, "rows n"], branches: np.ndarray
-    ) -> tuple[Candidates, dict[str, np.ndarray]]:
-        """Targets that keep all constraints on their own, and which of all kept each constraint.
+    ) -> tuple[Candidates, Int[np.ndarray, " kept"], Counter[str]]:
+        """Targets that keep all constraints on their own, which of all these are, and how many others miss
+        each constraint, the first one that they miss.
 
         Args:
             places: Blocks.
@@ -141,40 +135,39 @@ class Setting:
             branches: Its name.
         """
         limits, clearance = self.constraints, self.constraints.clearance
+        rows, missed = np.arange(len(q)), Counter[str]()
+
+        def keep(what: str, kept: Bool[np.ndarray, " rows"]) -> Bool[np.ndarray, " rows"]:
+            nonlocal rows
+            missed[what] += int((~kept).sum())
+            rows = rows[kept]
+            return kept
+
+        keep("joint limits", margins(q, self.robot.limits).min(1) >= limits.limit_margin)
+        around = self.around(self.arm.placements(q[rows]), far=clearance + MARGIN, minimum=clearance)
+        for column, what in enumerate(("of the arm from itself", "from the table", "from the plate")):
+            around = around[keep(f"clearance {what}", around[:, column] >= clearance)]
+        roomy = with_reach_margin(self.robot, q[rows], errors=limits.errors)
+        keep("reach of arms with manufacturing errors", roomy)
         poses = tool_poses_at(self.plate, places)
-        placements = self.arm.placements(q)
-        around = self.around(placements, far=clearance + MARGIN, minimum=clearance) >= clearance
-        kept = {
-            "joint limits": margins(q, self.robot.limits).min(1) >= limits.limit_margin,
-            "clearance of the arm from itself": around[:, 0],
-            "clearance from the table": around[:, 1],
-            "clearance from the plate": around[:, 2],
-        }
-        good = np.flatnonzero(np.logical_and.reduce(list(kept.values())))
-        roomy = with_reach_margin(self.robot, q[good], errors=limits.errors)
-        kept["reach of arms with manufacturing errors"] = _spread(roomy, good, len(q))
-        good = good[roomy]
-        stops, free = self._retreats(poses[good], q[good], placements[good])
-        kept["retreat along the probe"] = _spread(free, good, len(q))
-        free &= self._clear_of_own(poses[good], stops)
-        kept[OWN_BLOCK] = _spread(free, good, len(q))
-        good, stops = good[free], stops[free]
-        rows = self.rows(q[good], places[good])
+        stops, free = self._retreats(poses[rows], q[rows])
+        stops = stops[keep("retreat along the probe", free)]
+        stops = stops[keep(OWN_BLOCK, self._clear_of_own(poses[rows], stops))]
         found = Candidates(
-            places=places[good],
-            poses=poses[good],
-            q=q[good],
-            branches=branches[good],
+            places=places[rows],
+            poses=poses[rows],
+            q=q[rows],
+            branches=branches[rows],
             placements=stops,
-            rows=rows,
+            rows=self.rows(q[rows], places[rows]),
         )
-        return found, kept
+        return found, rows, missed
 
     def _retreats(
-        self, poses: Poses, q: Float[np.ndarray, "rows n"], placements: np.ndarray
+        self, poses: Poses, q: Float[np.ndarray, "rows n"]
     ) -> tuple[np.ndarray, Bool[np.ndarray, " rows"]]:
         """Where the arm is at the target and during its retreat, and whether this is possible and clear."""
-        stops, free = [placements], np.ones(len(q), bool)
+        stops, free = [self.arm.placements(q)], np.ones(len(q), bool)
         clearance = self.constraints.clearance
         for share in RETREATS if self.constraints.retreat > 0.0 else []:
             back = self.robot.base.pose @ poses
@@ -186,8 +179,6 @@ class Setting:
         return np.stack(stops, axis=1), free
 
     def _clear_of_own(self, poses: Poses, stops: np.ndarray) -> Bool[np.ndarray, " rows"]:
-        if not self.reading.blocks:
-            return np.ones(len(poses), bool)
         clearance, hulls = self.constraints.clearance, block_hulls(self.plate.pose, poses)
         free = np.ones(len(poses), bool)
         for stop in range(stops.shape[1]):
@@ -198,16 +189,12 @@ class Setting:
         return free
 
     def rows(self, q: Float[np.ndarray, "rows n"], places: Places) -> Float[np.ndarray, "rows m p"]:
-        """Whitened rows per scaled parameter and per unknown of the reading, for targets in postures."""
-        at, twists = identification_jacobian(self.robot, Motion(q), self.names)
-        return self.reading.rows(at, twists * self.scales, self.sigma(places))[0]
-
-
-def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
-    """Flags of some rows as an array over all; unchecked rows count as kept."""
-    result = np.ones(count, bool)
-    result[rows] = kept
-    return result
+        """Whitened rows per scaled parameter, for targets in postures."""
+        twists = identification_jacobian(self.robot, Motion(q), self.names)[1]
+        is_seat, made = self.kind is Kind.SEAT, self.plate.production
+        known = np.hypot(made.sigma(places[:, 2]), made.play_sigma * is_seat)
+        deviations = np.repeat(np.hypot(self.sigma, known), 3, axis=1)
+        return (twists * self.scales / deviations[:, :, None])[:, : 6 if is_seat else 3]
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,28 +203,28 @@ class Neighbours:
 
     Args:
         setting: Their common setting.
+        own: Slot of the locked target that each is of, the first slots being theirs; −1 of all others.
     """
 
     setting: Setting
     pool: Candidates
+    own: Int[np.ndarray, " rows"]
     _seen: dict[tuple[int, int], bool] = field(default_factory=dict)
 
     @cached_property
     def _hulls(self) -> list[Collider]:
         return block_hulls(self.setting.plate.pose, self.pool.poses)
 
-    def spaced(self, others: Iterable[int]) -> Bool[np.ndarray, " rows"]:
-        """Candidates that are far enough from all others."""
+    def options(self, slot: int, others: Iterable[int]) -> Bool[np.ndarray, " rows"]:
+        """Candidates for a slot that are far enough from all others, those of its own target if locked."""
         xy = self.pool.places[:, :2]
-        result = np.ones(len(xy), bool)
+        result = self.own == (slot if slot in self.own else -1)
         for other in others:
             result &= np.hypot(*(xy - xy[other]).T) >= self.setting.spacing
         return result
 
     def clear(self, one: int, others: Iterable[int]) -> bool:
         """Whether the arm at a candidate keeps clear of the others' blocks, and at the others of its own."""
-        if not self.setting.reading.blocks:
-            return True
         return all(self._misses(one, other) and self._misses(other, one) for other in others)
 
     def _misses(self, visitor: int, block: int) -> bool:
@@ -279,12 +266,11 @@ class BlockSolutions(NamedTuple):
 
 def draw_pool(
     setting: Setting, blocks: Blocks, half: np.ndarray, number: int, *, rng: np.random.Generator
-) -> tuple[Candidates, dict[str, np.ndarray]]:
-    """Candidates from random blocks whose centres lie within ±half [m], and which of all solutions kept each
+) -> tuple[Candidates, Counter[str]]:
+    """Candidates from random blocks whose centres lie within ±half [m], and how many solutions missed each
     constraint."""
     found: Candidates | None = None
-    kept: dict[str, list[np.ndarray]] = {}
-    done = 0
+    missed, done = Counter[str](), 0
     while done < number:
         check_cancelled()
         places = blocks.draw(min(BLOCKS_PER_CHECK, number - done), half, rng=rng)
@@ -292,14 +278,13 @@ def draw_pool(
         if setting.is_turned_by_the_arm:
             fits = blocks.fit(solutions.places, half)
             solutions = BlockSolutions(*(part[fits] for part in solutions))
-        good, flags = setting.examine(solutions.places, solutions.q, solutions.branches)
+        good, _, lost = setting.examine(solutions.places, solutions.q, solutions.branches)
         found = good if found is None else found.join(good)
-        for name, values in flags.items():
-            kept.setdefault(name, []).append(values)
+        missed += lost
         done += len(places)
         progress(done / number, "drawing places for targets")
     assert found is not None
-    return found, {name: np.concatenate(parts) for name, parts in kept.items()}
+    return found, missed
 
 
 def solutions_at(setting: Setting, places: Places) -> BlockSolutions:
@@ -313,14 +298,14 @@ def solutions_at(setting: Setting, places: Places) -> BlockSolutions:
     names = np.array([branch.name for branch in branches], dtype="U80")
     own = places[slots]
     if setting.is_turned_by_the_arm and len(q):
-        own = places_of(setting.plate, se3.inverse(base) @ tool_poses(robot, Motion(q)))
+        own = places_of(setting.plate.pose, se3.inverse(base) @ tool_poses(robot, Motion(q)))
     return BlockSolutions(np.array(slots, np.int64), own, q, names)
 
 
 def given_solutions(setting: Setting, plate: Plate) -> BlockSolutions:
     """Solutions of the given plate's targets; for a target with joint positions only the nearest ones."""
     plate.check_joints(setting.robot)
-    solutions = solutions_at(setting, places_of(plate, plate.poses))
+    solutions = solutions_at(setting, places_of(plate.pose, plate.poses))
     keep = np.ones(len(solutions.q), bool)
     for slot, target in enumerate(plate.targets):
         mine = np.flatnonzero(solutions.slots == slot)

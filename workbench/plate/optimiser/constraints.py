@@ -1,11 +1,10 @@
 """Constraints of a fixture, and messages for infeasible ones."""
 
-from collections.abc import Mapping
+from collections import Counter
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from workbench.arm.inverse.branch import LIMIT_MARGIN
 from workbench.arm.robot import Robot
@@ -116,29 +115,27 @@ def is_clear_of(robot: Robot, plate: Plate) -> bool:
     return True
 
 
-def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " rows"]]) -> DataError:
-    """The error for a plate with too few targets that keep all constraints: names two that conflict.
+def conflict(plate: Plate, number: int, kept: int, missed: Counter[str]) -> DataError:
+    """The error for a plate with too few targets that keep all constraints: names those most often missed.
 
     Args:
         number: Number of targets required.
-        kept: Which of the tried targets (in one branch each) keep each constraint.
+        kept: How many of the solutions tried, targets in one branch each, keep all constraints on their own.
+        missed: How many others miss each constraint.
     """
-    rows = len(next(iter(kept.values()))) if kept else 0
-    if rows == 0:
+    solutions = kept + missed.total()
+    if not solutions:
         return DataError(
             f"no pose on plate '{plate.name}' is reachable within the joint limits; move the plate nearer"
         )
-    both = min(combinations(kept, 2), key=lambda pair: int((kept[pair[0]] & kept[pair[1]]).sum()))
-    left = int(np.logical_and.reduce(list(kept.values())).sum())
-    if left:
+    if kept:
         return DataError(
-            f"spacing and clearance from other blocks conflict: {left} of {rows} solutions on plate "
+            f"spacing and clearance from other blocks conflict: {kept} of {solutions} solutions on plate "
             f"'{plate.name}' keep all constraints, but not {number} of them together; relax one of the two"
         )
-    probe = ", or give the robot the probe that touches the targets as its tool" if OWN_BLOCK in both else ""
+    most = " and ".join(f"{what} ({count})" for what, count in missed.most_common(2) if count)
+    probe = ", or give the robot the probe that touches the targets as its tool" if OWN_BLOCK in most else ""
     return DataError(
-        f"{both[0]} and {both[1]} conflict: of {rows} solutions on plate '{plate.name}', "
-        f"{int(kept[both[0]].sum())} keep the one, {int(kept[both[1]].sum())} the other, "
-        f"{int((kept[both[0]] & kept[both[1]]).sum())} both, but none keeps every constraint; "
-        f"relax one of the two{probe}"
+        f"none of {solutions} solutions on plate '{plate.name}' keeps all constraints: most miss {most}; "
+        f"relax one of them{probe}"
     )

@@ -18,7 +18,7 @@ so that all candidates cost two products with C and C W C and one small factoris
 Sources: Fedorov, Theory of Optimal Experiments (1972), §3; Meyer & Nachtsheim, Technometrics 37(1), 1995.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -31,9 +31,12 @@ from workbench.plate.exchange import Exchange
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 
+VAGUE = 3.0
+"""Standard deviation of a constant before anything is measured, as the tool feels it [m]: next to nothing is
+known, but enough to tell sets apart that leave something open."""
 BETTER = 1e-6
 """An exchange must lower the criterion by more than this share."""
-POLISH_STEP_SIZES = (1.0, 0.35, 0.12, 0.04)
+POLISH_STEP_SIZES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.17, 0.12, 0.08, 0.06, 0.04)
 """Sizes of the polish's successive changes, in units of `CHANGE`."""
 CHANGE = np.array([0.05, 0.05, 0.03, np.deg2rad(12.0), np.deg2rad(40.0), np.deg2rad(40.0)])
 """Standard deviation of the changes of u, v, h [m], tilt, azimuth, spin [rad]."""
@@ -48,14 +51,11 @@ class Search:
     Args:
         setting: Everything that it does not change.
         weight: W: mean square position error over the region per covariance of scaled parameters [m²].
-        prior: Diagonal of P: prior precision of each scaled parameter and unknown [1/m²].
     """
 
     setting: Setting
     weight: Float[np.ndarray, "p p"]
-    prior: Float[np.ndarray, " p"]
     rng: np.random.Generator
-    history: list[float] = field(default_factory=list)
 
     def cost(self, rows: Float[np.ndarray, "targets m p"]) -> float:
         """The criterion of a set [m²]."""
@@ -69,25 +69,17 @@ class Search:
             others = chosen[:slot] + chosen[slot + 1 :]
             covariance = self._covariance(rows[others])
             found = float((covariance * self.weight).sum()) - gains(rows, covariance, self.weight)
-            return np.where(near.spaced(others), found, np.inf)
+            return np.where(near.options(slot, others), found, np.inf)
 
         return Exchange(costs, lambda chosen: self.cost(rows[chosen]), near.clear, BETTER)
 
     def drawn(self, near: Neighbours) -> Exchange:
         """The same with random costs, for a start."""
-        pool = range(len(near.pool))
 
         def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
-            return np.where(near.spaced(chosen), -self.rng.uniform(size=len(pool)), np.inf)
+            return np.where(near.options(slot, chosen), -self.rng.uniform(size=len(near.pool)), np.inf)
 
         return replace(self.exchange(near), costs=costs)
-
-    def descend(self, near: Neighbours, chosen: list[int], locked: int = 0) -> Candidates:
-        """Exchange targets until no exchange improves the criterion; the first ones are locked."""
-        found = self.exchange(near).descend(chosen, held=locked)
-        check_cancelled()
-        self.history.extend(found.history[1:])
-        return near.pool.take(found.choice)
 
     def polish(
         self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, locked: int = 0
@@ -97,10 +89,11 @@ class Search:
             for slot in range(locked, len(targets)):
                 check_cancelled()
                 pool = targets.join(self._variants(blocks, half, targets, slot, step))
-                chosen = list(range(len(targets)))
-                self.exchange(Neighbours(self.setting, pool)).improve(chosen, slot, self.cost(targets.rows))
+                chosen, free = list(range(len(targets))), np.full(len(pool), -1)
+                self.exchange(Neighbours(self.setting, pool, free)).improve(
+                    chosen, slot, self.cost(targets.rows)
+                )
                 targets = pool.take(np.array(chosen))
-            self.history.append(self.cost(targets.rows))
         return targets
 
     def _variants(
@@ -121,7 +114,7 @@ class Search:
 
     def _covariance(self, rows: Float[np.ndarray, "targets m p"]) -> Float[np.ndarray, "p p"]:
         flat = rows.reshape(-1, rows.shape[2])
-        return np.linalg.inv(flat.T @ flat + np.diag(self.prior))
+        return np.linalg.inv(flat.T @ flat + VAGUE**-2 * np.eye(rows.shape[2]))
 
 
 def gains(

@@ -1,4 +1,4 @@
-"""Plates for people and programs: scores target by target and side by side."""
+"""Scores of plates, for people and programs."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -16,7 +16,6 @@ from workbench.report.result_display import blocks_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 
 SCORE = "workbench.plate-score/1"
-COMPARISON = "workbench.plate-comparison/1"
 
 
 @blocks_of.register
@@ -46,42 +45,6 @@ def score_blocks(score: PlateScore) -> Iterator[Block]:
     yield Sentence(f"one branch: {score.single_branch if score.single else 'none reaches all targets'}")
     if chosen.rank < chosen.visible:
         yield Sentence(f"indistinguishable: {'; '.join(_open_text(chosen))}; vary targets or branches")
-
-
-def comparison_blocks(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> Iterator[Block]:
-    """Plates side by side, with the smallest predicted error named.
-
-    Args:
-        scores: With equal tolerances for all plates.
-        stated: With each plate's own tolerances.
-    """
-    headings, single = ("", *(s.plate.name for s in scores)), [s.single for s in scores]
-    rows = [
-        ("targets", *(str(len(s.plate)) for s in scores)),
-        *_set_rows([s.measured for s in scores]),
-        ("position error with one branch, rms [mm]", *_set_rows(single)[0][1:]),
-    ]
-    yield ResultTable("Plates under equal assumptions", headings, rows)
-    is_apart = any(s.plate.assumptions != c.plate.assumptions for s, c in zip(stated, scores, strict=True))
-    if is_apart:
-        own = _set_rows([s.measured for s in stated])[:3]
-        yield ResultTable("With the plates' own tolerances (not comparable)", headings, own)
-    held = {assumptions(s.plate, s.sigma) for s in scores}  # once where it is the same for all plates
-    all_ = [f"all include: {held.pop()}"] if len(held) == 1 else _each_includes(scores, ", made alike,")
-    yield from map(Sentence, all_)
-    yield from (Sentence(s.left_out) for s in scores if s.left_out)
-    yield Sentence(f"errors are predicted in the region of {scores[0].plate.name}, about its orientations")
-    yield Sentence(f"smallest predicted position error: {_best(scores)}")
-    if is_apart:
-        yield from map(Sentence, _each_includes(stated))
-
-
-def _each_includes(scores: Sequence[PlateScore], how: str = "") -> list[str]:
-    return [f"{s.plate.name}{how} includes: {assumptions(s.plate, s.sigma)}" for s in scores]
-
-
-def _best(scores: Sequence[PlateScore]) -> str:
-    return min(scores, key=lambda s: s.measured.error.position_rms).plate.name
 
 
 def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, ...]]:
@@ -116,38 +79,15 @@ def number_or_open(value: float) -> str:
 
 def score_json(score: PlateScore) -> Json:
     """The same in SI, with angles in rad but errors in mm and degrees as everywhere."""
-    return document(SCORE, **_plate_json(score))
-
-
-def comparison_json(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> Json:
-    """Scores of several plates, all made alike, and what each would be as its own file says."""
     return document(
-        COMPARISON,
-        robot=scores[0].robot.name,
-        region_of=scores[0].plate.name,
-        best=_best(scores),
-        plates=[
-            {
-                **_plate_json(score),
-                "as_stated": {
-                    "holds": assumptions(own.plate, own.sigma),
-                    "predicted": PREDICTED.json(own.measured.error),
-                },
-            }
-            for score, own in zip(scores, stated, strict=True)
-        ],
-    )
-
-
-def _plate_json(score: PlateScore) -> Json:
-    return {
-        "robot": score.robot.name,
-        "plate": score.plate.name,
-        "noise": {"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
-        "holds": assumptions(score.plate, score.sigma),
-        "left_out": score.left_out,
-        "scaling_length_m": score.length,
-        "targets": [
+        SCORE,
+        robot=score.robot.name,
+        plate=score.plate.name,
+        noise={"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
+        holds=assumptions(score.plate, score.sigma),
+        left_out=score.left_out,
+        scaling_length_m=score.length,
+        targets=[
             {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}
             | ({"blocked": score.can.hits[k]} if score.can.hits[k] else {})
             | ({"out_of_reach": score.can.away[k]} if score.can.away[k] else {})
@@ -155,9 +95,9 @@ def _plate_json(score: PlateScore) -> Json:
                 zip(score.measured.branches, score.measured.per_target, score.measured.shares, strict=True)
             )
         ],
-        "set": SET.json(score.measured),
-        "one_branch": score.single and {"branch": score.single_branch, **SET.json(score.single)},
-    }
+        set=SET.json(score.measured),
+        one_branch=score.single and {"branch": score.single_branch, **SET.json(score.single)},
+    )
 
 
 def _sizes(kind: str) -> ResultFields:
