@@ -291,3 +291,14 @@ def test_reach_agrees_with_the_full_solution():
     assert np.abs(forward.tool_poses(robot, Motion(q[mask])) - poses[mask]).max() < 1e-8
     assert np.isnan(q[~mask]).all()
     assert ((q[mask] >= robot.limits[:, 0] - 1e-9) & (q[mask] <= robot.limits[:, 1] + 1e-9)).all()
+
+
+def test_a_singular_pose_is_reached_within_the_limits_where_its_family_has_a_member_there():
+    """A straight wrist: only joint 4 + joint 6 matters, and both may turn by 17° alone."""
+    robot, rng = load_robot("ur5e"), np.random.default_rng(0)
+    limits = np.array(robot.search_limits, float)
+    limits[[3, 5]] = [-0.3, 0.3]
+    q = rng.uniform(*limits.T, (8, 6))
+    q[:, 4] = 0.0
+    for found in inverse.solve_many(robot, forward.tool_poses(robot, Motion(q)), limits=limits):
+        assert found.reachable, found.reason

@@ -41,10 +41,10 @@ def all_solutions(
     is_redundant = arm.dof > task
     starts = nearby_starts(arm, targets, task, STARTS, is_limited=is_redundant)
     found = _extend(arm, targets, starts, task, limits if is_redundant else None)
+    each = [target[None] for target in targets]
     if not is_redundant:
-        pairs = zip(targets, found, strict=True)
-        found = [_with_neighbours(arm, target[None], x, task) for target, x in pairs]
-    return [_representatives(arm, x, task, limits) for x in found]
+        found = [_with_neighbours(arm, target, x, task) for target, x in zip(each, found, strict=True)]
+    return [_representatives(arm, *one, task, limits) for one in zip(each, found, strict=True)]
 
 
 def nearby_starts(
@@ -128,14 +128,23 @@ def _with_neighbours(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: T
     return x
 
 
-def _representatives(arm: ReducedArm, x: np.ndarray, task: Task, limits: np.ndarray) -> np.ndarray:
-    """Solutions, and of infinitely many some that are far apart, with room to the limits where any have."""
-    size = smallest_singular_value(arm, x, task)
-    is_one_of_many = (size < SINGULAR_VALUE) | (arm.dof > task)
-    rest, size = x[is_one_of_many], size[is_one_of_many]
-    at = representative(rest, limits, ~arm.repeats)
-    if (has_room := (margins(at, limits) >= planned_margins(limits)).all(1)).any():
-        rest, size = rest[has_room], size[has_room]
+def _representatives(
+    arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task, limits: np.ndarray
+) -> np.ndarray:
+    """Solutions, and of infinitely many some that are far apart, within the limits where any can be."""
+    is_one_of_many = (smallest_singular_value(arm, x, task) < SINGULAR_VALUE) | (arm.dof > task)
+    rest, room = x[is_one_of_many], planned_margins(limits)
+    if arm.dof <= task:  # a redundant arm's have been sought there
+        for bounds in (limits, limits + np.outer(room, [1.0, -1.0])):
+            moved = refine(arm, target, rest, task=task, limits=bounds)
+            rest = np.where(moved.converged[:, None], moved.q, rest)
+        rest, room = distinct(arm, rest), 0.0 * room
+    gaps = margins(representative(rest, limits, ~arm.repeats), limits)
+    for least in (room, 0.0 * room):
+        if (holds := (gaps >= least - SAME_SOLUTION).all(1)).any():
+            rest = rest[holds]
+            break
+    size = smallest_singular_value(arm, rest, task)
     place = _place(arm, rest)
     picked = [int(np.argmax(size))] if len(rest) else []
     while len(picked) < min(MAX_REPRESENTATIVES, len(rest)):
