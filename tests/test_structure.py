@@ -41,7 +41,7 @@ BUDGETS = {
     "base": 2_148,
     "report": 801,
     "arm": 8_822,
-    "data": 5_067,
+    "data": 5_068,
     "plate": 5_029,
     "identification": 9_109,
     "diagnosis": 6_709,

@@ -1,7 +1,8 @@
 """Measurements joined with joints from another table: by name, else by an installed way, else row by row.
 
 A column of names is `point`, `group` or `image`, any that holds the same names in both tables, or one under a
-heading of both, such as `Name` or `ID`, that names each row of the joints once and half of the measurements.
+heading of both, such as `Name` or `ID`, that names each row of the joints once and half of the measurements,
+where their numbers of rows differ.
 """
 
 import re
@@ -45,8 +46,8 @@ def join(measured: Fields, joints: Fields) -> Fields:
             return _by_label(measured, joints, key, mine[key], theirs[key])
     once = {key: known for key, known in theirs.items() if len(set(known)) == len(known) > 1}
     for (key, names), (other, known) in product(mine.items(), once.items()):
-        named = sum(name in known for name in names)
-        if set(names) == set(known) or (key == other and 2 * named > len(names)):
+        most = 2 * sum(name in known for name in names) > len(names)  # equally many may be counted otherwise
+        if set(names) == set(known) or (key == other and most and measured.rows != joints.rows):
             return _by_label(measured, joints, key, names, known)
     way = next((way for way in parts("joins", AbstractJoin) if way.applies(measured, joints)), None)
     return by_row(measured, joints) if way is None else way.join(measured, joints)
