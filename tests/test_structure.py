@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_709,
     "exports": 330,
     "session": 6_248,
-    "views": 7_000,
+    "views": 7_005,
     "cli": 1_483,
     "extras": 1,
     "extras/camera": 3_570,
@@ -62,7 +62,7 @@ BUDGETS = {
     "extras/reproduce": 88,
     "extras/review": 275,
     "extras/service": 1_167,
-    "extras/trajectories": 1_280,
+    "extras/trajectories": 1_285,
     "extras/workshop": 850,
     "tests": 38_952,
 }

@@ -14,12 +14,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy import linalg
 
-from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench.arm.inverse.solutions import STARTS, nearby_starts
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Positions, Vector3
@@ -42,8 +40,8 @@ ITERATIONS = 60
 """Maximum number of steps."""
 RIDGE = 1e-6
 """Added to the Hessian, which is singular along some directions in posture space."""
-START_POSTURES = 4
-"""Number of postures at the first point from which the search starts."""
+START_POSTURES, FAR = 4, 0.5
+"""Number of postures at the first point from which the search starts, and how far apart [rad or m]."""
 TOLERANCE = 1e-6
 """Relative decrease of the sum below which it has converged."""
 ALLOWED = 1e-6
@@ -78,13 +76,20 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
 
 
 def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
-    """Postures at the first point: those with the requested direction, and some others."""
-    pose = se3.pose(np.column_stack([*np.linalg.svd(wanted[None])[2][1:], wanted]), point)
-    exact = inverse.solve(robot, pose, task=Task.POSITION_AXIS) if robot.dof <= Task.POSITION_AXIS else None
-    free = inverse.solve(robot, pose, task=Task.POSITION)
-    postures = [b.q for b in (*(exact.within_limits if exact else ()), *free.within_limits)]
-    pointing = [float(tool_poses(robot, Motion(q[None]))[0, :3, 2] @ wanted) for q in postures]
-    return [postures[i] for i in np.argsort(pointing)[::-1][:START_POSTURES]]
+    """Postures at the first point, far from each other, whose direction is nearest to the requested one."""
+    arm, pose = (
+        compile_arm(robot),
+        se3.pose(np.column_stack([*np.linalg.svd(wanted[None])[2][1:], wanted]), point),
+    )
+    near = nearby_starts(arm, pose[None], Task.POSITION_AXIS, STARTS, is_limited=True)[0]
+    met = refine(arm, pose[None], near, task=Task.POSITION, limits=robot.limits)
+    postures = met.q[met.converged]
+    postures = postures[np.argsort(-(arm.geometry(postures)[0][:, :3, 2] @ wanted))]
+    found: list[np.ndarray] = []
+    for q in postures:
+        if len(found) < START_POSTURES and all(np.abs(q - other).max() > FAR for other in found):
+            found.append(q)
+    return found
 
 
 def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:

@@ -1,5 +1,6 @@
 """Comparison: step through the measured poses, choose the overlays in the scene."""
 
+import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
@@ -27,14 +28,14 @@ class ComparePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         row = self.slider(
-            "Pose",
-            (1, 2, 1),
-            "Step through the measured poses; the arms follow.",
-            lambda s: s.results.row + 1,
+            "Data row",
+            (0, 1, 1),
+            "Step through the measured rows, counted from 0 as in the file; the arms follow.",
+            lambda s: int(s.results.comparison.number[s.results.row]),
             visible=_has_rows,
-            max=lambda s: max(len(s.results.comparison), 2),
+            max=lambda s: max(int(s.results.comparison.number.max()), 1),
         )
-        self.form(lambda number: ShowRow(number - 1), row)
+        self.form(lambda number: ShowRow(self._nearest(number)), row)
         excluded = self.checkbox(
             "Exclude this row",
             "Exclude this row from the next identification, such as a wrong measurement.",
@@ -53,6 +54,10 @@ class ComparePanel(AbstractPanel):
             return name == "ghosts" or is_fitted or (name == "points" and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
+
+    def _nearest(self, number: int) -> int:
+        """Place of the row whose number is nearest to one."""
+        return int(np.abs(self._worker.session.results.comparison.number - number).argmin())
 
     def _leave_out(self, is_excluded: bool) -> LeaveRowsOut | None:
         session = self._worker.session
