@@ -51,6 +51,7 @@ def test_a_page_obeys_no_name():
     for made in (as_html(blocks), as_markdown(blocks)):
         assert obeyed(made) == []
     assert "<script" not in as_html(blocks)
+    assert ("<b>" + as_html(blocks)).startswith("<b>")  # put together with other markup, that stays
 
 
 @pytest.mark.parametrize("name", ["a\nimport os", "a\x1b[2J", "a\u202eb", "a\x00"])

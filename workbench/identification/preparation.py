@@ -47,7 +47,10 @@ from workbench.identification.rows.row_selection import (
     without_held_out,
 )
 
-STRANGE = "anchors or contacts that no fitted row uses"
+MIN_HELD_OUT_PER_PLACE = 6
+"""Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
+UNLOCATED = "held out, with an anchor or contact that too few rows use"
+"""Reason of held-out rows whose place can't be located."""
 MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
 """Maximum number of fits to estimate the noise: alone, and beyond what the rows state."""
 
@@ -291,11 +294,29 @@ def _check_known_places(data: Dataset, choices: FitChoices) -> None:
 
 
 def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
-    """The rows without held-out ones whose anchors and contacts are not among the known `anchor[A].x` …"""
-    if (keep := placed(rows.held_out_data, known)).all():
+    """The rows without held-out ones whose anchors and contacts are neither known nor can be located from
+    these rows.
+
+    Args:
+        known: Names of known coordinates, such as "anchor[A].x".
+    """
+    data, notes = rows.held_out_data, list[str]()
+    keep = placed(data, known)
+    if keep.all():
         return rows
-    lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), f"held out, with {STRANGE}")
-    return without_held_out(rows, lost).noted(f"{len(lost)} held-out rows use {STRANGE}; ignored")
+    other = np.flatnonzero(~keep)
+    columns = [np.asarray(c)[other].astype(str) for c in (data.anchor, data.contact) if c is not None]
+    _, label, count = np.unique(np.array(columns), axis=1, return_inverse=True, return_counts=True)
+    enough = count[label.ravel()] >= MIN_HELD_OUT_PER_PLACE
+    keep[other[enough]] = True
+    strange = "held-out rows use anchors or contacts that no fitted row uses"
+    if enough.any():
+        where = "they were located from these rows, the arm was fitted to the others"
+        notes.append(f"{int(enough.sum())} {strange}: {where}")
+    if not enough.all():
+        notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
+    lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)
+    return without_held_out(rows, lost).noted(*notes)
 
 
 def _with_noise(

@@ -71,7 +71,7 @@ def as_text(blocks: Iterable[Block], width: int = WIDTH) -> str:
 
 def as_html(blocks: Iterable[Block]) -> str:
     """HTML that needs no style sheet, and takes the colours of the page that it stands in."""
-    return Markup("").join(_html(block) for block in blocks)
+    return str(Markup("").join(_html(block) for block in blocks))  # what is put before it stays markup
 
 
 def as_markdown(blocks: Iterable[Block]) -> str:

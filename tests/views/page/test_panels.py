@@ -112,7 +112,7 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     def is_off(label):
         return control(app, label).disabled or not control(app, label).visible
 
-    labels = ("Measurements (CSV)", "Calculate", "Pose", "Exclude this row")
+    labels = ("Measurements (CSV)", "Calculate", "Data row", "Exclude this row")
     assert all(is_off(label) for label in labels)
     assert not is_off("Plate (TOML)")
     done(app, MeasureVirtualArm(2), Identify(("ols",)))

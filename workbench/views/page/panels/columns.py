@@ -84,7 +84,7 @@ def listing(file: MeasurementFile) -> str:
     problems = "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
     rows = [(c.heading or "(none)", c.first[:10], _meaning(c)) for c in found.columns]
     listed = as_html([ResultTable("", ("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS], words=3)])
-    return block(problems + listed, testid="columns")
+    return block(f"{problems}{listed}", testid="columns")
 
 
 def _meaning(column: TableColumn) -> str:

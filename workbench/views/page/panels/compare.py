@@ -31,11 +31,11 @@ class ComparePanel(AbstractPanel):
             "Data row",
             (0, 1, 1),
             "Step through the measured rows, counted from 0 as in the file; the arms follow.",
-            lambda s: int(s.results.comparison.number[s.results.row]),
+            lambda s: int(numbers(s)[s.results.row]),
             visible=_has_rows,
-            max=lambda s: max(int(s.results.comparison.number.max()), 1),
+            max=lambda s: max(int(numbers(s).max()), 1),
         )
-        self.form(lambda number: ShowRow(self._nearest(number)), row)
+        self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
         excluded = self.checkbox(
             "Exclude this row",
             "Exclude this row from the next identification, such as a wrong measurement.",
@@ -55,10 +55,6 @@ class ComparePanel(AbstractPanel):
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 
-    def _nearest(self, number: int) -> int:
-        """Place of the row whose number is nearest to one."""
-        return int(np.abs(self._worker.session.results.comparison.number - number).argmin())
-
     def _leave_out(self, is_excluded: bool) -> LeaveRowsOut | None:
         session = self._worker.session
         if session.results.comparison is None:
@@ -67,6 +63,12 @@ class ComparePanel(AbstractPanel):
         left_out = session.measurements.left_out
         rows = left_out | number if is_excluded else left_out - number
         return LeaveRowsOut(tuple(sorted(rows)))
+
+
+def numbers(session: Session) -> np.ndarray:
+    """Numbers of the shown rows in the data."""
+    comparison = session.results.comparison
+    return np.zeros(1, int) if comparison is None else comparison.number
 
 
 def _has_rows(session: Session) -> bool:
