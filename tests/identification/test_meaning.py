@@ -190,6 +190,11 @@ def test_a_near_twin_a_free_frame_and_two_rows_are_told():
     assert mentions(evaluate(small, rows).warnings[0], "hardly this arm's")
     assert not read_rows(small, rows).blind
     assert mentions(evaluate(arm, rows.take(np.arange(2)), fit_frames=True).warnings[0], "2 rows can't tell")
+    made = virtual_arm(arm, rng=np.random.default_rng(2))
+    seen = replace(rows, position=made.predict(q)[:, :3, 3])
+    said = [[w for w in identify(a, seen).warnings if "lengths found" in w] for a in (arm, twin)]
+    assert not said[0]
+    assert mentions(said[1][0], "those of 'ur10e'", "choose the robot")
 
 
 def test_a_frozen_reading_is_named_and_its_rows_can_be_excluded():

@@ -5,6 +5,7 @@ a file that is wrong is the worst, then a wrong claim, then valid rows that are 
 """
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.identification.meaning.as_read import as_read, understood
+from workbench.identification.meaning.read_rows import read_rows
 
 FANUC = [(0, 0, 0.055, -H), (-H, 0, 0.345, np.pi), (0, 0, 0.03, -H), (0, -0.36, 0, H), (0, 0, 0, -H),
          (0, -0.085, 0, np.pi)]  # fmt: skip
@@ -152,6 +154,21 @@ def test_few_files_of_every_kind():
     assert count["right"] >= len(seeds) - 1, other
     assert not count["wrong"], other
     assert not count["refused"], other
+
+
+@pytest.mark.parametrize("seed", [18, 21, 36, 40])  # as given, two of signs, an exchange
+def test_sessions_of_five_rows_are_read_together(seed):
+    """Alone, with a base and a tool of their own, they would fit nearly anything."""
+    file = File(seed)
+    rows, rng, session = file.rows, np.random.default_rng(seed), np.arange(len(file.rows)) // 5
+    elsewhere = [shift(rng.uniform(-1, 1, 3)) @ turn("z", rng.uniform(-3, 3)) for _ in range(20)]
+    where = np.array([np.eye(4), *elsewhere])[session]
+    position = (where[:, :3, :3] @ rows.position[..., None])[..., 0] + where[:, :3, 3]
+    rotation = None if rows.rotation is None else where[:, :3, :3] @ rows.rotation
+    rows = replace(rows, position=position, rotation=rotation, session=np.char.zfill(session.astype(str), 2))
+    found = read_rows(file.robot, rows)
+    assert found.is_found
+    assert file.off(found) < 0.012
 
 
 @pytest.mark.slow

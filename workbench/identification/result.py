@@ -14,7 +14,7 @@ from workbench.arm.usable_arm import off_nominal, sampled
 from workbench.base.advice import beside, failures
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
-from workbench.identification.checks.arm_match import ArmMatch, arm_match
+from workbench.identification.checks.arm_match import ArmMatch, arm_match, sister
 from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.checks.parted_rows import parted_by_column
 from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
@@ -387,6 +387,9 @@ class Identification(AbstractReported, AbstractSplit):
         if self.match is not None and self.match.is_foreign:
             yield self.match.text
         yield implausible_text(best.implausible)
+        found = zip(best.fit.parameters, best.fit.x.tolist(), best.fit.std, strict=True)
+        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
+        yield sister(self.nominal_robot, lengths)
         for run in self.runs.values():
             if not run.fit.outcome.ok:
                 yield f"{run.fit.algorithm.title}: {run.fit.outcome}"

@@ -37,9 +37,10 @@ def usual_kind(plate: Plate) -> Kind:
     return kinds.pop() if len(kinds) == 1 else Kind.SEAT
 
 
-def sigma_of(kind: Kind, given: tuple[float, float] | None = None) -> tuple[float, float]:
-    """Standard deviations of a reading [m], [rad]: as given, or those usual for a kind of target."""
-    sigma = given or (POSITIONS[kind], SEAT[1])
+def sigma_of(kind: Kind, given: tuple[float, float | None] | None = None) -> tuple[float, float]:
+    """Standard deviations of a reading [m], [rad]: as far as given, else those usual for a kind of target."""
+    position, rotation = given or (POSITIONS[kind], None)
+    sigma = position, SEAT[1] if rotation is None else rotation
     if not min(sigma) > 0.0:
         wrong = "the instrument's standard deviations must be positive"
         raise OptionError(wrong, option="sigma", found=sigma)

@@ -23,7 +23,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.arguments import LengthAndAngle, Like, Seed, checked_arguments
+from workbench.base.arguments import LengthAndAngle, LengthAndOptionalAngle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.parallel import spread
 from workbench.base.progress import part_of, running
@@ -224,7 +224,7 @@ def try_plate(
     plate: PlateLike,
     *,
     arms: int = 10_000,
-    sigma: Like[LengthAndAngle] | None = None,
+    sigma: Like[LengthAndOptionalAngle] | None = None,
     joint_sigma: float = 0.0,
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     wanted: WantedLike | None = None,

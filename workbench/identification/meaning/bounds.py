@@ -10,6 +10,7 @@ matrices.
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import block_diag
 
 Flanges = Float[np.ndarray, "s m 4 4"]
 Points = Float[np.ndarray, "m 3"]
@@ -19,10 +20,11 @@ WEIGHT = 0.3
 ROUNDING = 1e-9
 
 
-def point_bounds(flange: Flanges, points: Points) -> Float[np.ndarray, " s"]:
-    """Root mean square distance [m] of points from the nearest affine images, per candidate."""
+def point_bounds(flange: Flanges, points: Points, sessions: int = 1) -> Float[np.ndarray, " s"]:
+    """Root mean square distance [m] of points from the nearest affine images of sessions, per candidate."""
     rows, far = len(points), max(np.ptp(points), ROUNDING)
-    known = np.column_stack([points - points.mean(0), np.full(rows, far)])
+    each = ((p - p.mean(0), np.full(len(p), far)) for p in points.reshape(sessions, -1, 3))
+    known = block_diag(*map(np.column_stack, each))
     u, size, _ = np.linalg.svd(known, full_matrices=False)
     u = u[:, size > 1e-6 * size[0]]
     flat = flange[:, :, :3].reshape(len(flange), rows, 12)
@@ -52,16 +54,18 @@ def held_bounds(flange: Flanges, points: Points, axis: Float[np.ndarray, "4 4"])
     return np.sqrt(square.mean(1))
 
 
-def grams(rotations: Float[np.ndarray, "c m 3 3"]) -> Grams:
-    """Gram matrices ⟨R_i, R_j⟩ of rotations, their upper triangles."""
+def grams(rotations: Float[np.ndarray, "c m 3 3"], sessions: int = 1) -> Grams:
+    """Gram matrices ⟨R_i, R_j⟩ of the rotations of each session's rows, their upper triangles."""
     i, j = np.triu_indices(rotations.shape[1], 1)
+    size = rotations.shape[1] // sessions
+    i, j = (k[i // size == j // size] for k in (i, j))
     flat = rotations.reshape(*rotations.shape[:2], 9)
     return (flat @ np.swapaxes(flat, 1, 2))[:, i, j]
 
 
-def turn_bounds(flange: Flanges, conventions: Grams) -> Float[np.ndarray, "s c"]:
+def turn_bounds(flange: Flanges, conventions: Grams, sessions: int = 1) -> Float[np.ndarray, "s c"]:
     """Root mean square difference of Gram matrices as an angle [rad], for each convention."""
-    own = grams(flange[:, :, :3, :3])
+    own = grams(flange[:, :, :3, :3], sessions)
     cross = own @ conventions.T / own.shape[1]
     square = (own**2).mean(1)[:, None] - 2.0 * cross + (conventions**2).mean(1)
     return np.sqrt(np.maximum(square, 0.0)) / 1.5

@@ -65,6 +65,7 @@ def place(
     zeros: Sequence[int] = (),
     held: bool = False,
     closed: bool = False,
+    robust: bool = True,
 ) -> PlacedReadings:
     """The best base and tool for each of some readings of one arm, robust against a few rows.
 
@@ -72,6 +73,7 @@ def place(
         zeros: Joints whose zeros are unknown, too.
         held: Whether base and tool are known: none.
         closed: Whether the closed form is near enough.
+        robust: Whether rows may be set apart.
     """
     fit = _Fit(robot, joints, points, rotations, tuple(zeros), held)
     start = fit.start()
@@ -84,7 +86,7 @@ def place(
         if poor.any():  # points in a plane can mislead their closed form
             found = found.better(fit.placed(*fit.descended(fit.start(by_turns=poor), everything)))
     apart = found.apart
-    if not apart.any():
+    if not robust or not apart.any():
         return found
     return fit.placed(*fit.descended((found.base, found.tool, found.zero), np.where(apart, 0.0, everything)))
 

@@ -15,7 +15,7 @@ from workbench.identification.meaning.nominal_fit import majority
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
 from workbench.identification.meaning.unexplained import ELSEWHERE, one_constant, parts_in_order
-from workbench.identification.meaning.usable_rows import usable, without_still_turns
+from workbench.identification.meaning.usable_rows import few_each, usable, without_still_turns
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
@@ -34,9 +34,11 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
     """
     data = without_still_turns(robot, data)
-    if (rows := usable(data)) is None:
+    rows = usable(data)
+    rows, sessions = few_each(data) if rows is None else (rows, 1)
+    if not sessions:
         return None
-    search, plain = ReadingSearch(robot, rows), None
+    search, plain = ReadingSearch(robot, rows, sessions=sessions), None
     if data.joints == robot.dof:
         plain = search.plain(closed=True)
         plain = plain if search.suffices(plain) else search.plain(closed=False)
@@ -54,7 +56,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     search.twins()
     meaning = ranked(search, plain)
     given = meaning.turned or plain
-    if likely or given is None or meaning.is_found:
+    if likely or given is None or meaning.is_found or sessions > 1:
         return meaning
     parts = parts_in_order(robot, search.data)
     if not parts.endswith(ELSEWHERE) and (most := majority(robot, rows)):
@@ -74,14 +76,14 @@ def _stages(search: ReadingSearch, likely: bool) -> list[Callable[[], None]]:
 
     def first() -> None:
         search.family("signs and couplings", robot, own.signs)
-        if near or likely:  # a plain reading that fits so-so meets these first
+        if (near or likely) and search.sessions == 1:  # a plain reading that fits so-so meets these first
             search.family("exchanges", robot, own.exchanges)
             search.family("zeros", robot, own.zeros, inverse=False)
 
     def with_zeros(name: str) -> Callable[[], None]:
         return lambda: search.family(name, robot, FAMILIES[name](own), inverse=False)
 
-    zeros = [with_zeros(name) for name in [*FAMILIES][1:]]
+    zeros = [with_zeros(name) for name in [*FAMILIES][1:]] if search.sessions == 1 or likely else []
     orders = [] if likely else [lambda: search.family("orders", robot, own.orders)]
     return [first, *arms, *orders, *(zeros[:1] if likely else zeros)]
 

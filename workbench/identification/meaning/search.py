@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -82,12 +83,13 @@ class ReadingSearch:
         robot: The arm that is said to have moved.
         data: Rows with points, and orientations or none.
         held: Whether rows are of the flange in the arm's base.
+        sessions: Number of sessions, each with its own base and tool, that have equally many rows.
     """
 
-    def __init__(self, robot: Robot, data: Dataset, *, held: bool = False):
-        self.robot, self.held = robot.bare, held
+    def __init__(self, robot: Robot, data: Dataset, *, held: bool = False, sessions: int = 1):
+        self.robot, self.held, self.sessions = robot.bare, held, sessions
         self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, SURE)
-        self.data = data.take(far_apart(data, PLACED_ROWS))
+        self.data = data if sessions > 1 else data.take(far_apart(data, PLACED_ROWS))
         self.points = np.asarray(self.data.position)
         self.found: list[RowReading] = []
         self.tried: dict[str, int] = {}
@@ -95,7 +97,7 @@ class ReadingSearch:
     @cached_property
     def few(self) -> np.ndarray:
         """Rows of the bounds."""
-        return far_apart(self.data, BOUND_ROWS)
+        return far_apart(self.data, BOUND_ROWS if self.sessions == 1 else PLACED_ROWS)
 
     @cached_property
     def _turned(self) -> list[tuple[Convention, np.ndarray]]:
@@ -111,7 +113,7 @@ class ReadingSearch:
         """Gram matrices of the conventions; None without orientations."""
         if not self._turned:
             return None
-        return grams(np.array([rotations[self.few] for _, rotations in self._turned]))
+        return grams(np.array([rotations[self.few] for _, rotations in self._turned]), self.sessions)
 
     @cached_property
     def still(self) -> np.ndarray:
@@ -150,8 +152,8 @@ class ReadingSearch:
         if len(among) == 1:
             return among
         assert self.turns is not None
-        if self.held:
-            misfit = turn_bounds(reading.flange(self.data.q[self.few])[None], self.turns)[0]
+        if self.held or self.sessions > 1:
+            misfit = turn_bounds(reading.flange(self.data.q[self.few])[None], self.turns, self.sessions)[0]
         else:
             flange, points = reading.flange(self.data.q), reading.scale * self.points @ reading.axes
             base = nearest_rotation(affine_map(flange, points)[0].T)
@@ -165,7 +167,8 @@ class ReadingSearch:
 
     def _scaled(self, reading: RowReading) -> RowReading:
         """The reading with the unit of length and the handedness that its affine image shows."""
-        linear, _ = affine_map(reading.flange(self.data.q), self.points)
+        first = slice(len(self.data) // self.sessions)
+        linear, _ = affine_map(reading.flange(self.data.q[first]), self.points[first])
         size = np.linalg.svd(linear, compute_uv=False)
         scale, spread = float(size[:2].mean()), self.points - self.points.mean(0)
         moved = np.linalg.svd(spread, compute_uv=False)[1] / np.sqrt(len(spread))
@@ -192,10 +195,20 @@ class ReadingSearch:
             points, rotations = zip(*(readings[k].poses(self.data) for k in some), strict=True)
             points, rotations = np.array(points), np.array(rotations) if turned else None
             robot = readings[some[0]].robot
-            at = place(robot, q, points, rotations, zeros=zeros, held=self.held, closed=closed)
+            at = self._placed(robot, q, points, rotations, zeros=zeros, closed=closed)
             for number, k in enumerate(some):
                 found[k] = self._measured(readings[k], q[number], at, number)
         return [found[k] for k in range(len(readings))]
+
+    def _placed(self, robot: Robot, *rows: Any, **options: Any) -> PlacedReadings:
+        """Readings with a base and a tool for each session, of which the first are told."""
+        if (count := self.sessions) == 1:
+            return place(robot, *rows, held=self.held, **options)
+        size = len(self.data) // count
+        each: list[Any] = [None if r is None else r.reshape(-1, size, *r.shape[2:]) for r in rows]
+        at = place(robot, *each, robust=False, **options)
+        error, turn = (part.reshape(-1, len(self.data)) for part in (at.error, at.turn))
+        return PlacedReadings(at.base[::count], at.tool[::count], at.zero[::count], error, turn)
 
     def _measured(self, reading: RowReading, q: np.ndarray, at: PlacedReadings, number: int) -> RowReading:
         zero, kept = at.zero[number], ~at.apart[number]
@@ -286,10 +299,10 @@ class ReadingSearch:
             axis = chains.poses(robot.chain, np.zeros((1, robot.dof)), part=slice(0, int(first)))[0]
             bound = held_bounds(flange, points, axis @ ONTO_Z[robot.chain.axes[first] % 3])
         else:
-            bound = point_bounds(flange, points)
+            bound = point_bounds(flange, points, self.sessions)
         if self.turns is None:
             return bound / robot.reach
-        return np.hypot(bound / robot.reach, WEIGHT * turn_bounds(flange, self.turns).min(1))
+        return np.hypot(bound / robot.reach, WEIGHT * turn_bounds(flange, self.turns, self.sessions).min(1))
 
     def refined(self, readings: list[RowReading]) -> list[RowReading]:
         """Readings with their zeros fitted, and rounded to quarter turns: of inner joints to points, or of

@@ -11,6 +11,8 @@ from workbench.data.dataset import Dataset
 
 MIN_ROWS = 6
 """Minimum number of rows with a point to search for readings."""
+MIN_BEYOND = 30
+"""The same of numbers, of sessions with fewer rows, beyond those that place each of them."""
 STAYS = 0.1
 """Change of a rotation matrix's entries that an arm's own turn exceeds."""
 PLACED_ROWS = 60
@@ -50,6 +52,23 @@ def without_still_turns(robot: Robot, data: Dataset) -> Dataset:
         return data
     note = "the orientation is the same in all rows, while the arm turns: it wasn't measured, and is left out"
     return replace(data, rotation=None, written=None, notes=(*data.notes, note))
+
+
+def few_each(data: Dataset) -> tuple[Dataset, int]:
+    """Equally many rows of each session, one after the other, where none has enough, and how many sessions;
+    none where all together have too few numbers beyond their bases and tools."""
+    if data.position is None or data.session is None or not (rows := _located(data)).any():
+        return data, 0
+    turned = data.rotation is not None and np.isfinite(data.rotation[rows]).all()
+    own, unknown = (6, 12) if turned else (3, 9)
+    _, name, counts = np.unique(data.session[rows], return_inverse=True, return_counts=True)
+    size = int(np.median(counts))
+    chosen = np.flatnonzero(counts >= size)[: PLACED_ROWS // size]
+    some = [np.flatnonzero(rows)[name == k][:size] for k in chosen]
+    if (own * size - unknown) * len(some) < MIN_BEYOND:
+        return data, 0
+    kept = data.take(np.concatenate(some))
+    return kept if turned else replace(kept, rotation=None, written=None), len(some)
 
 
 def _located(data: Dataset) -> Bool[np.ndarray, " rows"]:
