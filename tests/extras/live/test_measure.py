@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import mentions
+from refusals import mentions, refuses
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.base.errors import OptionError
 from workbench.extras.live import session as guided
 from workbench.extras.live.commands import LiveOption
 from workbench.extras.live.panels import status
@@ -72,6 +73,9 @@ def test_what_makes_no_sense_is_said(do):
         assert do(command).page.messages[-1].severity is Severity.ERROR
     session = do(guided.TellSource("arm"), guided.MeasureLive(), guided.MeasureLive())
     assert session.page.messages[-1].severity is Severity.ERROR
+    empty = replace(session.plate, targets=())
+    with refuses(OptionError, "no targets"):
+        guided.MeasureLive().check(replace(session.without_part(guided.Measuring), plate=empty))
     for q in ((0.0,), (np.nan,) * session.robot.dof):
         message_count = session.page.message_count
         session = do(guided.TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))

@@ -88,6 +88,10 @@ class MeasureLive(AbstractChange):
             raise OptionError(ENDED)
         if session.mode is not None:
             raise OptionError("a guided measurement is running; use its rows or stop it first")
+        if not len(session.plate):
+            raise OptionError(
+                f"plate '{session.plate.name}' has no targets to measure; add [[target]] tables"
+            )
 
     def apply(self, session: Session) -> Session:
         return session.with_part(Measuring(Acquisition(plate=session.plate, robot=session.robot)))
