@@ -91,3 +91,7 @@ def test_a_xacro_is_never_run(tmp_path):
     path.write_text("<robot")
     with refuses(FileError, "xacro arm.urdf.xacro > arm.urdf"):
         load_robot(path)
+    half = tmp_path / "half.urdf"
+    half.write_text('<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="b"/></robot>')
+    with refuses(FileError, "expand it first"):
+        load_robot(half)

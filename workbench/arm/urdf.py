@@ -133,6 +133,10 @@ def _parse(path: Path) -> "yourdfpy.URDF":
     root = xml_root(path)
     if root.tag != "robot":
         raise RobotError(f"is not a URDF: its root is <{root.tag}>, not <robot>")
+    if any("/xacro}" in str(node.tag) for node in root.iter()):
+        raise RobotError(
+            f"is a xacro; expand it first: 'xacro {path.name} > {path.stem}_expanded.urdf' (ROS)"
+        )
     if not root.findall("joint"):
         raise RobotError("has no joints; give a URDF that describes an arm")
     for kind in ("joint", "link"):

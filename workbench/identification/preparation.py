@@ -331,11 +331,11 @@ def _with_noise(
     stated = noises.share_stated(problem)
     on_top = ", plus that stated per row" if stated else ""
     if noise is not None:
-        return problem.with_noise(noise), f"noise as given: {_noise_text(problem, noise)}{on_top}", None
+        return _with_tilts(problem, noise), f"noise as given: {_noise_text(problem, noise)}{on_top}", None
     repeats = None if stated else noises.from_repeats(problem.data)
     if repeats is not None:
         text = f"noise from repeated poses: {_noise_text(problem, repeats)}"
-        return problem.with_noise(repeats), text, None
+        return _with_tilts(problem, repeats), text, None
     whole, problem = problem, thinned(problem)
     found = first or Opt2(limit=60).search(problem)
     for k in range(MAX_NOISE_FITS_BEYOND_STATED if stated else MAX_NOISE_FITS):
@@ -360,6 +360,16 @@ def _with_noise(
     base = f" ({_noise_text(problem, floor)})" if floor is not None else ""
     text = f"noise as stated per row{base}, plus {text} of model error estimated from the residuals"
     return problem, text, near
+
+
+def _with_tilts(problem: Problem, noise: Noise) -> Problem:
+    """The problem with known noise; that of additional inclinometers is estimated by a fit."""
+    problem = problem.with_noise(noise)
+    if not problem.tilted_components.any():
+        return problem
+    found = Opt2(limit=60).search(problem)
+    left = noises.beyond_stated(problem, found.x, found.factor)
+    return problem if left is None else problem.with_noise(noise._replace(tilt=left.tilt))
 
 
 def _noise_text(problem: Problem, noise: Noise) -> str:

@@ -9,7 +9,7 @@ accelerations.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import final
 
@@ -163,7 +163,18 @@ def correct(
     refuse_beyond(robot, q, time)
     before = _errors(commanded, state)
     after = _corrected(commanded, state, method)
-    _check(commanded, after, method)
+    wrong = _singular(commanded, after, method)
+    points = taken = np.zeros(len(q), bool)
+    alone = replace(commanded, task=Task.POSITION)
+    if wrong.any() and commanded.task is not Task.POSITION:
+        place = _corrected(alone, state, method)
+        points = wrong & ~_singular(alone, place, method)
+        steps = np.pad(np.abs(np.diff(q, axis=0)).max(1), 1, constant_values=np.inf)
+        taken = points & (np.minimum(steps[:-1], steps[1:]) > MAX_CORRECTION) & (time is None)
+        if taken.any():  # targets that are no rows of a path need no orientation in a singularity
+            after = _errors(commanded, state.at(np.where(taken[:, None], place.q, after.q)))
+            wrong = wrong & ~taken
+    _check(commanded, after, wrong, points)
     weight = ROTATION_WEIGHT * compile_arm(robot).length
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
@@ -172,7 +183,7 @@ def correct(
         frozen(np.where(worse, before.position_error, after.position_error)),
         frozen(np.where(worse, before.rotation_error, after.rotation_error)),
     )
-    notes = _notes(method, errors, worse)
+    notes = _notes(method, errors, worse, taken & ~worse)
     return Compensation(
         commanded=commanded,
         motion=state,
@@ -200,8 +211,17 @@ def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) ->
     return _errors(commanded, state.at(step.q))
 
 
-def _check(commanded: Commanded, after: Reached, method: CorrectionMethod) -> None:
-    """Refuse rows that miss their target, at a limit or not, or that a singularity throws far away."""
+def _singular(commanded: Commanded, after: Reached, method: CorrectionMethod) -> Bool[np.ndarray, " rows"]:
+    """Rows that miss their target, or that a singularity throws far away."""
+    robot = commanded.calibrated
+    play = sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
+    missed = after.position_error > ACCEPTED_ERROR + 2.0 * robot.reach * play
+    missed &= method is CorrectionMethod.ITERATED
+    return missed | (np.abs(after.q - commanded.q) > MAX_CORRECTION).any(1)
+
+
+def _check(commanded: Commanded, after: Reached, wrong: np.ndarray, points: np.ndarray) -> None:
+    """Refuse rows that a limit stops and wrong ones, some of whose position alone could be corrected."""
     robot, moved, left = commanded.calibrated, np.abs(after.q - commanded.q), 1e3 * after.position_error
     units, at, size = shown_units(robot), shown_joints(robot, after.q), shown_joints(robot, moved)
     refuse(
@@ -226,18 +246,17 @@ def _check(commanded: Commanded, after: Reached, method: CorrectionMethod) -> No
             text += f"smallest singular value {minimum:.1e}); avoid it or use another branch"
         else:
             text += "check the effects of the calibrated robot, or change the path there"
-        return text + ", or correct positions alone (--positions-only)" * (
-            commanded.task is not Task.POSITION
-        )
+        return text + ", or correct positions alone (--positions-only)" * bool(points[row])
 
-    play = sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
-    missed = after.position_error > ACCEPTED_ERROR + 2.0 * robot.reach * play
-    missed &= method is CorrectionMethod.ITERATED
-    refuse(missed | (moved > MAX_CORRECTION).any(1), commanded.time, why)
+    refuse(wrong, commanded.time, why)
 
 
-def _notes(method, errors: PathErrors, worse: np.ndarray) -> Iterator[str]:
+def _notes(method, errors: PathErrors, worse: np.ndarray, points: np.ndarray) -> Iterator[str]:
     """Notes for the user."""
+    if points.any():
+        off = f"corrected in position, {np.rad2deg(errors.rotation[points].max()):.2g}° off in orientation"
+        rows = f"{plural(int(points.sum()), 'row')} ({first_of(np.flatnonzero(points), 10)})"
+        yield f"near a singularity, {off}: {rows}"
     if worse.any():
         rows = f"{plural(int(worse.sum()), 'row')} ({first_of(np.flatnonzero(worse), 10)})"
         yield f"as commanded, since a correction would make them worse: {rows}"
