@@ -92,6 +92,8 @@ def test_a_xacro_is_never_run(tmp_path):
     with refuses(FileError, "xacro arm.urdf.xacro > arm.urdf"):
         load_robot(path)
     half = tmp_path / "half.urdf"
-    half.write_text('<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="b"/></robot>')
+    half.write_text(
+        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="b"/></robot>'
+    )
     with refuses(FileError, "expand it first"):
         load_robot(half)
