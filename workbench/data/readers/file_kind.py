@@ -37,7 +37,7 @@ _REFUSED = (
         rb"\x89PNG|\xff\xd8|GIF8|%PDF|PK\x03\x04|\x1f\x8b|7z\xbc|\xd0\xcf\x11\xe0|\x89HDF|MATLAB 7\.3|RRF",
         _BINARY,
     ),
-    (_PROGRAM, "a robot's program; of programs RAPID, KRL, JBI and URScript are read by 'compensate'"),
+    (_PROGRAM, "a robot's program; of programs RAPID, KRL and URScript are read by 'compensate'"),
     (
         rb"(?s)%YAML|- \w+: *\[|.*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n",
         f"YAML, or XML of OpenCV; {POSE_PAIRS}",
