@@ -168,7 +168,7 @@ def distinct(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarra
     return x[~np.tril(is_same, -1).any(1)]
 
 
-def _place(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 2n"]:
+def _place(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 2*n"]:
     """Configurations as points: the same one after full turns, lengths in units of the arm's."""
     plain = np.where(arm.slides, x / arm.length, x)
     turned = np.concatenate([np.cos(x), np.sin(x)], 1)

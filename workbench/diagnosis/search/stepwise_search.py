@@ -79,7 +79,7 @@ def _names(model: Model) -> frozenset[tuple[str, ...]]:
 
 def significant(found: Offer, tries: int) -> bool:
     """Whether one of so many candidates is likelier than none."""
-    return found.gain > np.log(max(tries, 1))
+    return bool(found.gain > np.log(max(tries, 1)))
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
