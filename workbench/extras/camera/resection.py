@@ -122,10 +122,10 @@ def _poses(
         near = there
         for _ in range(NEAR_ROUNDS):
             turn, place = cv2.solvePnPRefineLM(points[near], pixels[near], *lens, turn.copy(), place.copy())
-            if not np.isfinite([turn, place]).all():
-                break
             pose = se3.pose(se3.rotvec_to_matrix(turn.ravel()), place.ravel())
             off = _off(pose, pixels, camera, target)[there]
+            if not np.isfinite(off).all():  # no pose, or one with a point behind the camera
+                break
             if len(there) >= OUTVOTED:
                 near = there[off <= max(NEAR * float(np.median(off)), MIN_WRONG)]
         else:
