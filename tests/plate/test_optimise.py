@@ -33,7 +33,7 @@ def table2(aria, plate, solutions, goal):
 
 @pytest.fixture(scope="module")
 def mixed(aria, plate, goal):
-    return optimise_plate(aria, plate, goal=goal, rng=rng(0), places=60, starts=1)
+    return optimise_plate(aria, plate, goal=goal, rng=rng(0), places=120, starts=1)
 
 
 def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
