@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_709,
     "exports": 330,
     "session": 6_248,
-    "views": 7_007,
+    "views": 7_006,
     "cli": 1_483,
     "extras": 1,
     "extras/camera": 3_570,

@@ -199,8 +199,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         far = expected_elsewhere(session())
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
-    unnamed = " The rest has no name." if found is not None and found.residual_map is not None else ""
-    why = f"The geometry was off{f', and {causes}' if causes else ''}.{unnamed} "
+    why = f"Geometry was off{f', {causes}' if causes else ''}. "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
     yield DemoScene(
         f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, is_last=True
