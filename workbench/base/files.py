@@ -3,12 +3,14 @@
 import contextlib
 import errno
 import os
+import shutil
 import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from functools import partial
+from os.path import exists
 from pathlib import Path
 from typing import BinaryIO
 
@@ -78,7 +80,7 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
             waiting.append(partial(_write_through, 1, content))
         elif str(path) in STANDARD_OUTPUT:
             _write_through(1, content)
-        elif path.exists() and not path.is_file():
+        elif exists(path) and not path.is_file():
             _write_through(os.open(path, os.O_WRONLY), content)
         else:
             _replace(Path(os.path.realpath(path)), content)
@@ -95,14 +97,6 @@ def check_ending(path: Path | str, what: str, *endings: str) -> Path:
     if str(path) not in STANDARD_OUTPUT and path.suffix.lower() not in endings:
         raise FileError(f"{what} written as {' or '.join(endings)}; choose this ending", path=str(path))
     return path
-
-
-def exists(path: Path | str) -> bool:
-    """Whether there is such a file or folder; a text that is no name of one is none."""
-    try:
-        return Path(path).exists()
-    except (OSError, ValueError):
-        return False
 
 
 def check_writable(path: Path | str, *, folder: bool = False) -> None:
@@ -190,7 +184,7 @@ def write_text(path: Path | str, content: str) -> Path:
 
 
 def write_folder(folder: Path | str, files: Mapping[str, bytes]) -> Path:
-    """Write files beside the folder and, once all are on the disk, move them in; others in it stay.
+    """Write files beside the folder and, once all are on the disk, move all in or none; others in it stay.
 
     Args:
         folder: Made if it is not there, with its parents.
@@ -200,13 +194,19 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes]) -> Path:
     with _file_errors(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as room:
-            fresh = Path(room) / "new"
-            fresh.mkdir()
+            (fresh := Path(room) / "new").mkdir()
             for name, content in files.items():
                 (fresh / name).write_bytes(content)
             if not folder.exists():
-                os.replace(fresh, folder)
-                return folder
-            for name in files:
-                os.replace(fresh / name, folder / name)
+                return fresh.replace(folder)
+            with contextlib.ExitStack() as undo:
+                for name in files:
+                    there, former = folder / name, Path(room) / f"{name}.former"
+                    if there.exists():
+                        shutil.copy2(there, former)
+                        undo.callback(os.replace, former, there)
+                    else:
+                        undo.callback(there.unlink, missing_ok=True)
+                    os.replace(fresh / name, there)
+                undo.pop_all()
     return folder
