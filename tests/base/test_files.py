@@ -1,6 +1,5 @@
 """Writing: whole or not at all, links followed, devices written into, a full disk in one sentence."""
 
-import errno
 import os
 import stat
 import threading
@@ -41,20 +40,6 @@ def test_standard_output(name, tmp_path, monkeypatch, capfdbinary):
     files.write_bytes(name, b"result")
     assert capfdbinary.readouterr().out == b"result"
     assert not list(tmp_path.iterdir())
-
-
-def no_room(*_):
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
-@pytest.mark.parametrize("write", [files.write_bytes, lambda p, b: files.write_folder(p, {"page.html": b})])
-def test_a_full_disk_leaves_nothing_and_is_one_sentence(tmp_path, monkeypatch, write):
-    write(tmp_path / "out", b"before")
-    before = sorted(path.name for path in tmp_path.rglob("*"))
-    monkeypatch.setattr(os, "replace", no_room)
-    with refuses(FileError, "No space left on device", path=str(tmp_path / "out")):
-        write(tmp_path / "out", b"after")
-    assert sorted(path.name for path in tmp_path.rglob("*")) == before
 
 
 def test_a_small_file_takes_little_memory(tmp_path):

@@ -5,7 +5,6 @@ import itertools
 import json
 import os
 import re
-import resource
 import shutil
 import signal
 import subprocess
@@ -41,7 +40,6 @@ from workbench.session.journal.folder import begin, branch, go_on, resume
 from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.next_step import next_step
-from workbench.session.page_state import Severity
 
 RPY = (-2.6, 0.0, 0.0)
 check = partial(restore, is_computed=True)
@@ -481,30 +479,6 @@ def test_no_place_for_recordings(record, first, tmp_path):
     assert run.folder is None
     assert session.selected == 3
     assert "not recorded" in session.page.messages[0].text
-
-
-def test_a_full_disk_is_told_and_nothing_is_missing_afterwards(record, first):
-    """The file may not grow: the session goes on, earlier lines stay whole, later ones follow."""
-    run = record()
-    run(*moves(first, 4))
-    size = (run.folder / JOURNAL).stat().st_size
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size + 700, hard))
-    try:
-        session = run(*moves(first, 6, target=4), SelectTarget(0))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    warnings = [m for m in session.page.messages if m.severity is Severity.WARNING]
-    assert len(warnings) == 1
-    assert "can't be recorded at present" in warnings[0].text
-    assert session.selected == 0
-    assert len(read_recording(run.folder).lines) < len(run.worker.journal)
-    run(SelectTarget(1))
-    assert "recorded again" in run.worker.session.page.messages[-1].text
-    run.worker.close()
-    recording = read_recording(run.folder)
-    assert [e.command for e in recording.entries] == [e.command for e in run.worker.journal]
-    assert check(recording).differences == ()
 
 
 def test_the_wall_clock_may_jump(record, monkeypatch):

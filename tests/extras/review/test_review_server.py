@@ -1,5 +1,7 @@
 """The door of `review --web`: a recording only for who knows its path and names this server."""
 
+import errno
+import os
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -7,6 +9,7 @@ from pathlib import Path
 import pytest
 from refusals import refuses
 
+from workbench.base.errors import FileError
 from workbench.extras.review import viewer
 from workbench.extras.review.viewer import opened
 
@@ -58,8 +61,8 @@ def test_the_viewer_in_the_browser_is_given_addresses_and_serves_no_data(run, tm
 
 
 def test_a_disk_that_is_full_leaves_no_half_file(tmp_path, monkeypatch):
-    from tests.base.test_files import no_room
-    from workbench.base.errors import FileError
+    def no_room(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     (tmp_path / "session.rrd").write_bytes(b"RRF2")
     monkeypatch.setattr("os.fsync", no_room)
