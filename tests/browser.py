@@ -174,11 +174,6 @@ class Screen:
         tab.click()
         expect(tab).to_have_attribute("aria-selected", "true")
 
-    @property
-    def scrolled(self) -> float:
-        """How far the panel is scrolled down [px]."""
-        return float(self.page.evaluate(f"{PANEL}.scrollTop"))
-
     def to_top(self) -> None:
         """Scroll the panel to its top, once the page no longer puts it where this tab was left."""
         self.page.evaluate(f"requestAnimationFrame(() => requestAnimationFrame(() => {PANEL}.scrollTop = 0))")
