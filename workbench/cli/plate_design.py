@@ -1,5 +1,6 @@
 """Command that designs a plate: plate optimise."""
 
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -63,3 +64,5 @@ def optimise(
     opt.show(found.blocks())
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
     opt.write_result(design_json(found))
+    if not isfinite(found.cost):
+        opt.fail("these targets leave the arm's position undetermined: give more --targets, or more --tilt")
