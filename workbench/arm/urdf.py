@@ -20,13 +20,12 @@ from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.joint import Joint, JointKind
 from workbench.arm.masses import side_branches, with_bodies
 from workbench.arm.mounting import Mounting
-from workbench.arm.plausible_units import with_plausible_units
+from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
 from workbench.base.files import read_bytes
 from workbench.base.types import Freedom, Matrix4, Vector3, frozen
-from workbench.base.units import is_whole_degrees
 
 if TYPE_CHECKING:
     import yourdfpy

@@ -270,7 +270,7 @@ LengthAndAngle = Annotated[
         lambda value, given: value,
     ),
 ]
-LengthAndOptionalAngle = Annotated[
+Sigma = Annotated[
     tuple[Length, Angle | None],
     Reads(
         "a length in m and an angle in rad, or the length alone where no rotation is read, such as "

@@ -12,7 +12,6 @@ from workbench.base.arguments import admitted
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import exists, read_bytes
 from workbench.base.types import frozen
-from workbench.base.units import is_whole_degrees
 
 MAX_FILE_BYTES = 16 * 2**20
 """Files beyond this size are refused [bytes]."""
@@ -62,14 +61,6 @@ class AbstractTableReader(ABC):
             wanted = "numbers" if count is None else f"{count} numbers"
             raise self.fail(f"{what} must be a list of {wanted}, not {value!r}")
         return frozen(np.array([self.number(v, what) for v in value]))
-
-    def angles(self, value: Any, what: str) -> np.ndarray:
-        """Roll, pitch and yaw in radians: what makes sense in degrees alone is refused."""
-        found = self.numbers(value, 3, what)
-        if any(map(is_whole_degrees, found)):
-            radians = np.deg2rad(found).round(6).tolist()
-            raise self.fail(f"{what} {found.tolist()} looks like degrees; give radians, {radians}")
-        return found
 
     def table(self, value: Any, what: str) -> dict[str, Any]:
         if not isinstance(value, dict):

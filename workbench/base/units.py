@@ -101,14 +101,6 @@ COMMON = {
 """Units of nearly every file, known without the registry: to build it takes half a second."""
 
 
-TURN, ROUNDING = 2.0 * np.pi, 1e-9
-
-
-def is_whole_degrees(value: float) -> bool:
-    """Whether a number makes no sense as an angle in radians, but does in degrees."""
-    return bool(2.0 * TURN < abs(value) < np.inf and abs(value - round(value)) < ROUNDING)
-
-
 def parse_heading(text: str) -> Heading:
     """Split a column heading into name and unit.
 

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
+from workbench.arm.plausible_units import rpy_of
 from workbench.base.assets import assets
 from workbench.base.errors import FileError
 from workbench.base.files import check_ending, write_text
@@ -36,7 +37,7 @@ class _PlateReader(AbstractTableReader):
     def value(self, key: str, value: Any, what: str) -> Any:
         """Lists as arrays of finite numbers."""
         if key == "rpy":
-            return self.angles(value, f"{what} rpy")
+            return rpy_of(self, value, f"{what} rpy")
         if not isinstance(value, list):
             return value if isinstance(value, str | bool) else self.number(value, f"{what} {key}")
         return self.numbers(value, None, f"{what} {key}")

@@ -59,9 +59,7 @@ def cluster(
     plate: Annotated[
         str | None, option("A plate whose region to use and whose orientations to stay close to.")
     ] = None,
-    cube: Annotated[
-        str | None, option("--side", "Side of the cubes; as the plate says if not given.")
-    ] = None,
+    cube: Annotated[str | None, option("--side", "Side of the cubes; the plate's if not given.")] = None,
     number: Annotated[int, option("Number of poses.")] = 10,
     index: Annotated[
         str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
@@ -77,7 +75,6 @@ def cluster(
     opt.check_writable(out)
     arm = wb.load_robot(robot)
     side: dict[str, Any] = {} if cube is None else {"cube": cube}  # texts are read where they are used
-    how: dict[str, Any] = {"cone": cone}
     fixture = None if plate is None else wb.load_plate(plate)
     cuboid = wb.load_plate(region).region if fixture is None else fixture.region
     with opt.progress_bar("cluster"):
@@ -89,7 +86,7 @@ def cluster(
             towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
             solid=fixture,
             seed=seed,
-            **how,
+            cone=cone,
         )
     opt.show(cluster_blocks(found))
     made = found.plate(fixture)

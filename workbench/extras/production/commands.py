@@ -13,9 +13,7 @@ def yield_(
     robot: opt.RobotOption,
     arms: Annotated[int, option("Number of virtual arms.")] = 10_000,
     sigma: NoiseOption = None,
-    joint_sigma: Annotated[
-        str, option("--joint-noise", "Standard deviation of the joint readings.")
-    ] = "0deg",
+    joint_sigma: Annotated[str, option("--joint-noise", "Standard deviation of joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     errors: Annotated[
