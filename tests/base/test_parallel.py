@@ -26,8 +26,8 @@ def test_little_work_starts_no_other_process_and_much_does(monkeypatch):
     """Their start takes seconds, in which a plate is tried on a thousand arms."""
     assert parallel.spread(os.getpid, [()] * 8) == [os.getpid()] * 8
     monkeypatch.setattr(parallel, "MIN_PIECES", 2)
-    assert os.getpid() not in parallel.spread(os.getpid, [()] * 8, workers=2)
-    assert parallel.spread(divmod, [(n, 3) for n in range(8)], workers=2) == [divmod(n, 3) for n in range(8)]
+    assert os.getpid() not in parallel.spread(os.getpid, [()] * 8)
+    assert parallel.spread(divmod, [(n, 3) for n in range(8)]) == [divmod(n, 3) for n in range(8)]
 
 
 def test_work_ends_after_the_piece_in_which_it_is_asked_to():

@@ -31,7 +31,7 @@ MEASURED = (5e-5, 1.0)
 """How well a measured socket is known [m], [rad]."""
 SEATS = (1e-4, float(np.deg2rad(0.02)))
 SOCKETS = (5e-5, float(np.deg2rad(0.02)))
-PRINTED = Production(position=2.5e-4, angle=float(np.deg2rad(0.3)))
+PRINTED = Production(tolerance=(2.5e-4, float(np.deg2rad(0.3))))
 Sigma = tuple[float, float]
 
 

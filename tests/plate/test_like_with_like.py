@@ -12,7 +12,7 @@ from workbench.plate.optimiser import optimise
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import EXACT, PIN_PLAY, Production
 
-OWN = Production(position=5e-5, angle=1e-3, play=(2e-5, 2e-3))
+OWN = Production(tolerance=(5e-5, 1e-3), play=(2e-5, 2e-3))
 
 
 def of_kind(plate, kind):
@@ -48,7 +48,7 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
         searched.clear()
     options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
     assert run(*options, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
-    assert searched == [(Production(position=1e-4), "seat")]
+    assert searched == [(Production(tolerance=(1e-4, 0.0)), "seat")]
 
 
 def test_a_plate_is_moved_to_the_best_place_that_is_tried(searched, monkeypatch, aria, plate):

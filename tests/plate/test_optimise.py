@@ -139,7 +139,7 @@ def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
 
 
 def test_flat_blocks_with_a_making_tolerance(aria, plate, goal, mixed):
-    made, flat = plate.made(Production(position=1e-4, angle=1e-3)), Blocks(max_tilt=0.0)
+    made, flat = plate.made(Production(tolerance=(1e-4, 1e-3))), Blocks(max_tilt=0.0)
     design = optimise_plate(aria, made, goal=goal, rng=rng(0), number=6, blocks=flat, places=40, starts=1)
     places = places_of(design.plate.pose, design.plate.poses)
     assert len(places) == 6

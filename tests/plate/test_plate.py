@@ -104,6 +104,7 @@ def test_round_trip(name, targets, xyz, rpy, sized, tmp_path_factory):
         (REGION + "colour = 'red'\n", "unknown key 'colour'"),
         (REGION + "size = [1, 1, 0]\n", "must be positive"),
         (REGION + "xyz = [1, 1, nan]\n", "finite"),
+        (REGION + "[[target]]\nxyz = [0, 0, 1]\nrpy = [-150, 0, 0]\n", "looks like degrees"),
         (REGION + "[[target]]\nrpy = [0, 0, 0]\n", "target]] 1 has no xyz"),
         (REGION + "[[target]]\nxyz = [0, 0, '1']\n", "finite number, not '1'"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nkind = 'hole'\n", "'seat', 'socket' or 'point'"),

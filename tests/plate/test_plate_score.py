@@ -80,6 +80,7 @@ def test_free_frames_leave_open_what_the_plate_cannot_tell(aria, plate):
     """All targets of Table 2 keep the tool's x axis along the base's: a shift of either looks the same."""
     found = wb.score(aria, plate, base=True, tool=True).measured
     assert (found.rank, found.visible, len(found.names)) == (29, 30, 36)
+    assert np.isnan(found.shares).all()  # of an index that is 0
     assert found.indices["O1"] == found.indices["I"] == 0.0
     open_ones = {n for n, w in zip(found.names, found.open[:, 0], strict=True) if abs(w) > 1e-6}
     assert open_ones == {"base.x", "tool.x", "joint6.a"}

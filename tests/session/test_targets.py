@@ -155,7 +155,7 @@ def test_other_targets_are_read_as_they_are_unless_an_instrument_was_chosen(firs
 def test_a_plate_is_scored_as_it_is_made_and_read(first):
     """The page left out making and play: a loosely made plate seemed as good as any."""
     options = {"noise": first.noise, "region_q": first.region.q}
-    production = Production(position=2.5e-4, angle=float(np.deg2rad(0.3)))
+    production = Production(tolerance=(2.5e-4, float(np.deg2rad(0.3))))
     loose = score(first.robot, replace(first.plate, production=production), first.states, **options)
     assert loose.position > 1.5 * first.score.position
     sockets = tuple(replace(target, kind=Kind.SOCKET) for target in first.plate.targets[:5])

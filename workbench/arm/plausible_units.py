@@ -7,6 +7,7 @@ not the table.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from workbench.arm import chain as chains
 from workbench.arm.frame import Frame
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import RobotError
+from workbench.base.toml import AbstractTableReader
+from workbench.base.types import Vector3
 
 MAX_DISTANCE, UNUSUAL_DISTANCE = 60.0, 15.0
 """Distances of the tool from the base that are impossible, and unusual [m]."""
@@ -48,6 +51,15 @@ def with_plausible_units(robot: Robot) -> Robot:
 def is_whole_degrees(value: float) -> bool:
     """Whether a number makes no sense as an angle in radians, but does in degrees."""
     return bool(2.0 * TURN < abs(value) < np.inf and abs(value - round(value)) < ROUNDING)
+
+
+def rpy_of(reader: AbstractTableReader, value: Any, what: str) -> Vector3:
+    """Roll, pitch and yaw in a file."""
+    rpy = reader.numbers(value, 3, what)
+    if any(map(is_whole_degrees, rpy)):
+        radians = np.deg2rad(rpy).round(6).tolist()
+        raise reader.fail(f"{what} {rpy.tolist()} looks like degrees; give radians, {radians}")
+    return rpy
 
 
 def _distance(robot: Robot) -> float:

@@ -25,7 +25,7 @@ from workbench.arm.gravity import TOLERANCE
 from workbench.arm.joint import COM_TOLERANCE, MASS_TOLERANCE, Joint, JointKind
 from workbench.arm.masses import carried, moved
 from workbench.arm.mounting import Mounting
-from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
+from workbench.arm.plausible_units import rpy_of, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Reads
@@ -69,10 +69,7 @@ class _RobotReader(AbstractTableReader):
         if not (free is None or isinstance(free, bool) or free == "auto"):
             raise self.fail(f'[{what}] free must be true, false or "auto", not {free!r}')
         xyz = self.numbers(table.get("xyz", [0, 0, 0]), 3, f"[{what}] xyz")
-        rpy = self.numbers(table.get("rpy", [0, 0, 0]), 3, f"[{what}] rpy")
-        if any(map(is_whole_degrees, rpy)):
-            radians = np.deg2rad(rpy).round(6).tolist()
-            raise self.fail(f"[{what}] rpy {rpy.tolist()} looks like degrees; give radians, {radians}")
+        rpy = rpy_of(self, table.get("rpy", [0, 0, 0]), f"[{what}] rpy")
         freedom = default if free is None else FREEDOMS[free]
         return Frame(frozen(xyz), frozen(se3.rpy_to_matrix(rpy)), freedom)
 

@@ -75,6 +75,8 @@ class Reads:
         """The value, read and then checked as pydantic would alone."""
         try:
             return inner(self.read(value, info.data or {}))
+        except UnitError as error:
+            raise OptionError(f"{info.field_name}: {error}", option=info.field_name, found=value) from None
         except (TypeError, ValueError):  # pydantic's own errors are some as well
             if not self.text:
                 raise
@@ -251,10 +253,7 @@ Seed = Annotated[int, Reads("a whole number of at least 0", not_negative)]
 
 def _size_of(quantity: Quantity) -> Callable[[Any, Given], Any]:
     def read(value: Any, given: Given) -> Any:
-        try:
-            value = parse_quantity(value, quantity) if isinstance(value, str) else value
-        except UnitError:
-            raise ValueError from None
+        value = parse_quantity(value, quantity) if isinstance(value, str) else value
         if isinstance(value, float) and not isfinite(value):
             raise ValueError
         return value
@@ -271,7 +270,7 @@ LengthAndAngle = Annotated[
         lambda value, given: value,
     ),
 ]
-LengthAndOptionalAngle = Annotated[
+Sigma = Annotated[
     tuple[Length, Angle | None],
     Reads(
         "a length in m and an angle in rad, or the length alone where no rotation is read, such as "

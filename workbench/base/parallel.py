@@ -22,7 +22,6 @@ def spread(
     work: Callable[..., Any],
     pieces: Sequence[tuple[Any, ...]],
     *,
-    workers: int | None = None,
     scheduler: str | None = None,
     text: str = "",
 ) -> list[Any]:
@@ -31,8 +30,8 @@ def spread(
     Args:
         work: A function that other processes can import.
         pieces: Its arguments.
-        workers: Processes on this machine; as many as it has cores, if there is much to do, if None.
-        scheduler: Address of a Dask scheduler, such as `tcp://host:8786`; this machine's cores if None.
+        scheduler: Address of a Dask scheduler, such as `tcp://host:8786`; this machine's cores if None, if
+            there is much to do.
         text: What is being done, to be shown with the share of the pieces done.
 
     Raises:
@@ -40,9 +39,7 @@ def spread(
     """
     from joblib import Parallel, delayed, parallel_config  # no page needs it to begin with
 
-    if workers is not None and workers < 1:
-        raise OptionError(f"--workers must be at least 1, got {workers}", option="--workers", found=workers)
-    workers = workers or (1 if scheduler is None and len(pieces) < MIN_PIECES else -1)
+    workers = 1 if scheduler is None and len(pieces) < MIN_PIECES else -1
     results: list[Any] = []
     with _backend(scheduler) as backend, parallel_config(**backend):
         for result in Parallel(n_jobs=workers, return_as="generator")(

@@ -21,8 +21,8 @@ def identify(
     robot: Annotated[
         str | None, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm.")
     ] = None,
-    algorithm: Annotated[
-        str | None, option("ols, opt1, opt2, influence, several separated by commas, or all.")
+    algorithms: Annotated[
+        str | None, option("--algorithm", "ols, opt1, opt2, influence, several separated by commas, or all.")
     ] = None,
     tip: opt.TipOption = None,
 ) -> None:
@@ -45,7 +45,7 @@ def identify(
             arm,
             rows,
             choices,
-            algorithms=tuple(ALGORITHMS) if algorithm == "all" else algorithm or DEFAULT_ALGORITHMS,
+            algorithms=tuple(ALGORITHMS) if algorithms == "all" else algorithms or DEFAULT_ALGORITHMS,
         )
     _finish(
         run,

@@ -221,14 +221,6 @@ length, angle = (partial(_quantity, name) for name in ("LENGTH", "ANGLE"))
 """Numbers in SI from texts such as 0.1mm, 0.02deg."""
 
 
-def pair_of(text: str, option: str) -> tuple[float, float]:
-    """A length [m] and an angle [rad]."""
-    position, comma, rotation = text.partition(",")
-    if not comma or "," in rotation:
-        raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
-    return length(position), angle(rotation)
-
-
 def wanted_of(text: str) -> "wb.Wanted":
     """Required error: a length, or a length and an angle."""
     from workbench.data.accuracy_requirement import Wanted

@@ -1,7 +1,7 @@
 """The files that a command writes: none is an input too, and every command's result goes where `--json` says.
 
 A command calls `write_result` with its fields; one that never does, such as another package's, gives what it
-said in words.
+said in words. What is refused is called as it was typed: an argument's option is the one of its name.
 """
 
 import os
@@ -19,12 +19,13 @@ from workbench.base.wording import readable
 
 _RESULT: ContextVar[Path | None] = ContextVar("where the running command's result is written", default=None)
 _SAID: list[str] = []
-"""What it has said."""
+"""What it has said before its result was written."""
 
 
 def say(text: str) -> None:
-    _SAID.append(readable(text))
-    print(_SAID[-1], flush=True)
+    if _RESULT.get() is not None:
+        _SAID.append(readable(text))
+    print(readable(text), flush=True)
 
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:
@@ -59,7 +60,10 @@ def with_json(command: Any, group: str) -> Any:
         return command
 
     def whole(**options: Any) -> None:
-        command.callback(**options)
+        try:
+            command.callback(**options)
+        except OptionError as error:
+            raise _as_typed(error, {param.name: param.opts[0] for param in command.params}) from error
         if _RESULT.get() is not None:
             name = "-".join(filter(None, (group, command.name)))
             write_result({"schema": f"workbench.{name}/1", "said": [*_SAID]})
@@ -68,6 +72,14 @@ def with_json(command: Any, group: str) -> Any:
     alone.command()(_options_of_all)
     more.callback, more.params = whole, [*command.params, *typer.main.get_command(alone).params]
     return more
+
+
+def _as_typed(error: OptionError, names: Mapping[str, str]) -> OptionError:
+    """A refusal that begins with the option that was typed for an argument, if there is one."""
+    name, text = names.get(error.option, ""), str(error)
+    if name.startswith("-") and name not in text:
+        text = name + (f": {text}" if (rest := text.removeprefix(error.option)) == text else rest)
+    return OptionError(text, option=error.option, found=error.found)
 
 
 def _ask(path: Path | None) -> None:

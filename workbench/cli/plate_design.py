@@ -1,20 +1,13 @@
 """Command that designs a plate: plate optimise."""
 
-from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import (
-    NoiseOption,
-    PlateArgument,
-    PlayOption,
-    ToleranceOption,
-    plates,
-    production_of,
-)
+from workbench.cli.plates import NoiseOption, PlateArgument, PlayOption, ToleranceOption, plate_made, plates
 
 
 @plates.command()
@@ -22,11 +15,13 @@ def optimise(
     plate: PlateArgument,
     robot: opt.RobotOption,
     out: Annotated[Path, option("Write the designed plate here (.toml).")],
-    targets: Annotated[int | None, option("Number of targets; default: as many as the plate has.")] = None,
+    number: Annotated[
+        int | None, option("--targets", "Number of targets; default: as many as the plate has.")
+    ] = None,
     kind: Annotated[
         str | None, option("What a target is: seat, socket or point; as in the plate if not given.")
     ] = None,
-    tilt: Annotated[str, option("Maximum tilt of a block; 0deg: flat blocks.")] = "45deg",
+    max_tilt: Annotated[str, option("--tilt", "Maximum tilt of a block; 0deg: flat blocks.")] = "45deg",
     clearance: Annotated[
         str, option("Minimum clearance of the arm from plate, blocks, table and itself.")
     ] = "10mm",
@@ -35,7 +30,7 @@ def optimise(
     ] = "1mm,0.3deg",
     spacing: Annotated[str, option("Minimum distance between targets on the plate.")] = "80mm",
     floor: Annotated[str, option("Height of the table in the robot's base; none: no table.")] = "0mm",
-    noise: NoiseOption = None,
+    sigma: NoiseOption = None,
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     places: Annotated[int, option("Number of random blocks at the start of the search.")] = 1500,
@@ -50,18 +45,18 @@ def optimise(
 
     opt.check_writable(out)
     base, tool = opt.unknown_frames(unknown)
-    given = wb.load_plate(plate)
-    given = replace(given, production=production_of(given, tolerance, play))
-    faces: dict[str, Any] = {"max_tilt": tilt}  # texts are read where they are used
+    given = plate_made(plate, tolerance=tolerance, play=play)
+    faces: dict[str, Any] = {"max_tilt": max_tilt}  # texts are read where they are used
     margins: dict[str, Any] = {"clearance": clearance, "errors": errors, "spacing": spacing}
-    how: dict[str, Any] = {"kind": kind, "sigma": noise, "seed": seed, "base": base, "tool": tool}
+    margins["floor"] = None if floor == "none" else floor
+    how: dict[str, Any] = {"kind": kind, "sigma": sigma, "seed": seed, "base": base, "tool": tool}
     with opt.progress_bar("optimise"):
         found = optimise_plate(
             wb.load_robot(robot),
             given,
-            number=targets,
+            number=number,
             blocks=Blocks(**faces),
-            constraints=Constraints(floor=None if floor == "none" else opt.length(floor), **margins),
+            constraints=Constraints(**margins),
             production=None if play is None else given.production,
             places=places,
             **how,
@@ -69,3 +64,5 @@ def optimise(
     opt.show(found.blocks())
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
     opt.write_result(design_json(found))
+    if not isfinite(found.cost):
+        opt.fail("these targets leave the arm's position undetermined: give more --targets, or more --tilt")

@@ -1,7 +1,7 @@
 """The commands about fixture plates: `workbench plate score`."""
 
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 import workbench as wb
 from workbench.cli import options as opt
@@ -12,7 +12,8 @@ plates = group("plate", "Fixture plates: score, design, manufacture.")
 
 PlateArgument = Annotated[str, argument("Plate: a .toml file, or the built-in table2.")]
 NoiseOption = Annotated[
-    str | None, option('Standard deviations of the instrument: "0.1mm,0.02deg"; typical ones if not given.')
+    str | None,
+    option("--noise", 'Standard deviations of the instrument: "0.1mm,0.02deg"; typical ones if not given.'),
 ]
 ToleranceOption = Annotated[
     str | None,
@@ -27,25 +28,18 @@ PlayOption = Annotated[
 ]
 
 
-def production_of(plate, tolerance: str | None, play: str | None):
-    """Tolerances of a plate: as given, the rest from its file."""
-    from workbench.plate.tolerances import PIN_PLAY
-
-    production = plate.production
-    if tolerance is not None:
-        position, angle = opt.pair_of(tolerance, "--tolerance")
-        production = replace(production, position=position, angle=angle)
-    if play is not None:
-        given = {"pins": PIN_PLAY, "none": (0.0, 0.0)}
-        production = replace(production, play=given[play] if play in given else opt.pair_of(play, "--play"))
-    return production
+def plate_made(source: str, **given: str | None):
+    """A plate with the tolerance and the play that are given, the rest as in its file."""
+    plate = wb.load_plate(source)
+    changed: dict[str, Any] = {name: text for name, text in given.items() if text is not None}
+    return replace(plate, production=replace(plate.production, **changed))
 
 
 @plates.command()
 def score(
     plate: PlateArgument,
     robot: opt.RobotOption,
-    noise: NoiseOption = None,
+    sigma: NoiseOption = None,
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     unknown: opt.UnknownOption = None,
@@ -56,8 +50,7 @@ def score(
 
     base, tool = opt.unknown_frames(unknown)
     with opt.progress_bar("score"):
-        fixture = wb.load_plate(plate)
-        fixture = replace(fixture, production=production_of(fixture, tolerance, play))
-        found = wb.score(wb.load_robot(robot), fixture, sigma=noise, seed=seed, base=base, tool=tool)
+        fixture = plate_made(plate, tolerance=tolerance, play=play)
+        found = wb.score(wb.load_robot(robot), fixture, sigma=sigma, seed=seed, base=base, tool=tool)
     opt.show(found.blocks())
     opt.write_result(score_json(found))

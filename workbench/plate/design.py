@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.base.arguments import LengthAndOptionalAngle, Like, Seed, checked_arguments
+from workbench.base.arguments import Like, Seed, Sigma, checked_arguments
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
@@ -44,7 +44,7 @@ def optimise_plate(
     plate: PlateLike,
     *,
     kind: Kind | None = None,
-    sigma: Like[LengthAndOptionalAngle] | None = None,
+    sigma: Like[Sigma] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
     number: int | None = None,

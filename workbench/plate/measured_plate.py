@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.errors import FileError
+from workbench.base.arguments import LengthAndAngle, Like, checked_arguments
+from workbench.base.errors import FileError, OptionError
 from workbench.base.types import frozen
 from workbench.base.units import parse_heading
 from workbench.data.readers.fields import Fields, fields_of
@@ -58,14 +59,18 @@ def load_plate(source: Path | str) -> Plate:
     return measured_plate(read_measured_targets(path))
 
 
+@checked_arguments()
 def read_measured_targets(
-    path: Path | str, *, uncertainty: tuple[float, float] = UNCERTAINTY
+    path: Path | str, *, uncertainty: Like[LengthAndAngle] = UNCERTAINTY
 ) -> MeasuredTargets:
     """The table of a measuring machine.
 
     Args:
         uncertainty: Standard deviations of the machine where the file has none [m], [rad].
     """
+    if min(uncertainty) < 0.0:
+        wrong = f"uncertainty must not be negative, got {uncertainty} m and rad"
+        raise OptionError(wrong, option="uncertainty", found=uncertainty)
     table = read_table(Path(path))
     numbers = _numbers(table)
     fields = fields_of(table)

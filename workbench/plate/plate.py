@@ -181,7 +181,7 @@ class Plate:
         position, rotation = np.sqrt(np.mean(np.square(measured), axis=0))
         count = "targets" if len(measured) == len(self) else f"{len(measured)} of {len(self)} targets"
         turns = f", {np.rad2deg(rotation):.2g}°" if self.has_seats else ""
-        is_stated = len(measured) < len(self) and (self.production.position or self.production.angle)
+        is_stated = len(measured) < len(self) and any(self.production.tolerance)
         known = f"{count} known to {1e3 * position:.2g} mm{turns} (one σ)"
         others = ", ".join(parts if is_stated else parts[1:])
         return f"{known}; {others}" if others else known
@@ -194,7 +194,7 @@ class Plate:
     @property
     def made_as_drawn(self) -> "Plate":
         """With what its drawing asks for: its tolerances, or usual ones, and the play of the pins."""
-        asked = self.production if self.production.position or self.production.angle else USUAL
+        asked = self.production if any(self.production.tolerance) else USUAL
         return replace(self, production=replace(asked, play=PIN_PLAY if self.has_seats else (0.0, 0.0)))
 
     def moved(self, xyz: Vector3, rpy: Vector3) -> "Plate":

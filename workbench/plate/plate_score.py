@@ -61,9 +61,9 @@ class SetScore:
 
     @property
     def shares(self) -> Float[np.ndarray, " targets"]:
-        """Contribution of each target to the index I: the share that would be lost without it."""
-        lost = np.nan_to_num(1.0 - 1.0 / (1.0 + self.rises))
-        return frozen(np.where(np.isnan(self.per_target), np.nan, lost))
+        """Contribution of each target to the index I: the share that would be lost without it; NaN below full
+        rank, as of targets that don't count."""
+        return frozen(1.0 - 1.0 / (1.0 + self.rises))
 
     @property
     def stacked(self) -> float:

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
+from workbench.arm.plausible_units import rpy_of
 from workbench.base.assets import assets
 from workbench.base.errors import FileError
 from workbench.base.files import check_ending, write_text
@@ -28,23 +29,18 @@ class _PlateReader(AbstractTableReader):
     otherwise = "a plate TOML or a built-in name"
 
     def values(self, table: dict[str, Any], what: str) -> dict[str, Any]:
-        found = {key: self.value(value, f"{what} {key}") for key, value in self.table(table, what).items()}
+        found = {key: self.value(key, value, what) for key, value in self.table(table, what).items()}
         if isinstance(pair := found.get("sigma"), np.ndarray):
             found["sigma"] = tuple(pair.tolist())
         return found
 
-    def value(self, value: Any, what: str) -> Any:
+    def value(self, key: str, value: Any, what: str) -> Any:
         """Lists as arrays of finite numbers."""
+        if key == "rpy":
+            return rpy_of(self, value, f"{what} rpy")
         if not isinstance(value, list):
-            return value if isinstance(value, str | bool) else self.number(value, what)
-        return self.numbers(value, None, what)
-
-    def production(self, table: Any) -> Production:
-        self.keys(table, {"tolerance", "play"}, "making")
-        (position, angle), play = (
-            self.numbers(table.get(key, [0, 0]), 2, f"making {key}").tolist() for key in ("tolerance", "play")
-        )
-        return self.record(Production, {"position": position, "angle": angle, "play": play}, "making")
+            return value if isinstance(value, str | bool) else self.number(value, f"{what} {key}")
+        return self.numbers(value, None, f"{what} {key}")
 
 
 def read_plate(path: Path | str) -> Plate:
@@ -57,7 +53,7 @@ def read_plate(path: Path | str) -> Plate:
     own = {key: data[key] for key in data if key not in ("region", "making", "target")}
     parts = {
         "region": reader.record(Region, reader.values(data["region"], "region"), "region"),
-        "production": reader.production(data.get("making", {})),
+        "production": reader.record(Production, data.get("making", {}), "making"),
         "targets": tuple(
             reader.record(Target, reader.values(table, f"[[target]] {i}"), f"[[target]] {i}")
             for i, table in enumerate(reader.tables(data, "target"), start=1)
@@ -70,8 +66,7 @@ def plate_to_table(plate: Plate) -> dict[str, Any]:
     """The tables of a plate's file."""
     table = _table(plate, "name", "xyz", "rpy", "size")
     if plate.production != EXACT:
-        tolerance = [plate.production.position, plate.production.angle]
-        table["making"] = {"tolerance": tolerance, "play": list(plate.production.play)}
+        table["making"] = _table(plate.production)
     table["region"] = _table(plate.region)
     table["target"] = [_table(target) for target in plate.targets]
     return table

@@ -4,13 +4,13 @@ The cubes are those of ARIA §4.2: side L, counted along x, y, z from the minimu
 divide an edge the cubes are made slightly smaller along it, so that whole cubes fill the cuboid.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.arguments import admit
+from workbench.base.arguments import Length, admit
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 
@@ -27,7 +27,7 @@ class Region:
 
     min: Vector3
     max: Vector3
-    cube: float = field(default=0.05)
+    cube: Length = 0.05
 
     def __post_init__(self):
         admit(self)

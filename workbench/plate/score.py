@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 import workbench.plate.report.plates  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
-from workbench.base.arguments import LengthAndOptionalAngle, Like, Seed, checked_arguments
+from workbench.base.arguments import Like, Seed, Sigma, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -96,7 +96,7 @@ def score(
     robot: RobotLike,
     plate: PlateLike,
     *,
-    sigma: Like[LengthAndOptionalAngle] | None = None,
+    sigma: Like[Sigma] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
     evaluation_poses: Float[np.ndarray, "rows n"] | None = None,

@@ -65,8 +65,7 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
     solutions, away = _solutions(robot, plate)
     for number, why in enumerate(away, start=1):
         if why:
-            text = f"target {number} of plate '{plate.name}' is not reachable: {why}"
-            raise DataError(text, target=number - 1)
+            raise DataError(f"target {number} of plate '{plate.name}' is {why}", target=number - 1)
     return solutions
 
 
@@ -79,7 +78,7 @@ def _solutions(robot: Robot, plate: Plate) -> tuple[tuple[tuple[Branch, ...], ..
     for task, rows in _by_task(robot, plate).items():
         for row, result in zip(rows, inverse.solve_many(robot, poses[rows], task=task), strict=True):
             if not result.reachable:
-                away[row] = result.reason or "no solution"
+                away[row] = str(result.reason)
                 continue
             given = plate.targets[row].q
             meant = None if given is None else inverse.choose(result, branch=given)
@@ -110,7 +109,7 @@ class Measurable:
         """The targets that it can't visit, counted from 0, with the reason in words."""
         both = enumerate(zip(self.hits, self.away, strict=True))
         bad = ((i, hit, away) for i, (hit, away) in both if hit or away)
-        return {i: f"blocked: {hit}" if hit else f"out of reach: {away}" for i, hit, away in bad}
+        return {i: f"blocked: {hit}" if hit else away for i, hit, away in bad}
 
 
 def measurable(robot: Robot, plate: Plate) -> Measurable:

@@ -17,11 +17,12 @@ Limits of H7 and g6: ISO 286-2:2010, tables 6 and 23.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.arguments import admit
+from workbench.base.arguments import LengthAndAngle, Reads, admit
 from workbench.base.errors import OptionError
 
 SEAT_PIN, INDEX_PIN, INDEX_OFFSET = 0.006, 0.003, 0.015
@@ -30,6 +31,11 @@ SEAT_CLEARANCE, INDEX_CLEARANCE = 12e-6 + 12e-6, 10e-6 + 8e-6
 """Maximum clearance of the two: largest H7 hole above nominal and smallest g6 pin below it [m]."""
 PIN_PLAY = (0.5 * SEAT_CLEARANCE, (0.5 * SEAT_CLEARANCE + 0.5 * INDEX_CLEARANCE) / INDEX_OFFSET)
 """Maximum shift [m] and turn [rad] of the probe in a seat."""
+PLAYS = {"pins": PIN_PLAY, "none": (0.0, 0.0)}
+Play = Annotated[
+    LengthAndAngle,
+    Reads("", lambda value, given: PLAYS.get(value, value) if isinstance(value, str) else value),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,32 +43,24 @@ class Production:
     """Tolerances of production.
 
     Args:
-        position: Maximum error of a hole's place along each axis [m].
-        angle: Maximum error of a block's angle about each axis [rad].
-        play: Maximum shift [m] and turn [rad] of the probe in a seat.
+        tolerance: Maximum error of a hole's place along each axis [m], and of a block's angle about each
+            axis [rad].
+        play: Maximum shift [m] and turn [rad] of the probe in a seat; `pins` have that of the drawing.
     """
 
-    position: float = 0.0
-    angle: float = 0.0
-    play: tuple[float, float] = (0.0, 0.0)
+    tolerance: LengthAndAngle = (0.0, 0.0)
+    play: Play = (0.0, 0.0)
 
     def __post_init__(self):
         admit(self)
-        if self.position < 0.0 or self.angle < 0.0:
-            raise OptionError(
-                f"tolerances can't be negative, got ±{1e3 * self.position:g} mm, "
-                f"±{np.rad2deg(self.angle):g}°",
-                option="position" if self.position < 0.0 else "angle",
-            )
-        if min(self.play) < 0.0:
-            raise OptionError(
-                f"the play of the probe can't be negative, got ±{1e3 * self.play[0]:g} mm, "
-                f"±{np.rad2deg(self.play[1]):g}°"
-            )
+        for name, (length, angle) in vars(self).items():
+            if min(length, angle) < 0.0:
+                wrong = f"{name} must not be negative, got {1e3 * length:g} mm, {np.rad2deg(angle):g}°"
+                raise OptionError(wrong, option=name, found=(length, angle))
 
     def sigma(self, heights: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 2"]:
         """Standard deviations of targets at such heights above the plate: position [m], rotation [rad]."""
-        place, turn = self.position / np.sqrt(3.0), self.angle / np.sqrt(3.0)
+        place, turn = np.array(self.tolerance) / np.sqrt(3.0)
         there = np.sqrt(place**2 + 2.0 / 3.0 * (heights * turn) ** 2)
         return np.column_stack([there, np.full(len(heights), turn)])
 
@@ -76,8 +74,8 @@ class Production:
     def text(self) -> tuple[str, str]:
         """For people: what was assumed of the making, and of the play in the seats."""
         made = "targets made exactly"
-        if self.position or self.angle:
-            made = f"targets made within {_bounds(self.position, self.angle)}"
+        if any(self.tolerance):
+            made = f"targets made within {_bounds(*self.tolerance)}"
         return made, f"seat play {_bounds(*self.play)}" if any(self.play) else "no play in the seats"
 
 
@@ -87,5 +85,5 @@ def _bounds(length: float, angle: float) -> str:
 
 EXACT = Production()
 """No tolerances."""
-USUAL = Production(position=5e-5, angle=float(np.deg2rad(0.05)))
+USUAL = Production(tolerance=(5e-5, float(np.deg2rad(0.05))))
 """Tolerances of a jig borer or a good machining centre, if the plate's file states none."""

@@ -31,7 +31,7 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.start import default_plate, start
 from workbench.session.state import UndoStep
 
-MADE = Production(position=5e-5, angle=5e-4, play=(1e-5, 1e-3))
+MADE = Production(tolerance=(5e-5, 5e-4), play=(1e-5, 1e-3))
 SEED = np.random.SeedSequence(7)
 
 

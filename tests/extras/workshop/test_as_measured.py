@@ -56,7 +56,7 @@ def test_a_machine_of_another_country(tmp_path):
 
 def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
     """Whatever tolerance they were made with; where only places were measured, their turns keep it."""
-    made = Production(position=5e-5, angle=1e-3, play=(1e-5, 1e-3))
+    made = Production(tolerance=(5e-5, 1e-3), play=(1e-5, 1e-3))
     nominal = replace(load_toml("table2"), production=made)
     nominal = replace(nominal, targets=tuple(replace(t, sigma=(1e-3, 1e-2)) for t in nominal.targets))
     path = write(tmp_path, targets_csv(nominal))

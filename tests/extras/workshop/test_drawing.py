@@ -97,7 +97,7 @@ def test_outlines_and_dimensions_are_the_plate_s(fixture, page):
 
 def test_tolerances_are_the_plate_s_own_and_stay_within_its_budget(mixed):
     """Half for the dowels in the plate, half for the seat in the block; ±b/2 for either of the turns."""
-    own = replace(mixed, production=Production(position=2e-5, angle=np.deg2rad(0.02)))
+    own = replace(mixed, production=Production(tolerance=(2e-5, np.deg2rad(0.02))))
     text = " ".join(word for *_, word in words(drawn(fixture_of(own))))
     assert mentions(text, "±0.02 mm, ±0.02°", "position Ø0.020", "Ø0.005 to each other", "height ±0.02")
     assert mentions(text, "mitre ±0.02°", "index hole ±0.01°", "Ø6 H7", "ball of Ø12")

@@ -19,7 +19,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
-from workbench.base.arguments import Seed
+from workbench.base.arguments import Angle, Like, Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
@@ -142,6 +142,7 @@ class _PoseCandidates:
         )
 
 
+@checked_arguments()
 @one_thread()
 def cluster_region(
     robot: Robot,
@@ -150,7 +151,7 @@ def cluster_region(
     number: int = 10,
     index: str = "I",
     towards: Float[np.ndarray, "orientations 3 3"] | None = None,
-    cone: float = np.pi,
+    cone: Like[Angle] = np.pi,
     solid: Plate | None = None,
     seed: Seed = 0,
 ) -> Clustering:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import workbench as wb
 from workbench.cli import options as opt
@@ -35,13 +35,11 @@ def poses(
     from workbench.extras.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
+    margins: dict[str, Any] = {"cone": cone, "margin": margin, "spread": spread, "clearance": clearance}
     limits = PoseLimits(
         region=None if region is None else wb.load_plate(region).region,
         towards=None if towards is None else wb.load_plate(towards).poses[:, :3, :3],
-        cone=opt.angle(cone),
-        margin=opt.angle(margin),
-        spread=opt.length(spread),
-        clearance=None if clearance is None else opt.length(clearance),
+        **margins,
     )
     base, tool = opt.unknown_frames(unknown)
     opt.check_writable(out)
@@ -61,7 +59,7 @@ def cluster(
     plate: Annotated[
         str | None, option("A plate whose region to use and whose orientations to stay close to.")
     ] = None,
-    side: Annotated[str | None, option("Side of the cubes; as the plate says if not given.")] = None,
+    cube: Annotated[str | None, option("--side", "Side of the cubes; the plate's if not given.")] = None,
     number: Annotated[int, option("Number of poses.")] = 10,
     index: Annotated[
         str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
@@ -76,18 +74,19 @@ def cluster(
 
     opt.check_writable(out)
     arm = wb.load_robot(robot)
+    side: dict[str, Any] = {} if cube is None else {"cube": cube}  # texts are read where they are used
     fixture = None if plate is None else wb.load_plate(plate)
     cuboid = wb.load_plate(region).region if fixture is None else fixture.region
     with opt.progress_bar("cluster"):
         found = cluster_region(
             arm,
-            cuboid if side is None else replace(cuboid, cube=opt.length(side)),
+            replace(cuboid, **side),
             number=number,
             index=index,
             towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
-            cone=opt.angle(cone),
             solid=fixture,
             seed=seed,
+            cone=cone,
         )
     opt.show(cluster_blocks(found))
     made = found.plate(fixture)

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
-from workbench.base.arguments import admit
+from workbench.base.arguments import Angle, Length, admit
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.collision import solid_clear
@@ -52,11 +52,11 @@ class PoseLimits:
 
     region: Region | None = None
     towards: Float[np.ndarray, "orientations 3 3"] | None = None
-    cone: float = np.pi
-    margin: float = 0.0
+    cone: Angle = np.pi
+    margin: Angle = 0.0
     dexterity: float = 0.0
-    spread: float = 0.0
-    clearance: float | None = None
+    spread: Length = 0.0
+    clearance: Length | None = None
     solid: Plate | None = None
 
     def __post_init__(self):

@@ -1,20 +1,19 @@
 """Command: plate yield."""
 
-from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import NoiseOption, PlateArgument, PlayOption, ToleranceOption, production_of
+from workbench.cli.plates import NoiseOption, PlateArgument, PlayOption, ToleranceOption, plate_made
 
 
 def yield_(
     plate: PlateArgument,
     robot: opt.RobotOption,
     arms: Annotated[int, option("Number of virtual arms.")] = 10_000,
-    noise: NoiseOption = None,
-    joint_noise: Annotated[str, option("Standard deviation of the joint readings.")] = "0deg",
+    sigma: NoiseOption = None,
+    joint_sigma: Annotated[str, option("--joint-noise", "Standard deviation of joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     errors: Annotated[
@@ -27,17 +26,15 @@ def yield_(
     """How many arms of a production run meet the requirement after calibration with the plate."""
     from workbench.extras.production.plate_trial import try_plate
 
-    given = wb.load_plate(plate)
+    how: dict[str, Any] = {"sigma": sigma, "joint_sigma": joint_sigma, "errors": errors}
     with opt.progress_bar("yield"):
         found = try_plate(
             wb.load_robot(robot),
-            replace(given, production=production_of(given, tolerance, play)),
+            plate_made(plate, tolerance=tolerance, play=play),
             arms=arms,
-            sigma=noise,
-            joint_sigma=opt.angle(joint_noise),
-            errors=opt.pair_of(errors, "--errors"),
             poses=poses,
             scheduler=scheduler,
             seed=seed,
+            **how,
         )
     opt.give(found)

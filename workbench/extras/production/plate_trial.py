@@ -23,7 +23,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.arguments import LengthAndAngle, LengthAndOptionalAngle, Like, Seed, checked_arguments
+from workbench.base.arguments import Angle, LengthAndAngle, Like, Seed, Sigma, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.parallel import spread
 from workbench.base.progress import part_of, running
@@ -224,8 +224,8 @@ def try_plate(
     plate: PlateLike,
     *,
     arms: int = 10_000,
-    sigma: Like[LengthAndOptionalAngle] | None = None,
-    joint_sigma: float = 0.0,
+    sigma: Like[Sigma] | None = None,
+    joint_sigma: Like[Angle] = 0.0,
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     wanted: WantedLike | None = None,
     towards: PlateLike | None = None,
@@ -250,9 +250,10 @@ def try_plate(
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random: the result depends on the arguments alone, not on where it is computed.
     """
-    for name, found, least in (("arms", arms, 1), ("poses", poses, 1), ("errors", min(errors), 0.0)):
-        if found < least:
-            raise OptionError(f"{name} must be at least {least:g}, got {found:g}", option=name, found=found)
+    counts, sizes = {"arms": arms, "poses": poses}, {"errors": min(errors), "joint_sigma": joint_sigma}
+    for name, found in (counts | sizes).items():
+        if found < (least := int(name in counts)):
+            raise OptionError(f"{name} must be at least {least}, got {found:g}", option=name, found=found)
     check_tried(robot, plate)
     sigma = sigma_of(usual_kind(plate), sigma)
     planned = [target.q for target in plate.targets if target.q is not None]

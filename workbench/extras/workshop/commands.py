@@ -1,6 +1,5 @@
 """Commands: plate export and plate as-measured."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +8,7 @@ from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.options import argument, option
-from workbench.cli.plates import PlateArgument, ToleranceOption, production_of
+from workbench.cli.plates import PlateArgument, ToleranceOption, plate_made
 
 EXPORT, MEASURED = "workbench.plate-export/1", "workbench.plate-as-measured/1"
 
@@ -35,9 +34,7 @@ def as_measured(
     chosen = opt.choice_of(PlateFrame, frame, "--frame")
     opt.check_writable(out)
     found = replaced(
-        load_plate(plate),
-        read_measured_targets(measured, uncertainty=opt.pair_of(uncertainty, "--uncertainty")),
-        frame=chosen,
+        load_plate(plate), read_measured_targets(measured, uncertainty=uncertainty), frame=chosen
     )
     opt.say_notes(found.notes)
     opt.say(f"plate: {wb.write_plate(found, out)}")
@@ -62,8 +59,7 @@ def export(
     opt.check_writable(folder=out)
     if (out / OWN_FILE).resolve() == Path(plate).resolve() and "toml" in (wanted or ("toml",)):
         raise OptionError(f"{plate} would be replaced: choose another folder, or --formats without toml")
-    given = wb.load_plate(plate)
-    given = replace(given, production=production_of(given, tolerance, None))
+    given = plate_made(plate, tolerance=tolerance)
     with opt.progress_bar("plate"):
         fixture = parts_of(given)
         files, missing, _ = export_plate(given, out, formats=wanted)

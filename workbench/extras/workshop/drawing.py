@@ -122,9 +122,9 @@ def _blocks(fixture: Fixture) -> Rows:
 
 def _notes(fixture: Fixture) -> list[tuple[str]]:
     """Title, what the drawing asks for, and what the solids can't say."""
-    asked = fixture.plate.made_as_drawn.production
-    place, angle, half = MM * asked.position, np.rad2deg(asked.angle), 0.5 * np.rad2deg(asked.angle)
-    pair = 2.0 * MM * DOWEL_OFFSET * 0.5 * asked.angle
+    length, turn = fixture.plate.made_as_drawn.production.tolerance
+    place, angle, half = MM * length, np.rad2deg(turn), 0.5 * np.rad2deg(turn)
+    pair = 2.0 * MM * DOWEL_OFFSET * 0.5 * turn
     x, y = fixture.from_corner(np.linalg.inv(fixture.plate.pose)[:3, 3])
     z = MM * np.linalg.inv(fixture.plate.pose)[2, 3]
     kinds = {block.kind for block in fixture.blocks}

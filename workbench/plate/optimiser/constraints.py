@@ -50,11 +50,7 @@ class Constraints:
         for what in ("clearance", "limit_margin", "errors", "spacing", "edge", "retreat"):
             minimum = float(np.min(getattr(self, what)))
             if not minimum >= 0.0:
-                raise OptionError(
-                    f"the {what.replace('_', ' ')} must not be negative, got {minimum:g}",
-                    option=what,
-                    found=minimum,
-                )
+                raise OptionError(f"{what} must be at least 0, got {minimum:g}", option=what, found=minimum)
 
 
 def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:

@@ -58,8 +58,9 @@ def optimise_plate(
 ) -> PlateDesign:
     """As `design.optimise_plate`, made as the given plate says, for poses that matter and constants to be
     identified."""
-    if places < 1 or starts < 1:
-        raise OptionError(f"places and starts must be at least 1, got {places} and {starts}")
+    for name, count in (("places", places), ("starts", starts)):
+        if count < 1:
+            raise OptionError(f"{name} must be at least 1, got {count}", option=name, found=count)
     names, blocks = robot.default_free if names is None else names, blocks or Blocks()
     constraints, number = constraints or Constraints(), len(plate) if number is None else number
     setting = Setting(

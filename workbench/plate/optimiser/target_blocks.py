@@ -49,7 +49,7 @@ class Blocks:
             raise OptionError(f"block heights must be positive and in order, got {low:g} to {high:g} m")
         if not 0.0 <= self.max_tilt <= STEEPEST:
             limit, found = np.rad2deg([STEEPEST, self.max_tilt])
-            raise OptionError(f"the tilt of a block must be 0 to {limit:.0f}°, got {found:g}°")
+            raise OptionError(f"max_tilt must be 0 to {limit:.0f}°, got {found:g}°", option="max_tilt")
 
     def draw(self, rows: int, half: Float[np.ndarray, "2"], *, rng: np.random.Generator) -> Places:
         """Random blocks whose faces' centres lie within ±half of the plate's centre [m]."""

@@ -44,10 +44,11 @@ def design_blocks(design: PlateDesign) -> Iterator[Block]:
     yield Sentence(
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear: clearance; limits: margins"
     )
+    placed = f"{1e3 * design.cost:.3f} mm" if np.isfinite(design.cost) else "position undetermined"
     known = np.isfinite(design.rotation)
     turned = f"{np.rad2deg(design.rotation):.3f}°" if known else "orientation undetermined"
     where = "in the region, near the given plate's orientations"
-    yield Sentence(f"predicted rms error {where}: {1e3 * design.cost:.3f} mm, {turned}")
+    yield Sentence(f"predicted rms error {where}: {placed}, {turned}")
     yield Sentence(f"included: {design.assumptions}")
     if np.isfinite(design.start_cost):
         given = f"{1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as large"

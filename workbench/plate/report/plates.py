@@ -12,6 +12,7 @@ from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
 from workbench.report.blocks import Block, ResultTable, Sentence
 from workbench.report.json import Json, document
+from workbench.report.numbers import short
 from workbench.report.result_display import blocks_of
 from workbench.report.result_fields import DEG, MM, ResultField, ResultFields
 
@@ -25,7 +26,7 @@ def score_blocks(score: PlateScore) -> Iterator[Block]:
     rows = [
         (f"{k + 1}", why, "–", "–")
         if (why := score.can.lacking.get(k))
-        else (f"{k + 1}", branch, f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}")
+        else (f"{k + 1}", branch, f"{chosen.per_target[k]:.4f}", short(100.0 * chosen.shares[k], 1))
         for k, branch in enumerate(chosen.branches)
     ]
     headings = ("target", "branch", "O", "share of I [%]")
