@@ -13,6 +13,8 @@ from workbench.base.wording import in_mm
 
 WARNING_RATIO = 2.0
 """Ratio of expected errors, elsewhere to near the measured poses, above which the user is warned."""
+LEAST = 1e-6
+"""Error that counts as none [m]."""
 OUTSIDE = float(np.radians(3.0))
 """Distance of a joint from its measured range [rad or m] from which a pose lies outside."""
 
@@ -35,11 +37,14 @@ def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
 
     asked = sampled(robot) if q is None else q
     away = np.maximum(measured.min(0) - asked, asked - measured.max(0))
-    outside = away.max(1) > OUTSIDE
+    told = max(min(size(near), known or np.inf), LEAST)  # contacts tell no scale
+    outside = (away.max(1) > OUTSIDE) | (size(near) > WARNING_RATIO * told)
     spread = _uncertainty(robot, asked[outside])
-    if spread is None or not outside.any() or size(spread) < WARNING_RATIO * size(near):
+    if spread is None or not outside.any() or size(spread) < WARNING_RATIO * told:
         return ()
     there = in_mm(float(np.hypot(known, size(spread))))
+    if q is not None and size(near) > WARNING_RATIO * told:
+        return (f"the calibration's rows are {in_mm(known)} off where they touched; expect {there} here",)
     if q is None:
         here = in_mm(float(np.hypot(known, size(near))))
         return (f"expect {here} near the measured poses, but {there} elsewhere within the joint limits",)

@@ -126,9 +126,7 @@ class FileOptions:
             from workbench.arm.urdf import tip_of
 
             if (tip := tip_of(arm, error.found)) is None:
-                if error.found < error.expected:
-                    raise
-                return wb.read_measurements(path, joint_table=self.joints, **self.stated)  # the rows tell
+                raise
             text = f"{error}, or its chain of {error.found} joints by --tip {tip}"
             raise ShapeError(text, expected=error.expected, found=error.found) from None
 

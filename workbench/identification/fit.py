@@ -152,12 +152,19 @@ class Fit(AbstractReported):
     @property
     def _of_geometry(self) -> Float[np.ndarray, "k k"]:
         """Covariance of the arm's own constants [rad, m] for base, tool and effects as found: any other ones
-        are found anew with the arm."""
-        mine = self.problem.geometry
+        are found anew with the arm. Where rows show no base, what moves the whole arm alike counts as its
+        base, and no place that was touched as found."""
+        mine, found = self.problem.geometry, self.covariance
+        given = ~mine
+        if not self.problem.sees_base:
+            given &= [not p.is_instrument for p in self.parameters]
+            units, unseen = self.factor.units, self.rows_factor.null_space
+            left = np.eye(len(units)) - unseen @ unseen.T * np.divide.outer(units, units)
+            found = left @ found @ left.T
         scale = np.where(self.std > 0.0, self.std, 1.0)
-        alike = self.covariance / np.outer(scale, scale)
-        cross = alike[np.ix_(mine, ~mine)]
-        own = alike[np.ix_(mine, mine)] - cross @ np.linalg.pinv(alike[np.ix_(~mine, ~mine)], 1e-9) @ cross.T
+        alike = found / np.outer(scale, scale)
+        cross = alike[np.ix_(mine, given)]
+        own = alike[np.ix_(mine, mine)] - cross @ np.linalg.pinv(alike[np.ix_(given, given)], 1e-9) @ cross.T
         return frozen(own * np.outer(scale[mine], scale[mine]))
 
     @cached_property

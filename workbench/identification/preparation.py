@@ -12,6 +12,7 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import progress
+from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import beside, with_drivers
@@ -65,6 +66,7 @@ class Prepared(AbstractSplit):
         problem: The whitened fitting problem on the rows to fit.
         near: Solution of the fit that the noise was estimated from, where it was.
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
+        scale: Length that is held in the problem, as no row tells the arm's scale; empty: none is.
         identifiability: What of the arm the rows may identify; None if the kind of reading sets no limit.
     """
 
@@ -73,7 +75,34 @@ class Prepared(AbstractSplit):
     problem: Problem
     near: Float[np.ndarray, " p"] | None
     new_sessions: tuple[str, ...]
+    scale: str = ""
     identifiability: AbstractIdentifiability | None = None
+
+    def with_scale(self, problem: Problem, found: SearchOutcome) -> tuple[Problem, SearchOutcome]:
+        """A problem whose lengths are all as uncertain as its scale, and its solution nearest to nominal.
+
+        A search would shrink the arm to shrink its residuals; only along the line on which no row changes is
+        the one found moved.
+
+        Args:
+            problem: With one length held, if no row tells the scale; else nothing is changed.
+            found: Its solution.
+        """
+        if not self.scale:
+            return problem, found
+        free = [e.name for e in problem.robot.elements if e.name in {*problem.names, self.scale}]
+        wide, known = problem.again(free=free), problem.without_deviation()
+        at = [wide.names.index(name) for name in problem.names]
+        prior, centre = np.zeros((len(known.prior), len(wide.names))), wide.start.copy()
+        prior[:, at], centre[at] = known.prior, known.prior_centre
+        wide = replace(wide, prior=frozen(prior), prior_centre=frozen(centre), shares=problem.shares)
+        wide = wide if problem.deviation is None else wide.with_deviation(problem.deviation)
+        x, is_held = wide.at(problem.named(found.x)), np.array([name == self.scale for name in wide.names])
+        jacobian, line = wide.evaluate(x).jacobian, is_held.astype(float)
+        line[~is_held] = -np.linalg.lstsq(jacobian[:, ~is_held], jacobian[:, is_held], rcond=1e-9)[0][:, 0]
+        own = line[wide.geometry]
+        x -= line * (own @ (x - centre)[wide.geometry]) / (own @ own)
+        return wide, replace(found, x=x, factor=None)
 
     def errors(self, robot: Robot, instrument: Mapping[str, float]) -> Validation:
         """Errors of a model on the fitted and on the held-out rows.
@@ -155,7 +184,7 @@ def prepare(
     free = tuple(dict.fromkeys(robot.default_free if choices.free is None else choices.free))
     if length := scale_fixing_length(robot, rows.train_data, free, choices.known):
         free = tuple(name for name in free if name != length)
-        rows = rows.noted(f"contacts don't determine scale: {length} is held at its nominal value")
+        rows = rows.noted("contacts don't determine scale: it is as near to nominal as all lengths allow")
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
     share = choices.held_out if isinstance(choices.held_out, float) and held_rows is None else 0.0
     check_enough(robot, rows.train_data, without_prior, held_out=share)
@@ -221,6 +250,7 @@ def prepare(
         problem=problem,
         near=near,
         new_sessions=new,
+        scale=length or "",
         identifiability=identifiability,
     )
 

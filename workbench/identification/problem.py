@@ -267,6 +267,12 @@ class Problem:
         return frozen(np.concatenate([np.array(t, bool) for t in tilts]))
 
     @cached_property
+    def sees_base(self) -> bool:
+        """Whether rows show where the base stands, by themselves, known places, or a rig of theirs."""
+        by_itself = any(b.observation.sees_base for b in self.blocks)
+        return by_itself or bool(self.known) or self.data.readings is not None
+
+    @cached_property
     def sees_rotation(self) -> bool:
         """Whether orientations were measured, apart from additional tilts."""
         return bool((self.component_channels & ~self.tilted_components).any())

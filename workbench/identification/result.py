@@ -412,9 +412,11 @@ class Identification(AbstractReported, AbstractSplit):
         """That the arm is less certain where it was not measured; empty where it is not."""
         best, found = self.best, self.best.transfer
         is_known = best.fit.is_assessed and not (self.frames.base_per_session or self.frames.tool_per_session)
-        if not is_known or found.ratio <= WARNING_RATIO or found.anywhere.position <= ROUNDING:
+        shown = 1e-3 * best.judged.position_mm.mean * (not best.fit.problem.sees_base) or np.inf
+        least = max(min(found.near.position, shown), 1e-15)
+        if not is_known or found.anywhere.position <= max(WARNING_RATIO * least, ROUNDING):
             return ""
-        return transfer_note(found, best.fit.problem.sees_rotation)
+        return transfer_note(found, best.fit.problem.sees_rotation, shown)
 
 
 @final

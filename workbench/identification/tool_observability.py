@@ -34,11 +34,11 @@ def observed_by(fit: "Fit") -> Observed:
     """Observability of the tool in a fit."""
     position, rotation = _directions(fit)
     motion = Motion.of(fit.problem.data).take(representative_rows(fit.problem.data.q))
-    tool, flange = (_expected_error(fit, motion, at_flange=place) for place in (False, True))
+    tool, flange = (expected_error(fit, motion, at_flange=place) for place in (False, True))
     return Observed(position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(motion.q))
 
 
-def _expected_error(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
+def expected_error(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
     """Displacement of tool or flange due to the covariance, less a constant motion of the base; of the tool
     less one of the tool, too, as that may stand elsewhere."""
     poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)

@@ -188,10 +188,9 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
             + (f"; {POSE_PAIRS}" if paired else unread_text(fields, "q1[deg]"))
         )
     _counted(fields, numbers, "joint", "q{}")
-    if wanted is not None and len(numbers) != wanted:
+    if wanted is not None and len(numbers) < wanted:  # the rows tell which of more move joints
         there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
-        how = "choose the robot that has them"
-        how += unread_text(fields, f"q{numbers[-1] + 1}[deg]") if len(numbers) < wanted else ""
+        how = f"choose the robot that has them{unread_text(fields, f'q{numbers[-1] + 1}[deg]')}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
         raise ShapeError(text, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)

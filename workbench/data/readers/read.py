@@ -86,7 +86,7 @@ def read_measurements(
     Raises:
         FileError: The file can't be read; carries line and column.
         UnitError: A unit is missing, unknown or of another quantity.
-        ShapeError: The file has another number of joints.
+        ShapeError: The file has fewer joints.
         DataError: There are no rows, no joints, or no observation.
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.

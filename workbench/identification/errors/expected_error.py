@@ -2,7 +2,8 @@
 
 The covariance of the identified constants gives J Σ Jᵀ at the tool. If all rows share one elbow branch or one
 region, some combination of constants may be so uncertain that the model is good only near them; comparing
-the two numbers shows this.
+the two numbers shows this. Where rows show no base, like touches of places that nobody measured, both numbers
+are those after the best constant motion of base and tool: the rest, such as the arm's scale, stays.
 """
 
 from dataclasses import replace
@@ -12,8 +13,9 @@ import numpy as np
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.motion import Motion
+from workbench.base.wording import in_mm
 from workbench.identification.fit import Fit
-from workbench.identification.tool_observability import fit_twists
+from workbench.identification.tool_observability import expected_error, fit_twists
 
 JOINT_SPACE_POSES = 400
 """Number of random poses that represent the whole joint space."""
@@ -25,14 +27,11 @@ class Transfer(NamedTuple):
     near: Expected
     anywhere: Expected
 
-    @property
-    def ratio(self) -> float:
-        """Error anywhere relative to that near the measured poses."""
-        return self.anywhere.position / max(self.near.position, 1e-15)
-
 
 def _expected(fit: Fit, motion: Motion) -> Expected:
     """Expected error of a fit's arm, with base and tool of the first session, at some joint positions."""
+    if not fit.problem.sees_base:
+        return expected_error(fit, motion, at_flange=False)
     _, twists, places = fit_twists(fit, motion)
     spread = ((twists @ fit.covariance[np.ix_(places, places)]) * twists).sum(2)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
@@ -52,15 +51,21 @@ def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
     return Transfer(_expected(fit, near), _expected(fit, anywhere))
 
 
-def transfer_note(found: Transfer, sees_rotation: bool) -> str:
-    """Expected errors near the measured poses and anywhere, as a warning."""
+def transfer_note(found: Transfer, sees_rotation: bool, shown: float) -> str:
+    """Expected errors near the measured poses and anywhere, as a warning.
+
+    Args:
+        shown: Mean position error of the judging rows [m].
+    """
 
     def size(expected: Expected) -> str:
         turned = f" / {np.rad2deg(expected.rotation):.3f}°" if sees_rotation else ""
         return f"{1e3 * expected.position:.3f} mm{turned}"
 
+    how = "to use the arm there, measure in other branches and orientations too"
+    if shown < found.near.position:
+        how = f"rows of places that nobody measured show {in_mm(shown)} of it; measure positions, too"
     return (
         f"expected tool error from uncertain constants: {size(found.near)} near the measured poses, but "
-        f"{size(found.anywhere)} elsewhere within the joint limits; to use the arm there, measure in other "
-        "branches and orientations too"
+        f"{size(found.anywhere)} elsewhere within the joint limits; {how}"
     )

@@ -138,11 +138,7 @@ def _as_read(
         rows = best.apply(data, joints=arm is None)
         return arm or robot, _read_as(rows, note)
     if data.joints != robot.dof:
-        rows = replace(replace(RowReading.plain(robot), w=best.w).apply(data), written=data.written)
-        units = data.joint_units and tuple(data.joint_units[k] for k in best.w.argmax(1))
-        left = ", ".join(f"q{k + 1}" for k in np.flatnonzero(~best.w.any(axis=0)))
-        note = f"{left} moves no joint of this arm and is left out: {best.size}"
-        return _as_read(robot, _read_as(replace(rows, joint_units=units), note), how, keeps_arm, notes_rival)
+        return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, notes_rival)
     data, plain = oriented(data, meaning), meaning.turned or plain
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
@@ -154,6 +150,26 @@ def _as_read(
         found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
         notes += (f"{found} to {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
     return robot, _with_notes(data, *notes)
+
+
+def with_own_columns(robot: Robot, data: Dataset) -> Dataset:
+    """The rows without the columns that move no joint of the arm, as of a jaw, where rows tell which.
+
+    Raises:
+        DataError: the others are in another order.
+    """
+    if data.joints <= robot.dof or (meaning := understood(robot, data)[1]) is None:
+        return data
+    best = meaning.best
+    if not meaning.is_found or best.other or data.missing_units:
+        return data
+    if is_misread(meaning):
+        raise DataError(f"{data.source}: {misread_text(meaning)}; correct the file")
+    rows = replace(replace(RowReading.plain(robot), w=best.w).apply(data), written=data.written)
+    units = data.joint_units and tuple(data.joint_units[k] for k in best.w.argmax(1))
+    left = ", ".join(f"q{k + 1}" for k in np.flatnonzero(~best.w.any(axis=0)))
+    note = f"{left} moves no joint of this arm and is left out: {best.size}"
+    return _read_as(replace(rows, joint_units=units), note)
 
 
 def oriented(data: Dataset, meaning: RowMeaning) -> Dataset:

@@ -25,7 +25,7 @@ from workbench.data.simulation.hidden_effects import hidden_effects
 from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
-from workbench.identification.meaning.as_read import ReadAs, as_read
+from workbench.identification.meaning.as_read import ReadAs, as_read, with_own_columns
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (
     AbstractChange,
@@ -89,6 +89,13 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             own = [text.replace(f"{path.parent}/", "") for text in (dataset.missing_units, *dataset.notes)]
             dataset = replace(dataset, source=path.name, missing_units=own[0], notes=tuple(own[1:]))
             progress(0.5, "comparing the rows with the arm")
+            if (own := with_own_columns(session.robot, dataset)).joints != session.robot.dof:
+                text = f"the file has {dataset.joints} joints, the robot {session.robot.dof}"
+                refused = replace(
+                    understood, dataset=None, problems=(f"{text}: choose the robot that has them",)
+                )
+                return replace(file, preview=refused, match=arm_match(session.robot, dataset))
+            dataset = own
             found = Loaded(dataset, path.name, facts_of(dataset), read=dataset, file=file)
             try:
                 return matched_to_arm(session.robot, found, accept=self.accept)
@@ -200,8 +207,8 @@ class ForgetData(AbstractChange):
 def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: bool = False) -> Loaded:
     """Measurements of a file, read as they are this arm's, with all notes."""
     assert loaded.read is not None
-    match = arm_match(robot, loaded.read)
-    rows = loaded.read
+    rows = with_own_columns(robot, loaded.read)
+    match = arm_match(robot, rows)
     if not match.is_foreign or (accept and match.has_reading):
         _, rows = as_read(robot, rows, ReadAs.FOUND, keeps_arm=True)
         match = replace(match, meaning=None)

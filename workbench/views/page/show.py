@@ -8,6 +8,7 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import OptionError
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
+from workbench.identification.meaning.as_read import with_own_columns
 from workbench.plate.arguments import PlateLike
 from workbench.session.commands.data import matched_to_arm, with_data
 from workbench.session.journal.folder import StartedSession
@@ -80,5 +81,6 @@ def show(
 
 def _loaded(robot: Robot, data: Dataset) -> Loaded:
     """Measurements as the page keeps them."""
+    data = with_own_columns(robot, data)
     robot.check_joints(data.q, data.source)
     return matched_to_arm(robot, Loaded(data, data.source, facts_of(data), read=data))

@@ -32,7 +32,7 @@ from workbench.identification.errors.row_errors import Errors, instrument_places
 from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.instrument_preparation import preparation_of
-from workbench.identification.meaning.as_read import is_misread, misread_text, oriented
+from workbench.identification.meaning.as_read import is_misread, misread_text, oriented, with_own_columns
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import FrameFreedom, Problem
@@ -181,6 +181,7 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
 def _counted(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the convention that is theirs; refused if their joints count otherwise than the arm's, but
     for the zero of one, as of a new motor."""
+    data = with_own_columns(robot, data)
     robot.check_joints(data.said.q, data.source)
     found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
     is_zero = found is not None and found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
