@@ -59,12 +59,15 @@ def test_every_law_has_its_driver():
 
 
 def test_motions_are_known_only_where_rows_followed_each_other():
-    """A joint that goes far is wound up, one that returns is not."""
+    """By times, or as they stand in the file. A joint that goes far is wound up, one that returns is not."""
     whole = make("none", 3).data
     path = path_of(whole.take(np.arange(5, 9)), whole)
     np.testing.assert_allclose(path.moves, np.diff(whole.q, axis=0)[4:8])
     assert not path.is_steady
-    assert path_of(whole, replace(whole, time=None)) is None
+    untimed = replace(whole, time=None)
+    np.testing.assert_array_equal(path_of(untimed, untimed).wound, path_of(whole, whole).wound)
+    mixed = replace(whole.take(np.argsort(whole.q[:, 0])), time=None, row=whole.row)
+    assert path_of(mixed, mixed) is None
     turned = replace(whole, direction=-whole.direction)
     assert path_of(turned, turned) is None
     q = np.outer([0.0, 1.0, 2.0, 3.0, 2.9, 2.8], np.eye(6)[0])

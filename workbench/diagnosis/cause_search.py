@@ -19,11 +19,12 @@ from workbench.diagnosis.claims.named_joints import clearness
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
 from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
-from workbench.diagnosis.drivers.evidence import DriverEvidence, is_nameless
+from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
-from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop
+from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, drop
+from workbench.diagnosis.search.reduced_models import left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
     Searched,
@@ -36,6 +37,7 @@ from workbench.diagnosis.search.rounds import (
     rounds,
     under_gravity,
 )
+from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -125,14 +127,22 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
 
 
 def _shows_gravity(search: CauseSearch) -> bool:
-    """Whether a law of load is clear: gravity is seen through it alone."""
-    if search.drivers is None:
+    """Whether a law of load is clear, as gravity is seen through it alone, and such laws explain more than a
+    pull on the tool does."""
+    if (drivers := search.drivers) is None:
         return False
-    fit, kept = search.last.stage.fit, drop(search.last.model, undecided(search.drivers))
-    laws = {t.candidate.names for t in kept if not is_nameless(t)}
-    loaded = [e for e in fit.arm.effects if e.names in laws and driver_of(e) is Driver.LOAD]
-    sizes = clearness(loaded, fit.problem.named(fit.std)).values()
-    return max(sizes, default=0.0) >= NONZERO_ERRORS
+    fit, model = search.last.stage.fit, search.last.model
+    laws = drop(model, (*undecided(drivers), *(t for t in model if not _is_load(t))))
+    names = {t.candidate.names for t in laws}
+    sizes = clearness([e for e in fit.arm.effects if e.names in names], fit.problem.named(fit.std)).values()
+    if max(sizes, default=0.0) < NONZERO_ERRORS:
+        return False
+    left = left_of(drivers.grams, drop(model, [t for t in model if is_nameless(t) or _is_load(t)]))
+    return group_evidence(left, laws) > evidence_of(left, drivers.pulls) + np.log(CERTAIN)
+
+
+def _is_load(term: Term) -> bool:
+    return not is_nameless(term) and driver_of(term.candidate.effect) is Driver.LOAD
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:

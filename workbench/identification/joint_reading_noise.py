@@ -15,8 +15,8 @@ the joints' noise:
 Readings count as exact unless the Bayesian information criterion prefers noise by at least `MIN_GAIN`. Axes
 and joints of one kind share a variance or have their own, whichever that criterion prefers. An effect that
 the model lacks lies along the joints' columns too. Until it is found it counts as noise of the readings,
-unless the errors of a joint are a smooth function of its angle: then readings count as exact, and the effect
-is looked for first.
+unless the errors of a joint are a smooth function of its angle: then its readings count as exact, and the
+effect is looked for first. So do those of joints whose errors follow that angle once it is so.
 """
 
 from collections.abc import Iterable, Sequence
@@ -156,10 +156,16 @@ def with_joint_readings(problem: Problem, x: Float[np.ndarray, " p"], factor: Fa
     scale = _scale(tables := _tables(problem, x, share))
     joints = np.flatnonzero((scale[CHANNELS:] > 0.0) & (scale[CHANNELS:] < MAX_READING_ERROR**2))
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - CHANNELS)])
-    found = _likeliest(tables, scale, joints, turning, stated)
-    noisy = [int(j) for j in joints if found.variances[CHANNELS + j] > 0.0]
-    if not noisy or any(_is_smooth(tables, found.variances, j) for j in noisy):
-        return white
+    smooth = list[int]()
+    while True:
+        found = _likeliest(tables, scale, np.setdiff1d(joints, smooth), turning, stated)
+        noisy = [int(j) for j in joints if found.variances[CHANNELS + j] > 0.0]
+        new = [j for j in noisy if any(_is_smooth(tables, found.variances, j, k) for k in (j, *smooth))]
+        if len(new) == len(noisy):
+            return white
+        if not new:
+            break
+        smooth += new
     variances = found.variances.copy()
     variances[CHANNELS:] *= variances[CHANNELS:] > MIN_READING_VARIANCE * scale[CHANNELS:]
     if not stated:  # residuals keep their size, whatever their tails
@@ -210,13 +216,13 @@ def _best(answers: Sequence[tuple[float, _Answer]]) -> tuple[float, _Answer]:
     return min(answers, key=lambda pair: pair[0])
 
 
-def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int) -> bool:
-    """Whether the most likely errors of a joint's readings follow its angle: an effect, not noise."""
+def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int, by: int) -> bool:
+    """Whether the most likely errors of a joint's readings follow the angle of one: an effect, not noise."""
     q, error = [], []
     for table in tables:
         inverse, _, white = _whitened(table, variances)
         error.append(((inverse @ table.by_joint[:, :, [joint]])[..., 0] * white).sum(1))
-        q.append(table.q[:, joint])
+        q.append(table.q[:, by])
     ordered = np.concatenate(error)[np.argsort(np.concatenate(q), kind="stable")]
     pairs = ordered[1:] * ordered[:-1]
     return bool(pairs.sum() > SMOOTH_DEVIATIONS * np.sqrt((pairs**2).sum()))

@@ -4,13 +4,14 @@
 |---|---|---|
 | angle | a joint | the joint, its bearing, another joint |
 | | sum and difference of two joints next to each other, so also products | either joint |
-| load | a joint's moment about its axis, also with its angle, or under other gravity | the joint |
+| load | a joint's moment about its axis, also with its angle, the payload, other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
 | motion | a joint's last motion, also with its load or its angle | the joint |
 | | a joint's last motion | another joint |
 | | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths, any constant |
 | place | where the tool is | frame |
+| | a pull on the tool to a point, in proportion to the way to it, as by a hose | the joint |
 
 Over a load there are its simplest shapes besides, a line and a jump, which laws have too; over time and
 temperature a line. Time is a driver only where postures come in no order: on a path it can't be told from
@@ -33,12 +34,14 @@ from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import moved_joints
 from workbench.arm.effects.tilting import AbstractTilting
 from workbench.arm.frame import BASE
+from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.drivers.process import (
+    TIMES,
     DriverProcess,
     Features,
     jump,
@@ -55,6 +58,8 @@ ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 
 [rad or m]."""
 LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
 """Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
+CARRIED_LENGTH = 0.5
+"""Likewise over the payload [in its standard deviation]."""
 MIN_LOAD, MIN_VARIATION = 1e-3, 0.03
 """Size of a load relative to the largest, and variation relative to its size, below which it is no driver."""
 MIN_WARMING = 0.5
@@ -70,6 +75,8 @@ MIN_MIXED = 0.3
 order."""
 TIME, SPEED, WAY = "the time", "the speed of the joints", "the way by which {} came"
 """They in words."""
+QUICK_TIMES = 26
+"""Number of eigenfunctions over time, a period each two, but for constants, which change slowly: `TIMES`."""
 STEADY = 0.3
 """Distance of a row from the straight way between its neighbours, as a share of a step, up to which rows show
 how fast joints moved."""
@@ -118,7 +125,7 @@ class Follower:
         joints: These joints, counted from 0.
         candidate: The process, its weights with one variance.
         shape: How it depends on its driver, if as simply as a law; by any function without.
-        by: The joint that it follows, if that isn't the one that it moves.
+        by: The joints that it follows, if these aren't those that it moves.
         is_even: Whether it gives way about both axes across a joint alike.
     """
 
@@ -127,7 +134,7 @@ class Follower:
     joints: tuple[int, ...]
     candidate: Candidate
     shape: Shape | None = None
-    by: int | None = None
+    by: tuple[int, ...] = ()
     is_even: bool = False
 
     def holds(self, effect: AbstractEffect, chain: Chain) -> bool:
@@ -137,12 +144,25 @@ class Follower:
         moved, elements = {*self.candidate.effect.moved}, {*effect.elements(chain)}
         if isinstance(effect, AbstractTilting) and self.candidate.effect.kind is Insertion.BEND:
             elements = {*inserted_names(chain, effect.joints, Insertion.BEND)}
-        joints = {*self.joints} if self.by is None else {*self.joints, self.by}
+        joints = {*self.joints, *self.by}
         if self.shape is not None and (self.shape is Shape.JUMP) != effect.has_play:
             return False
         if effect.of_many_joints:
             return moved <= elements and joints <= {*effect.joints}
         return joints == {*effect.joints} and 2 * len(moved & elements) >= max(len(moved), len(elements))
+
+    @property
+    def followed(self) -> tuple[int, ...]:
+        """The joints whose angle, load or motion it follows; none where it follows something else."""
+        of_joints = self.driver in (Driver.ANGLE, Driver.LOAD, Driver.MOTION)
+        return (self.by or self.joints) if of_joints else ()
+
+    @property
+    def part(self) -> str:
+        """What it moves of its joints: `joint`, `bearing`, `link`; else `frame`, `tool` or `constants`."""
+        assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
+        plain = "joint" if self.joints or self.driver is Driver.MOTION else "constants"
+        return _PARTS.get(self.candidate.effect.kind, plain)
 
     def as_step(self, clock: Float[np.ndarray, " rows"], row: np.ndarray, moment: float) -> "Follower":
         """The same elements, changed once at a moment of the clock: what a process over time may be.
@@ -170,6 +190,9 @@ class Follower:
         """It in words, with the joints of all that are of its kind."""
         joints = sorted({j for f in beside if f.phrase == self.phrase for j in f.joints})
         return self.phrase.format(joint_list(joints) if joints else "")
+
+
+_PARTS = {Insertion.TILT: "bearing", Insertion.BEND: "link", Insertion.DRIFT: "frame", Insertion.SLIP: "tool"}
 
 
 def followers(
@@ -209,21 +232,24 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
 
     Args:
         data: Some of its rows.
-        whole: All of them, which came one after the other if they have times.
+        whole: All of them, which came one after the other by their times, or as they stand in the file, if
+            directions agree.
     """
-    if data.direction is None or whole.time is None or not np.isfinite(whole.time).all():
+    if data.direction is None:
         return None
+    is_timed = whole.time is not None and bool(np.isfinite(whole.time).all())
+    clock = np.asarray(whole.time if is_timed else whole.row, float)
     session = np.zeros(len(whole), int)
     if whole.session is not None:
         session = np.unique(whole.session, return_inverse=True)[1]
-    order = np.lexsort((whole.time, session))
+    order = np.lexsort((clock, session))
     steps = np.diff(whole.q[order], axis=0, prepend=whole.q[order[:1]])
     begins = np.diff(session[order], prepend=-1) != 0
-    gaps = np.diff(whole.time[order], prepend=0.0)[:, None]
+    gaps = np.diff(clock[order], prepend=0.0)[:, None]
     steps[begins] = gaps[begins] = 0.0
     ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
-    speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
-    is_steady = ((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum()
+    speed = np.divide(ways, times, out=np.zeros(ways.shape), where=is_timed & (times > 0.0))
+    is_steady = is_timed and ((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum()
     slips = np.multiply.outer(np.maximum(whole.q.std(0), 1e-9), SLIPS)
     now, wound = np.zeros(slips.shape), np.zeros((len(whole), *slips.shape))
     for row, step, is_first in zip(order, steps, begins, strict=True):
@@ -300,7 +326,7 @@ class _Rows:
         *,
         joints: tuple[int, ...] = (),
         moved: tuple[str, ...] = (),
-        by: int | None = None,
+        by: tuple[int, ...] = (),
         together: np.ndarray | None = None,
         kind: Insertion = Insertion.NONE,
         by_load: bool = False,
@@ -337,12 +363,12 @@ def _angles(rows: _Rows) -> Iterator[Follower]:
     for j, k in permutations(range(rows.chain.dof), 2):
         if k in rows.alive:
             text = f"the angle of {joint_list((k,))}, in {{}}"
-            yield rows.follower(Driver.ANGLE, text, smooth(q[:, k], OTHER_LENGTH), joints=(j,), by=k)
+            yield rows.follower(Driver.ANGLE, text, smooth(q[:, k], OTHER_LENGTH), joints=(j,), by=(k,))
             if abs(j - k) == 1 and j in rows.alive:
                 sum_of, other = (smooth(q[:, j] + sign * q[:, k], TWO_LENGTH) for sign in (1.0, -1.0))
                 text = f"the angles of {joint_list(sorted((j, k)))}, in {{}}"
                 both = np.column_stack([sum_of, other])
-                yield rows.follower(Driver.ANGLE, text, both, joints=(j,), by=k)
+                yield rows.follower(Driver.ANGLE, text, both, joints=(j,), by=(j, k))
 
 
 def _loads(rows: _Rows) -> Iterator[Follower]:
@@ -386,6 +412,9 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
                 yield by_load(what, features, joints=(j,), kind=kind, shape=shape)
     unstated = "the load of {}, as under a payload that isn't stated"
     yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
+    if rows.motion.payload is not None and (spread := float(np.std(rows.motion.payload))) > 0.0:
+        carried = smooth((rows.motion.payload - rows.motion.payload.mean()) / spread, CARRIED_LENGTH)
+        yield from _payloads(rows, Driver.LOAD, "the load of {} and the payload", with_one(carried), kg=0.0)
     yield from _gravities(rows)
 
 
@@ -412,7 +441,7 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
             shapes[" load"] = smooth(loads[:, j] / loads[:, j].std(), LOAD_LENGTHS[1])
         for i in {*range(rows.chain.dof)} - {j}:
             text = f"the last motion of {joint_list((j,))}, in {{}}"
-            yield rows.follower(Driver.MOTION, text, sign[:, j, None], joints=(i,), by=j)
+            yield rows.follower(Driver.MOTION, text, sign[:, j, None], joints=(i,), by=(j,))
         for tag, shape in shapes.items():
             what = f"the last motion of {{}}{f' and its{tag}' if tag else ''}"
             yield rows.follower(Driver.MOTION, what, sign[:, j, None] * with_one(shape), joints=(j,))
@@ -422,7 +451,7 @@ def _times(rows: _Rows) -> Iterator[Follower]:
     clock, _ = clock_of(rows.data)
     if mixed_share(rows.motion.q, clock) > MIN_MIXED:
         t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
-        yield from _through_all(rows, Driver.TIME, TIME, wandering(t))
+        yield from _through_all(rows, Driver.TIME, TIME, wandering(t, QUICK_TIMES))
         unsaid = f"{TIME}, as under a payload that changes, in {{}}"
         yield from _payloads(rows, Driver.TIME, unsaid, wandering(t))
     if len(names := rows.data.sessions) > 1:
@@ -488,11 +517,13 @@ def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iter
             yield through(f"{name}, in {{}}", joints=(j,))
         yield through(f"{name}, in the arm's lengths", moved=tuple(e.name for e in lengths), together=values)
         if rows.constants:
-            yield through(f"{name}, in the arm's constants", moved=rows.constants)
+            slow = features[:, : TIMES + 1]
+            yield through(f"{name}, in the arm's constants", moved=rows.constants, features=slow)
 
 
 def _places(rows: _Rows) -> Iterator[Follower]:
     """Measured places: predicted ones would be a function of the residuals."""
+    yield from _pulls(rows)
     place = rows.data.position
     if place is None or not np.isfinite(place).all() or place.std() < MIN_SPREAD:
         return
@@ -501,6 +532,16 @@ def _places(rows: _Rows) -> Iterator[Follower]:
         squares = np.stack([p[:, i] * p[:, k] for i in range(3) for k in range(i, 3)], 1)
         shape = np.concatenate([p, squares - squares.mean(0)], 1)
         yield rows.follower(Driver.PLACE, "the tool's place", shape, kind=Insertion.DRIFT)
+
+
+def _pulls(rows: _Rows) -> Iterator[Follower]:
+    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q."""
+    ways = geometric_jacobian(rows.arm, rows.motion.q)[:, :3].transpose(0, 2, 1)
+    place = tool_poses(rows.arm, rows.motion)[:, :3, 3] / rows.arm.reach
+    pulls = np.concatenate([ways, ways @ place[..., None]], axis=2)
+    for j in rows.varied(pulls):
+        what = "a pull on the tool, as by a hose, in {}"
+        yield rows.follower(Driver.PLACE, what, pulls[:, j], joints=(j,))
 
 
 _PROCESSES = {

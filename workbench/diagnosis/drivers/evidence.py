@@ -19,6 +19,9 @@ import numpy as np
 
 from workbench.arm.effects.axes import Insertion
 from workbench.arm.effects.events import AbstractStep
+from workbench.arm.frame import revised
+from workbench.arm.motion import Motion
+from workbench.arm.statics.deflection import shift_of
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.confidence import CERTAIN, CERTAIN_LAW, MAX_ODDS, PROBABLE, Confidence
@@ -142,8 +145,8 @@ class FollowedDriver:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Joints that move with it, counted from 0."""
-        return tuple(sorted({j for part in self.parts for j in part.joints}))
+        """Joints whose angle, load or motion it is, counted from 0."""
+        return tuple(sorted({j for part in self.parts for j in part.followed}))
 
     @property
     def text(self) -> str:
@@ -218,16 +221,12 @@ class DriverEvidence:
         """
         stage = searched.stage
         problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
-        effects = [t.candidate.effect for t in searched.model]
         found = followers(problem, x, path_of(problem.data, whole), drivers)
         rows = np.unique(np.linspace(0, len(problem.data) - 1, MAX_ROWS).round().astype(int))
         if len(rows) < len(problem.data):
             fewer = problem.again(data=problem.data.take(rows))
             problem = fewer if fewer.names == problem.names else problem
-        fold = np.zeros(len(problem.data), np.int64)
-        processes = (f.candidate.effect for f in found)
-        grams = compress(problem, x, [*effects, *processes], fold, masses=False)
-        return cls(searched, problem, found, grams)
+        return cls(searched, problem, found, _compressed(searched, problem, (), found))
 
     def challenges(self, groups: Sequence[Model]) -> list[Challenge]:
         """Every claim's terms against processes: alone, with all other claims over its driver, and without
@@ -283,7 +282,7 @@ class DriverEvidence:
         beside = max((o for f in alike if (o := self._beside.get(f))), key=lambda o: o.gain, default=None)
         minimum = max(MIN_GAIN, MIN_GAIN_SHARE * own)
         more = kin if beside is None or beside.gain <= minimum else (*kin, beside.term)
-        rest = self._share(left, law, more) if more else 0.0
+        rest = max(self._share(left, law, more) if more else 0.0, self._scatter(law))
         is_simple = len({n for t in law for n in t.candidate.names}) <= max(len(joints), 1)
         jumps = (r.shape is Shape.JUMP and not r.candidate.effect.insertion for r in rivals)
         as_simple = [is_jump or len(r.candidate.names) == 1 for is_jump, r in zip(jumps, rivals, strict=True)]
@@ -304,7 +303,7 @@ class DriverEvidence:
         """What the error follows that some terms of the model leave."""
         laws = (o.gain for o in own_offers(self.grams, sure)) if sure else ()
         minimum = max(MIN_GAIN, MIN_GAIN_SHARE * max(laws, default=0.0))
-        left, found = left_of(self.grams, sure), dict[Driver, FollowedDriver]()
+        left, found, moments = left_of(self.grams, sure), dict[Driver, FollowedDriver](), list[float]()
         for _ in range(MAX_FOLLOWERS):
             tried = _offered(left, self.followers)
             best = max(tried, key=lambda f: tried[f].gain, default=None)
@@ -313,7 +312,7 @@ class DriverEvidence:
             gains = {f: o.gain for f, o in tried.items()}
             over_time = [f for f in tried if f.phrase.startswith(TIME) and best.driver is Driver.TEMPERATURE]
             if over_time:  # a change of temperature hides a knock, and tells when it was
-                by_step, step = self._stepped(left.model, max(over_time, key=gains.__getitem__))
+                by_step, step, _ = self._stepped(left.model, max(over_time, key=gains.__getitem__))
                 gains[step] = by_step + float(np.log(len(self._clock[0])))
             rival = max((f for f in gains if f.driver != best.driver), key=gains.__getitem__, default=None)
             lead = gains[best] - (0.0 if rival is None else max(gains[rival], 0.0))
@@ -321,10 +320,14 @@ class DriverEvidence:
                 lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
             shown = best
-            if best.phrase.startswith(TIME):  # a step between two rows, if that is likelier
-                by_step, step = self._stepped(left.model, best)
-                shown = step if by_step > tried[best].gain + np.log(PROBABLE) else best
             larger = (*left.model, tried[best].term)
+            if best.phrase.startswith(TIME):  # a step between two rows, if that is likelier
+                by_step, step, moment = self._stepped(left.model, best, moments)
+                if by_step > tried[best].gain + np.log(PROBABLE):
+                    moments.append(moment)
+                    grams = _compressed(self.searched, self.problem, left.model, (*self.followers, step))
+                    shown, left = step, left_of(grams, left.model)
+                    larger = (*left.model, _offered(left, [step])[step].term)
             if best.shape is Shape.LAG:
                 against = self._against_play(left, best, tried[best])
                 before = replace(before, lead=min(before.lead, against))
@@ -353,18 +356,13 @@ class DriverEvidence:
 
     def _against_play(self, left: Remainder, process: Follower, lag: Offer) -> float:
         """Log odds of a lag against play in all joints, which at steady speed moves them as it does."""
-        effect, more = process.candidate.effect, 0.0
+        effect = process.candidate.effect
         assert isinstance(effect, DriverProcess)
         speed, delay = np.abs(effect.together), abs(self._delay(process, (*left.model, lag.term)))
         is_steady = (speed.mean(0) ** 2).sum() > STEADY * (speed**2).mean(0).sum()
         if is_steady and speed.max() * delay < MAX_PLAY:
             return 0.0
-        ways = [f for f in self.followers if f.phrase == WAY]
-        while (play := max(_offered(left, ways).values(), key=lambda o: o.gain, default=None)) is not None:
-            if play.gain < MIN_GAIN:
-                break
-            left, more = with_one_more(left, (*left.model, play.term)), more + play.gain
-        return lag.gain - more
+        return lag.gain - evidence_of(left, [f for f in self.followers if f.phrase == WAY])
 
     def lasting(self, undecided: Model) -> Model:
         """The model without those undecided laws and nameless terms that are of no use for other rows.
@@ -374,7 +372,8 @@ class DriverEvidence:
         """
         model, left, most = self._model, left_of(self.grams, self._model), 0.0
         unsure = [t for t in model if is_nameless(t) or t in undecided]
-        over = [f for d in (Driver.TIME, Driver.TEMPERATURE, Driver.PLACE) for f in self._over(d)]
+        over = [f for d in (Driver.TIME, Driver.TEMPERATURE) for f in self._over(d)]
+        over += [f for f in self._over(Driver.PLACE) if not f.joints]  # pulls are the arm's own
         for _ in range(MAX_FOLLOWERS if unsure else 0):
             best = max(_offered(left, over).values(), key=lambda o: o.gain, default=None)
             if best is None or best.gain < MIN_GAIN:
@@ -410,26 +409,31 @@ class DriverEvidence:
             gains = np.array(self._gains(model, found)) - np.log(candidate.tries)
             yield from zip(gains.tolist(), found, strict=True)
 
-    def _stepped(self, model: Model, process: Follower) -> tuple[float, Follower]:
-        """The best step of what a process over time moves, beside a model, less the log number of places."""
+    def _stepped(
+        self, model: Model, process: Follower, known: Sequence[float] = ()
+    ) -> tuple[float, Follower, float]:
+        """The best step of what a process over time moves, beside a model, and its moment: one that is known,
+        or another, less the log number of places."""
         clock, row = self._clock
         moments = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
-        places, apart, best = np.log(max(len(moments), 1)), len(moments) + 1, (-np.inf, process)
-        while apart > 1 and len(moments):  # ever closer about the best one
-            apart = -(-len(moments) // MAX_STEPS)
-            steps = [process.as_step(clock, row, moment) for moment in moments[::apart]]
+        places, apart, best = np.log(max(len(moments), 1)), len(moments) + 1, (-np.inf, process, np.nan)
+
+        def tried(some: Sequence[float], charge: float) -> tuple[float, Follower, float]:
+            steps = [process.as_step(clock, row, moment) for moment in some]
             gains = self._gains(model, steps)
             top = int(np.argmax(gains))
-            best = (gains[top] - places, steps[top])
-            moments = moments[max(apart * (top - 1), 0) : apart * (top + 1) + 1]
-        return best
+            return gains[top] - charge, steps[top], some[top]
+
+        while apart > 1 and len(moments):  # ever closer about the best one
+            apart = -(-len(moments) // MAX_STEPS)
+            best = tried(moments[::apart].tolist(), places)
+            top = int(np.searchsorted(moments, best[2]))
+            moments = moments[max(top - apart, 0) : top + apart + 1]
+        return max(best, tried(known, 0.0), key=lambda each: each[0]) if known else best
 
     def _gains(self, model: Model, some: Sequence[Follower]) -> list[float]:
         """Contributions of processes that have no columns yet."""
-        terms = (*self._model, *model)  # all that the fit has: columns of each give its part back
-        effects = [c.effect for c in (*(t.candidate for t in terms), *(f.candidate for f in some))]
-        fold = np.zeros(len(self.problem.data), np.int64)
-        grams = compress(self.problem, self.searched.stage.fit.x, effects, fold, masses=False)
+        grams = _compressed(self.searched, self.problem, model, some)
         found = _offered(left_of(grams, model), some)
         return [found[f].gain if f in found else -np.inf for f in some]
 
@@ -446,6 +450,11 @@ class DriverEvidence:
 
     def _over(self, driver: Driver) -> list[Follower]:
         return [f for f in self.followers if f.driver == driver]
+
+    @property
+    def pulls(self) -> list[Follower]:
+        """Processes of a pull on the tool."""
+        return [f for f in self._over(Driver.PLACE) if f.joints]
 
     def _holds(self, process: Follower, law: Model) -> bool:
         return any(process.holds(t.candidate.effect, self.problem.robot.chain) for t in law)
@@ -474,7 +483,9 @@ class DriverEvidence:
     def _share(self, left: Remainder, law: Model, more: Model) -> float:
         """Share of the error of some terms and more of them that is of these."""
         rest = tuple(t for t in more if t not in self._model)
-        solution = solve(self.grams, (*self._model, *rest), self.grams.total)
+        tuned = zip(self._model, own_offers(self.grams, self._model), strict=True)  # else as weighed before
+        model = [replace(t, precision=o.term.precision) for t, o in tuned]
+        solution = solve(self.grams, (*model, *rest), self.grams.total)
 
         def size(terms: Model) -> float:
             mine = self.grams.columns([n for t in terms for n in t.candidate.names])
@@ -482,11 +493,40 @@ class DriverEvidence:
 
         return size(more) / max(size(law) + size(more), 1e-300)
 
+    def _scatter(self, law: Model) -> float:
+        """Share of the error of some terms that is what their joints scatter more than most, not they."""
+        noise, arm = np.square(self.problem.noise.joints), self.searched.stage.fit.arm
+        if not noise.any():
+            return 0.0
+        names, joints = {t.candidate.names for t in law}, sorted(joints_of(law))
+        alone = revised(arm, effects=tuple(e for e in arm.effects if e.names in names))
+        moved = shift_of(alone, Motion.of(self.problem.data))[:, alone.chain.driven[joints]].var(0)
+        more = np.where(moved > 0.0, np.maximum(noise - np.median(noise), 0.0)[joints], 0.0)
+        return float((more / np.maximum(more + moved, 1e-300)).max(initial=0.0))
+
+
+def _compressed(searched: Searched, problem: Problem, model: Model, some: Sequence[Follower]) -> Grams:
+    """Inner products of the columns of a model, of processes, and of all that the fit has: these give its
+    part back."""
+    candidates = (*(t.candidate for t in (*searched.model, *model)), *(f.candidate for f in some))
+    fold, effects = np.zeros(len(problem.data), np.int64), [c.effect for c in candidates]
+    return compress(problem, searched.stage.fit.x, effects, fold, masses=False)
+
 
 def _offered(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]:
     """What processes would add to a model."""
     by_candidate = {id(f.candidate): f for f in some}
     return {by_candidate[id(o.term.candidate)]: o for o in offers(left, [f.candidate for f in some])}
+
+
+def evidence_of(left: Remainder, some: Sequence[Follower]) -> float:
+    """Evidence of processes beside a model, taken in one after the other."""
+    total = 0.0
+    while (best := max(_offered(left, some).values(), key=lambda o: o.gain, default=None)) is not None:
+        if best.gain < MIN_GAIN:
+            break
+        left, total = with_one_more(left, (*left.model, best.term)), total + best.gain
+    return total
 
 
 def is_nameless(term: Term) -> bool:

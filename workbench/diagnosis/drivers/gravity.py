@@ -15,7 +15,7 @@ from scipy import linalg, optimize
 from workbench.base.types import Vector3
 from workbench.diagnosis.confidence import CERTAIN
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
-from workbench.diagnosis.drivers.evidence import DriverEvidence, is_nameless
+from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.search.evidence import JITTER, drop, factored
 from workbench.diagnosis.search.reduced_models import left_of
 from workbench.diagnosis.search.stepwise_search import group_evidence
@@ -57,7 +57,7 @@ class LoadsByAxis(NamedTuple):
 
 def gravity_elsewhere(drivers: DriverEvidence) -> Vector3 | None:
     """Gravity in another direction than the arm's, if only this makes its loads explain an error: more than
-    all loads and nameless terms of the model do; in the axes of the base [m/s²]."""
+    all loads and nameless terms of the model, or a pull on the tool, do; in the axes of the base [m/s²]."""
     processes = [f for f in drivers.followers if f.shape is Shape.TURNED]
     if not processes or drivers.problem.frames.levelled:
         return None
@@ -78,5 +78,5 @@ def gravity_elsewhere(drivers: DriverEvidence) -> Vector3 | None:
         return 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * freedom * np.log(grams.count)
 
     own = gain(loads.explained(stated / size)[0], count)
-    rival = max(own, group_evidence(left, gone), 0.0)
+    rival = max(own, group_evidence(left, gone), evidence_of(left, drivers.pulls))
     return size * best if gain(square, count + 2) > rival + np.log(CERTAIN) else None

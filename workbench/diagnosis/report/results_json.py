@@ -139,9 +139,14 @@ def _held_out(which: str, errors: Errors | None) -> Json:
 
 
 def _followed(found: FollowedDriver) -> Json:
+    """The driver, with its joints, and in which parts of the arm the error is, with theirs."""
+    moved: dict[str, set[int]] = {}
+    for part in found.parts:
+        moved.setdefault(part.part, set()).update(j + 1 for j in part.joints)
     return {
         "driver": str(found.driver),
         "joints": [j + 1 for j in found.joints],
+        "in": [{"part": part, "joints": sorted(joints)} for part, joints in moved.items()],
         "confidence": str(found.confidence),
         "sentence": f"The error {found.text}",
     }
