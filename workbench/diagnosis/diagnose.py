@@ -75,8 +75,8 @@ def diagnose(
         OptionError: an unknown constant or option.
         Cancelled: it was cancelled; what was found by then is no conclusion.
     """
-    if (own := preparation_of(data)) is not None:
-        raise DataError(f"{data.source}: {own.undiagnosed}")
+    if why := preparation_of(data).undiagnosed:
+        raise DataError(f"{data.source}: {why}")
     began, choices = perf_counter(), with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
