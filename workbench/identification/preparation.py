@@ -1,7 +1,7 @@
 """Preparation of every run on measured rows: choose and hold out rows, decide frames, estimate noise."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import final
 
@@ -204,9 +204,8 @@ def prepare(
             f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
             "the other sessions"
         )
-    split = {f.name: getattr(rows, f.name) for f in fields(AbstractSplit)}
     return Prepared(
-        **split,
+        **rows.split,
         data=complete,
         aligned=frames.robot,
         problem=problem,
