@@ -43,14 +43,14 @@ BUDGETS = {
     "arm": 8_826,
     "data": 5_068,
     "plate": 5_030,
-    "identification": 9_206,
-    "diagnosis": 6_709,
+    "identification": 9_200,
+    "diagnosis": 6_662,
     "exports": 330,
     "session": 6_248,
     "views": 7_006,
-    "cli": 1_483,
+    "cli": 1_482,
     "extras": 1,
-    "extras/camera": 3_570,
+    "extras/camera": 3_557,
     "extras/controllers": 706,
     "extras/hobby": 748,
     "extras/katana": 998,
@@ -61,13 +61,13 @@ BUDGETS = {
     "extras/production": 458,
     "extras/reproduce": 88,
     "extras/review": 275,
-    "extras/service": 1_167,
+    "extras/service": 1_165,
     "extras/trajectories": 1_304,
     "extras/workshop": 850,
-    "tests": 39_001,
+    "tests": 39_000,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_194
+READING_SET = 18_131
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
