@@ -38,7 +38,7 @@ NUMBERS = (
     *("identification.result.Identification.best", "identification.result.Identification.identifiability"),
     *("identification.result.Identification.robot", "identification.result.Run."),
     *("diagnosis.result.Diagnosis.identification", "diagnosis.result.Diagnosis.calibrated"),
-    *("diagnosis.result.Diagnosis.robot", "diagnosis.result.fields_of"),
+    "diagnosis.result.Diagnosis.robot",
     "diagnosis.report.results_json.diagnosis_json",
     *("identification.report.results_json.identification_json", "session.commands.compare.with_"),
 )

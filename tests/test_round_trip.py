@@ -123,7 +123,7 @@ def saved_in_python(measured: Measured, diagnosed: bool) -> trip.Saved:
     result = wb.diagnose(robot, data) if diagnosed else wb.identify(robot, data)
     found = result.identification() if diagnosed else result
     assert (
-        not diagnosed or result.final_fit.outcome.ok
+        not diagnosed or result.after.fit.outcome.ok
     )  # balls in sockets show no turn: 60 steps were too few
     files = [Path(result.robot.save(folder / f"arm.{kind}")) for kind in ("toml", "urdf")]
     to_the_last_digit(found, *files, measured.rows)

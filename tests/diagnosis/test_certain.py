@@ -46,7 +46,7 @@ def searched(soft):
 
 def test_a_certain_cause_names_joints_that_differ_clearly_from_zero(soft):
     case, found = soft
-    std = found.final_fit.problem.named(found.final_fit.std)
+    std = found.after.fit.problem.named(found.after.fit.std)
     (cause,) = found.causes
     assert cause.confidence is Confidence.CERTAIN
     assert cause.joints == tuple(j for named in case.truth for j in named.joints)

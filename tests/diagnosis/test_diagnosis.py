@@ -117,7 +117,7 @@ def test_orientations_are_judged_wherever_positions_are(diagnosed, nothing):
 
 
 def test_the_saved_arm_leaves_the_error_that_is_stated(diagnosed):
-    rows = diagnosed.final_fit.problem.data
+    rows = diagnosed.after.fit.problem.data
     seen = tool_poses(diagnosed.calibrated, Motion.of(rows))[:, :3, 3]
     left = 1e3 * np.linalg.norm(seen - rows.position, axis=1).mean()
     run = diagnosed.identification().best

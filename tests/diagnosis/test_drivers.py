@@ -126,7 +126,7 @@ def test_an_error_without_a_law_is_said_to_follow_its_driver(kind, seed, said, m
     assert all(c.confidence is Confidence.OPEN for c in found.causes)
     assert strangers.STRANGERS[kind].driver in [str(f.driver) for f in found.followed]
     assert not found.is_good
-    saved, alone = (strangers._error(fit.calibrated, exact) for fit in (found.final_fit, found.before_fit))
+    saved, alone = (strangers._error(fit.calibrated, exact) for fit in (found.after.fit, found.before_fit))
     assert saved < most * alone
     assert re.search(f"The error follows.*{said}", found.message)
 

@@ -125,7 +125,7 @@ def left_by_files(arm, data, folder):
 def since(found, data):
     """Whether a row was measured after all that happened."""
     clock = data.row if data.time is None else data.time
-    return clock >= max(clock[data.row == e.row][0] for e in found.final_fit.arm.effects if e.is_event)
+    return clock >= max(clock[data.row == e.row][0] for e in found.after.fit.arm.effects if e.is_event)
 
 
 @pytest.mark.parametrize(

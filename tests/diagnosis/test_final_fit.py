@@ -58,10 +58,10 @@ def cost(fit, rows) -> float:
 def test_the_saved_arm_is_fitted_on_all_rows(rows, clean):
     """It knew the training rows alone."""
     assert len(clean.held_out_data) == 14
-    assert clean.final_fit.problem.data.row.tolist() == rows.row.tolist()
-    assert clean.robot.elements == clean.final_fit.calibrated.elements
-    assert clean.robot.effects == clean.final_fit.calibrated.effects
-    assert cost(clean.final_fit, clean.held_out_data) < cost(clean.after_fit, clean.held_out_data)
+    assert clean.after.fit.problem.data.row.tolist() == rows.row.tolist()
+    assert clean.robot.elements == clean.after.fit.calibrated.elements
+    assert clean.robot.effects == clean.after.fit.calibrated.effects
+    assert cost(clean.after.fit, clean.held_out_data) < cost(clean.after_fit, clean.held_out_data)
     (found,) = clean.effects
     assert found.effect.coefficients == clean.robot.effects[0].coefficients
     assert found.std[0] < clean.after_fit.std[-1]
@@ -76,8 +76,8 @@ def test_held_out_errors_are_those_before_the_last_fit(clean):
 def test_constants_are_let_go_where_holding_them_leaves_more(aria, rows, clean, monkeypatch):
     """The saved arm of a lift whose carriage tipped elsewhere left three times what its diagnosis said."""
     moving(monkeypatch, 1e-3)
-    saved = diagnose(aria, rows).final_fit
-    assert cost(saved, rows) == pytest.approx(cost(clean.final_fit, rows), rel=0.01)
+    saved = diagnose(aria, rows).after.fit
+    assert cost(saved, rows) == pytest.approx(cost(clean.after.fit, rows), rel=0.01)
 
 
 def test_constants_are_held_where_only_the_held_out_rows_are_worse(aria, rows, clean, monkeypatch):
@@ -85,7 +85,7 @@ def test_constants_are_held_where_only_the_held_out_rows_are_worse(aria, rows, c
     fits = moving(monkeypatch, 1e-7)
     position = rows.position.copy()
     position[clean.held_out_rows] += np.random.default_rng(3).normal(0.0, 1.5e-4, (14, 3))
-    saved = diagnose(aria, replace(rows, position=position)).final_fit
+    saved = diagnose(aria, replace(rows, position=position)).after.fit
     assert saved is fits[True]
     assert False in fits
 

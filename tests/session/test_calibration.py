@@ -140,4 +140,4 @@ def test_fits_know_whether_the_instrument_is_levelled(first):
     for levelled in (False, True):
         found = done(session, SetLevelled(levelled), Identify(("opt2",)), Diagnose())
         assert found.results.identification.best.fit.problem.frames.levelled is levelled
-        assert found.results.diagnosis.final_fit.problem.frames.levelled is levelled
+        assert found.results.diagnosis.after.fit.problem.frames.levelled is levelled

@@ -100,8 +100,7 @@ def _finish(
 
     path, report, best, done = out.save, out.report, run.best, None
     held = path.suffix[1:].upper() if path is not None else "TOML"
-    unknown = run.identifiability.refused if run.identifiability is not None else ""
-    if unknown:
+    if unknown := run.identifiability.refused:
         reason, notes = f"{path} is not written: {unknown}" if path is not None else "", []
     else:
         reason = refusal(run.robot, f".{held}")

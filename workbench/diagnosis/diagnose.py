@@ -1,9 +1,9 @@
 """Diagnosis from end to end: a search for causes, the arm that is saved, what is claimed of it, advice."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
-from typing import Unpack, final
+from typing import Unpack
 
 import numpy as np
 
@@ -26,10 +26,10 @@ from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
 from workbench.diagnosis.drivers.driver import driver_of
 from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
-from workbench.diagnosis.next_poses import Measurable, NextPoses, next_poses
+from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
-from workbench.diagnosis.result import AbstractClaims, Diagnosis, fields_of, harm_done
+from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
 from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
@@ -40,12 +40,12 @@ from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
+from workbench.identification.result import Run
 from workbench.identification.rows.excluded_outliers import (
     GROSS_REASON,
     MAX_NAMED_ROWS,
     prepare_without_gross_outliers,
 )
-from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.identification.rows.two_places import two_places
 
 
@@ -75,8 +75,8 @@ def diagnose(
         OptionError: an unknown constant or option.
         Cancelled: it was cancelled; what was found by then is no conclusion.
     """
-    if (own := preparation_of(data)) is not None:
-        raise DataError(f"{data.source}: {own.undiagnosed}")
+    if why := preparation_of(data).undiagnosed:
+        raise DataError(f"{data.source}: {why}")
     began, choices = perf_counter(), with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
@@ -88,48 +88,17 @@ def diagnose(
     with failures() as failed:
         search = search_causes(massed, ready, rng)
         saved = saved_model(search)
-        claims = _claims(search, saved, given=robot, known=choices.noise)
+        result = _diagnosis(search, saved, given=robot, known=choices.noise, gross=gross)
         progress(0.9, "choosing poses to measure next")
-        fit, wanted = search.last.stage.fit, _wanted(saved, claims.causes)
+        fit, wanted = search.last.stage.fit, _wanted(saved, result.causes)
         following = ask(
             "poses to measure next",
             lambda: next_poses(fit.problem, fit.x, wanted, rng=rng, measurable=measurable),
             (np.zeros((0, robot.dof)), ()),
         )
-        result = _diagnosis(search, saved, claims, following, given=robot, gross=gross)
     progress(1.0, "done")
+    result = replace(result, measure_next=following[0], next_reasons=following[1])
     return replace(result, warnings=tuple(failed), seconds=perf_counter() - began)
-
-
-@final
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Claims(AbstractClaims):
-    """Before the poses to measure next."""
-
-
-def _claims(search: CauseSearch, saved: SavedModel, *, given: Robot, known: Noise | None) -> _Claims:
-    """Causes, drivers without a law, residual map, what remains beside the noise known, and the verdict."""
-    drivers, remaining = search.drivers, _remaining_error(search, known)
-    causes: tuple[Cause, ...] = ()
-    if drivers is not None and saved.effects:
-        causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
-    followed, correction = _followed(search, causes, remaining)
-    tilted = gravity_direction_causes(saved.fit, given, remaining.noise, causes)
-    found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
-    causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
-    residual_map = _residual_map(search, saved, causes)
-    verdict, message = conclude(search, saved, causes, followed, correction, residual_map, remaining)
-    errors = search.before.held_out_rows, search.after.held_out_rows
-    harm = harm_done(*errors, remaining.noise) if saved.effects else None
-    return _Claims(
-        causes=causes,
-        residual_map=residual_map,
-        followed=followed,
-        remaining=remaining,
-        harm=harm,
-        verdict=verdict,
-        message=" ".join(filter(None, (message, *_additions(search, saved, harm)))),
-    )
 
 
 def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError:
@@ -207,30 +176,43 @@ def _wanted(saved: SavedModel, causes: Sequence[Cause]) -> list[AbstractEffect]:
 
 
 def _diagnosis(
-    search: CauseSearch,
-    saved: SavedModel,
-    claims: _Claims,
-    following: NextPoses,
-    *,
-    given: Robot,
-    gross: np.ndarray,
+    search: CauseSearch, saved: SavedModel, *, given: Robot, known: Noise | None, gross: np.ndarray
 ) -> Diagnosis:
-    """Compute the remaining fields and collect the result; `gross` are rows excluded before any fit."""
-    ready, stage, fit = search.ready, search.last.stage, search.judged_fit
+    """Causes, drivers without a law, residual map, what remains beside the noise known, verdict and arms; all
+    but poses to measure next. `gross` are rows excluded before any fit."""
+    ready, stage, fit, drivers = search.ready, search.last.stage, search.judged_fit, search.drivers
+    remaining, causes = _remaining_error(search, known), tuple[Cause, ...]()
+    if drivers is not None and saved.effects:
+        causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
+    followed, correction = _followed(search, causes, remaining)
+    tilted = gravity_direction_causes(saved.fit, given, remaining.noise, causes)
+    found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
+    causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
+    residual_map = _residual_map(search, saved, causes)
+    verdict, message = conclude(search, saved, causes, followed, correction, residual_map, remaining)
+    errors = search.before.held_out_rows, search.after.held_out_rows
+    harm = harm_done(*errors, remaining.noise) if saved.effects else None
+    message = " ".join(filter(None, (message, *_additions(search, saved, harm))))
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     off = ready.data.take(outliers)
     geometries = {each: best_geometry(each, search.first.fit) for each in {fit, saved.fit}}
-    texts = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
-    split = fields_of(AbstractSplit, ready) | {
+    is_again = saved.fit is not fit
+    texts = {c.effects[0].names: c.text for c in causes if len(c.effects) == 1}
+    split = ready.split | {
         "excluded": tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         "notes": tuple(filter(None, notes(search, saved, outliers, given))),
     }
     return Diagnosis(
-        **fields_of(AbstractClaims, claims),
         **split,
+        causes=causes,
+        residual_map=residual_map,
+        followed=followed,
+        remaining=remaining,
+        harm=harm,
+        verdict=verdict,
+        message=message,
         nominal_robot=search.robot,
         data=ready.data,
-        new_sessions=ready.new_mountings(fit.calibrated),
         outliers=outliers,
         outlier_errors=ask(
             "the errors of outliers",
@@ -241,15 +223,19 @@ def _diagnosis(
         nominal=search.nominal,
         before_fit=search.first.fit if search.last.model else fit,
         after_fit=fit,
-        final_fit=saved.fit,
-        geometries=(geometries[fit], geometries[saved.fit]),
         aligned=ready.aligned,
         before=search.before,
-        after=search.after,
+        after=Run(
+            search.after.train_rows,
+            search.after.held_out_rows,
+            saved.fit,
+            ready.held_out_data,
+            before_refit=fit.calibrated.recorded(geometry=geometries[fit]) if is_again else None,
+            geometry=geometries[saved.fit],
+            new_sessions=ready.new_mountings(fit.calibrated),
+        ),
         effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
         now=saved.now,
         is_tried=search.too_few is None,
-        measure_next=following[0],
-        next_reasons=following[1],
-        seconds=0.0,
+        measure_next=np.zeros((0, given.dof)),
     )

@@ -1,17 +1,15 @@
 """The result of a diagnosis."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
-from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
@@ -33,11 +31,6 @@ if TYPE_CHECKING:
 
 WORTHWHILE_RATIO = 0.9
 """Ratio of a standard error after to before below which a further pose is worthwhile."""
-
-
-def fields_of(base: type[Any], record: object) -> dict[str, Any]:
-    """The fields of a base of records, with the values of one of these."""
-    return {f.name: getattr(record, f.name) for f in fields(base)}
 
 
 class Verdict(StrEnum):
@@ -118,47 +111,28 @@ def harm_done(before: RowErrors, after: RowErrors, noise: Noise) -> str | None:
     )
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class AbstractClaims:
-    """What a diagnosis claims.
-
-    Args:
-        causes: Physical causes of significant size among the accepted effects, largest first.
-        residual_map: The other effects, which only predict; None if there are none.
-        followed: Drivers that the error follows without a law.
-        remaining: The error that is left.
-        harm: A warning if held-out rows are predicted worse with the effects than without; None if not.
-    """
-
-    causes: tuple[Cause, ...]
-    residual_map: ResidualMap | None
-    followed: tuple[FollowedDriver, ...]
-    remaining: RemainingError
-    harm: str | None
-    verdict: Verdict
-    message: str
-
-
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
+class Diagnosis(AbstractReported, AbstractSplit):
     """A whole diagnosis; outliers are among the rows to fit.
 
     Args:
         nominal_robot: The arm as given, with assumed masses where its file has none.
-        new_sessions: Base and tool in their sessions that no fitted row has, found from these rows.
         outliers: Rows excluded as outliers, indices into data.
         outlier_errors: Errors of the identified arm on them; None if there are none.
         suspects: Held-out rows that no arm explains, indices into held_out_data.
         before_fit: Geometry alone.
         after_fit: Geometry with the accepted effects, on the fitted rows; shown in the figures.
-        final_fit: The same on all rows, held-out ones of the same file too: what is saved.
-        geometries: The best arms without effects on the rows of `after_fit` and `final_fit`; None if there
-            are none.
         aligned: The nominal arm with the best base and tool.
         nominal: Its errors; of fitted rows those that are no outliers, as in the two that follow.
         before: Errors of `before_fit`.
-        after: Errors of `after_fit`.
+        after: Errors of `after_fit`, and what is saved: the same fitted to all rows, held-out ones of the
+            same file too.
+        causes: Physical causes of significant size among the accepted effects, largest first.
+        residual_map: The other effects, which only predict; None if there are none.
+        followed: Drivers that the error follows without a law.
+        remaining: The error that is left.
+        harm: A warning if held-out rows are predicted worse with the effects than without; None if not.
         effects: Accepted effects, the largest contribution first.
         now: The saved arm, if there were events during the measurements.
         is_tried: Whether effects were tried: the rows were enough for that.
@@ -169,24 +143,28 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
 
     nominal_robot: Robot
     data: Dataset
-    new_sessions: Mapping[str, Mounting]
     outliers: np.ndarray
     outlier_errors: Errors | None
     suspects: np.ndarray
     before_fit: Fit
     after_fit: Fit
-    final_fit: Fit
-    geometries: tuple[Robot | None, Robot | None]
     aligned: Robot
     nominal: Validation
     before: Validation
-    after: Validation
+    after: Run
+    causes: tuple[Cause, ...]
+    residual_map: ResidualMap | None
+    followed: tuple[FollowedDriver, ...]
+    remaining: RemainingError
+    harm: str | None
+    verdict: Verdict
+    message: str
     effects: tuple[Accepted, ...]
     now: Now | None
     is_tried: bool
     measure_next: Float[np.ndarray, "_ n"]
-    seconds: float
     next_reasons: tuple[NextReason, ...] = ()
+    seconds: float = 0.0
     warnings: tuple[str, ...] = ()
 
     @cached_property
@@ -242,18 +220,7 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
     def identification(self) -> Identification:
         """The arm as the result of an identification, with the errors before the refit to all rows."""
         is_outlier = np.isin(self.train_rows, self.outliers)
-        run = Run(
-            self.after.train_rows,
-            self.after.held_out_rows,
-            self.final_fit,
-            self.held_out_data,
-            before_refit=None
-            if self.after_fit is self.final_fit
-            else self.after_fit.calibrated.recorded(geometry=self.geometries[0]),
-            geometry=self.geometries[1],
-            new_sessions=self.new_sessions,
-        )
-        split = fields_of(AbstractSplit, self) | {
+        split = self.split | {
             "train_rows": self.train_rows[~is_outlier],
             "excluded": (*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),
         }
@@ -262,14 +229,14 @@ class Diagnosis(AbstractReported, AbstractSplit, AbstractClaims):
             aligned=self.aligned,
             data=self.data,
             nominal=self.nominal,
-            runs={self.final_fit.algorithm.name: run},
+            runs={self.after.fit.algorithm.name: self.after},
             harm=self.harm,
             **split,
         )
 
     def parameters(self) -> "DataFrame":
         """Constants and effects of the saved arm by name: unit, nominal, identified, standard error; SI."""
-        return self.final_fit.to_frame()
+        return self.after.fit.to_frame()
 
     def residuals(self) -> "DataFrame":
         """Measured − predicted with the accepted effects, as `Identification.residuals`."""

@@ -86,7 +86,7 @@ def identify(
         else:
             ready, outlying = prepare(robot, data, choices, **options), np.zeros(0, np.int64)
     problem, begin = ready.problem, None
-    if ready.identifiability is None:
+    if not ready.identifiability.is_limited:
         some, first = ready.first_fit
         likely = with_expected_deviation(some, deviation, x=first.x).deviation
         problem = ready.shared if likely is None else ready.shared.with_deviation(likely)
@@ -101,11 +101,7 @@ def identify(
         nominal_robot=robot,
         aligned=ready.aligned,
         data=ready.data,
-        train_rows=ready.train_rows,
-        held_out_rows=ready.held_out_rows,
-        held_out_data=ready.held_out_data,
-        excluded=ready.excluded,
-        notes=(*ready.notes, *_prior_note(problem, deviation)),
+        **ready.split | {"notes": (*ready.notes, *_prior_note(problem, deviation))},
         nominal=ready.nominal,
         runs=runs,
         ready=ready,
@@ -131,7 +127,7 @@ def _runs(
         fit = Fit(algorithm=algorithm, problem=whole, search=search, seconds=perf_counter() - began)
         found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
         errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
-        if decided is not None:
+        if decided.is_limited:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)
             known = observed_by(fit).tool
             errors = (errors[0].widened(*known), errors[1].widened(*known))

@@ -1,9 +1,9 @@
-"""Preparation of rows of an instrument from another package, where it decides what the rows may identify."""
+"""Preparation of rows between their selection and the first search, where an instrument of another package
+may decide what they identify."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, final
 
 import numpy as np
 from jaxtyping import Float
@@ -13,84 +13,95 @@ from workbench.data.dataset import Dataset
 from workbench.data.observation import AbstractReadings
 from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit import Fit
+from workbench.identification.noise import beyond_stated
 from workbench.identification.problem import Noise, Problem
 from workbench.parts import parts
 from workbench.report.json import Json
 
 
+def nothing(fit: Fit) -> Json:
+    return {}
+
+
+@final
 @dataclass(frozen=True, eq=False, kw_only=True)
-class AbstractIdentifiability(ABC):
-    """What of the arm some rows may identify, and why.
+class Identifiability:
+    """What of the arm some rows may identify, and why; by default all that is free.
 
     Args:
-        title: What is identified, such as "joint zeros".
+        title: What is identified, such as "joint zeros"; "" if the kind of reading sets no limit.
         refused: Why nothing of the arm was identified; "" if something was.
         advice: What to measure next; "" if nothing is needed.
         notes: The decisions and the noise, one sentence each.
         doubts: Given properties of the instrument that the rows contradict.
         actual: Actual scatter of the readings, where all were weighted equally.
         considered: Uncertain constants that were held at nominal.
+        found: Sentences on the identified arm and instrument.
+        json: These findings and the decisions, as entries of the JSON result.
     """
 
-    title: str
-    refused: str
-    advice: str
-    notes: tuple[str, ...]
+    title: str = ""
+    refused: str = ""
+    advice: str = ""
+    notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     actual: Noise | None = None
     considered: Considered | None = None
+    found: Callable[[Fit], Iterable[str]] = nothing
+    json: Callable[[Fit], Json] = nothing
 
-    @abstractmethod
-    def found(self, fit: Fit) -> Iterator[str]:
-        """Sentences on the identified arm and instrument."""
-
-    @abstractmethod
-    def json(self, fit: Fit) -> Json:
-        """These findings and the decisions, as entries of the JSON result."""
+    @property
+    def is_limited(self) -> bool:
+        """Whether the kind of reading decides: it then checks and weighs its rows by itself."""
+        return self.title != ""
 
 
-class AbstractPreparation(ABC):
-    """Steps for rows with such readings, between their selection and the first search."""
+class AbstractPreparation:
+    """Steps between the selection of rows and the first search; by default those of rows of columns."""
 
-    name: ClassVar[str]
-    """What the rows are called, such as "pictures"."""
     readings: ClassVar[type[AbstractReadings]]
     """The rows that it is for."""
-    undiagnosed: ClassVar[str]
-    """Why these rows are not diagnosed."""
+    undiagnosed: ClassVar[str] = ""
+    """Why these rows are not diagnosed; "" if they are."""
 
-    @abstractmethod
     def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
         """Rows that contradict their joint readings, with the reason, before any are held out: indices into
         the data."""
+        return {}
 
-    @abstractmethod
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
         """The rows to fit; unsuitable ones are excluded with the reason."""
+        return data
 
-    @abstractmethod
     def decide(
         self, robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem]
-    ) -> tuple[Problem, AbstractIdentifiability]:
-        """The weighed problem of what the rows may identify.
+    ) -> tuple[Problem, Identifiability]:
+        """The problem of what the rows may identify; weighed where that is limited.
 
         Args:
             free: Constants of the arm that may be freed at all.
             build: Makes a problem from robot, data and `free`.
         """
+        return build(robot, data, free=free), Identifiability()
 
-    @abstractmethod
     def comparable(self, held: Dataset, fitted: Dataset) -> Dataset:
         """Held-out rows; those that share nothing with the fitted ones are excluded with the reason."""
+        return held
 
-    @abstractmethod
-    def noise_left(self, problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
-        """Noise estimated from the residuals of a solution."""
+    def noise_left(self, problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
+        """Noise estimated from the residuals of a solution; None if that is rounding or unknown."""
+        return beyond_stated(problem, x)
 
 
-def preparation_of(data: Dataset) -> AbstractPreparation | None:
-    """The preparation that these rows need, if their readings are defined by another package."""
-    if data.readings is None:
-        return None
-    known = parts("preparations", AbstractPreparation)
-    return next((p for p in known if isinstance(data.readings, p.readings)), None)
+@final
+class ColumnPreparation(AbstractPreparation):
+    """Of rows of columns."""
+
+
+COLUMNS = ColumnPreparation()
+
+
+def preparation_of(data: Dataset) -> AbstractPreparation:
+    """The preparation that these rows need."""
+    known = () if data.readings is None else parts("preparations", AbstractPreparation)
+    return next((p for p in known if isinstance(data.readings, p.readings)), COLUMNS)

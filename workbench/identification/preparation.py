@@ -1,7 +1,7 @@
 """Preparation of every run on measured rows: choose and hold out rows, decide frames, estimate noise."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import final
 
@@ -26,11 +26,7 @@ from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import RowErrors, Validation, instrument_places, row_errors
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import Sessions, choose_frames, visible_parts
-from workbench.identification.instrument_preparation import (
-    AbstractIdentifiability,
-    AbstractPreparation,
-    preparation_of,
-)
+from workbench.identification.instrument_preparation import Identifiability, preparation_of
 from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -66,8 +62,8 @@ class Prepared(AbstractSplit):
         problem: The whitened fitting problem on the rows to fit.
         near: Solution of the fit that the noise was estimated from, where it was.
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
+        identifiability: What of the arm the rows may identify.
         scale: Length that is held in the problem, as no row tells the arm's scale; empty: none is.
-        identifiability: What of the arm the rows may identify; None if the kind of reading sets no limit.
     """
 
     data: Dataset
@@ -75,8 +71,8 @@ class Prepared(AbstractSplit):
     problem: Problem
     near: Float[np.ndarray, " p"] | None
     new_sessions: tuple[str, ...]
+    identifiability: Identifiability
     scale: str = ""
-    identifiability: AbstractIdentifiability | None = None
 
     def with_scale(self, problem: Problem, found: SearchOutcome) -> tuple[Problem, SearchOutcome]:
         """A problem whose lengths are all as uncertain as its scale, and its solution nearest to nominal.
@@ -191,8 +187,7 @@ def prepare(
     if Sessions(choices.frames) is not Sessions.SHARED:
         check_sessions(rows.train_data)
     own = preparation_of(rows.train_data)
-    identifiability: AbstractIdentifiability | None = None
-    rows = rows if own is None else _exclude_unsuited(robot, rows, own)
+    rows = _exclude_unsuited(rows, own.suited(robot, rows.train_data))
     progress(0.25, "deciding whether base and tool are free")
     frames = choose_frames(
         robot,
@@ -207,11 +202,8 @@ def prepare(
     )
     rows = rows.noted(*frames.notes)
     build = partial(Problem.build, frames=frames.freedom, known=choices.known, effects=effects)
-    if own is None:
-        problem = build(frames.robot, rows.train_data, free=free, noise=choices.noise)
-    else:
-        progress(0.5, f"deciding what {own.name} can identify")
-        problem, identifiability = own.decide(frames.robot, rows.train_data, free=free, build=build)
+    progress(0.5, "deciding what can be identified")
+    problem, identifiability = own.decide(frames.robot, rows.train_data, free=free, build=build)
     if not problem.names:
         raise OptionError(
             "nothing is free to identify; free a constant of the arm, its base or its tool", option="free"
@@ -222,12 +214,11 @@ def prepare(
         problem = prior.on(problem)
     progress(0.75, "estimating the noise")
     near: Float[np.ndarray, " p"] | None = None
-    if identifiability is None:
+    if not identifiability.is_limited:
         problem, decision, near = _with_noise(problem, choices.noise, frames.first)
         rows = rows.noted(decision)
-    else:
-        rows = rows.noted(*identifiability.notes)
-    if own is not None and preparation_of(rows.held_out_data) is own:
+    rows = rows.noted(*identifiability.notes)
+    if preparation_of(rows.held_out_data) is own:
         comparable = own.comparable(rows.held_out_data, problem.data)
         notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
         if (lost := _excluded(comparable)) and not rows.is_one_file:
@@ -242,9 +233,8 @@ def prepare(
             f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
             "the other sessions"
         )
-    split = {f.name: getattr(rows, f.name) for f in fields(AbstractSplit)}
     return Prepared(
-        **split,
+        **rows.split,
         data=complete,
         aligned=frames.robot,
         problem=problem,
@@ -270,8 +260,7 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     """The chosen rows, divided into fitted and held-out ones."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region, choices.known)
     used, other = of_rows(data, rows), choices.held_out
-    if (instrument_preparation := preparation_of(used)) is not None:
-        lost = instrument_preparation.contradicted(robot, used)
+    if lost := preparation_of(used).contradicted(robot, used):
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
         used = of_rows(data, rows)
@@ -294,9 +283,10 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     )
 
 
-def _exclude_unsuited(robot: Robot, rows: _Split, instrument_preparation: AbstractPreparation) -> _Split:
+def _exclude_unsuited(rows: _Split, suited: Dataset) -> _Split:
     """The rows that are suitable for their kind of reading; the others are excluded."""
-    suited = instrument_preparation.suited(robot, rows.train_data)
+    if suited is rows.train_data:
+        return rows
     lost = _excluded(suited)
     return replace(
         rows,

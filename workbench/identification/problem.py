@@ -74,7 +74,7 @@ class Problem:
             `prior`.
         row_weights: Factors of each row's residuals, from a robust loss.
         shares: What each row counts for, where others repeat its posture.
-        facts: Constraints on the instrument's unknowns.
+        facts: Prior knowledge of masses, centres and the instrument's unknowns.
         known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
     """
 
@@ -122,48 +122,40 @@ class Problem:
         frames = frames or FrameFreedom()
         noise, known = noise or Noise(), dict(known or {})
         names = tuple(robot.default_free if free is None else free)
-        kinds = observed_kinds(data)
-        parameters = _arm_parameters(robot, names, effects)
-        free_masses = tuple(robot.inertia) if inertia else ()
-        parameters += [
-            Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
-            for n in free_masses
-        ]
-        has_tilts = any(tilts_beside(of_rows(data, rows), kind) for kind, rows in kinds)
+        start, facts = instrument_start(robot, data, frames)
+        masses, tolerance = robot.inertia if inertia else {}, robot.inertia_tolerance
+        facts |= {n: Unknown("kg" if n.endswith(".mass") else "m", sigma=tolerance[n]) for n in masses}
+        has_tilts = any(tilts_beside(of_rows(data, rows), kind) for kind, rows in observed_kinds(data))
         has_loads = any(  # play depends on the sign of the load only
             e.loads and not e.has_play for e in robot.effects
         )
-        free_gravity = ((bool(free_masses) and has_loads) or has_tilts) and np.any(robot.gravity)
+        free_gravity = ((bool(masses) and has_loads) or has_tilts) and np.any(robot.gravity)
         angles = dict.fromkeys(n for s in data.sessions for n in gravity_names(s, frames) if free_gravity)
-        parameters += [Parameter(n, "rad", 0.0, is_inertia=not has_tilts) for n in angles]
-        parameters += frame_parameters(robot, data.sessions, frames)
-        unknown_start, facts = instrument_start(robot, data, kinds, frames)
-        parameters += [
-            Parameter(n, facts[n].unit, v, is_instrument=True)
-            for n, v in unknown_start.items()
-            if n not in known
-        ]
-        index = {p.name: i for i, p in enumerate(parameters)}
-        shared = (frames, noise, index, unknown_start | known)
-        blocks = build_blocks(robot, data, kinds, names, effects, free_masses, free_gravity, *shared)
+        parameters = (
+            *_arm_parameters(robot, names, effects),
+            *(Parameter(n, facts[n].unit, v, is_inertia=True) for n, v in masses.items()),
+            *(Parameter(n, "rad", 0.0, is_inertia=not has_tilts) for n in angles),
+            *frame_parameters(robot, data.sessions, frames),
+            *(Parameter(n, facts[n].unit, v, is_instrument=True) for n, v in start.items() if n not in known),
+        )
         problem = cls(
             robot=robot,
             data=data,
-            parameters=tuple(parameters),
+            parameters=parameters,
             noise=noise,
             frames=frames,
-            blocks=blocks,
+            blocks=build_blocks(robot, data, parameters, frames, noise, start | known),
             prior=np.zeros((0, len(parameters))),
             prior_centre=np.array([p.nominal for p in parameters]),
             facts=facts,
             known=known,
         )
-        spread = {n: robot.inertia_tolerance[n] for n in free_masses}
+        sigma = {name: fact.sigma for name, fact in facts.items()}
         if not frames.levelled:
-            spread |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, MIN_DEVIATION))
-        spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
-        centre = np.array([(robot.inertia | unknown_start).get(n, 0.0) for n in spread])
-        problem = problem.with_prior(tuple(spread), centre, np.diag(1.0 / np.array(list(spread.values()))))
+            sigma |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, MIN_DEVIATION))
+        held = {p.name: (p.nominal, 1.0 / s) for p in parameters if (s := sigma.get(p.name))}
+        centre, weight = np.array([*held.values()]).reshape(-1, 2).T
+        problem = problem.with_prior(tuple(held), centre, np.diag(weight))
         if angles and frames.levelled:
             for turning, wall in level_constraint(robot, data.sessions, frames, problem.names):
                 problem = problem.with_prior(turning, np.zeros(len(turning)), wall)
@@ -225,10 +217,7 @@ class Problem:
         for deflected in (b.deflected for b in self.blocks if b.deflected is not None):
             for name, size in law_sizes(deflected.robot, deflected.motion, deflected.names).items():
                 largest[name] = max(size, largest.get(name, 0.0))
-        known = {n: PRIOR_UNITS * s for n, s in self.robot.inertia_tolerance.items()}
-        known |= {
-            n: PRIOR_UNITS * fact.sigma if fact.sigma else fact.natural for n, fact in self.facts.items()
-        }
+        known = {n: PRIOR_UNITS * f.sigma if f.sigma else f.natural for n, f in self.facts.items()}
         return frozen(
             np.array([known.get(p.name) or 1.0 / (largest.get(p.name) or 1.0) for p in self.parameters])
         )

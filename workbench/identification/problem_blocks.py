@@ -4,7 +4,7 @@ A problem's rows are split so that each block has one chain (base, arm, tool of 
 observation; long ones are cut so that their twists stay in the processor's cache.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import Watched, watched
 from workbench.arm.motion import Motion
+from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import Twists, deflect, effect_columns
 from workbench.arm.statics.wrenches import Masses, TrialArm, masses
@@ -139,7 +140,6 @@ class RowBlock:
         unknowns: Indices of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
         own_sigma: Standard deviation of every residual component that its row states; 0 if it states none.
-        inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
         start: Index of the block's first residual component in the problem.
         noise: Noise that whitens the rows.
         turned: Indices in x of the angles by which the level frame of a watched link is rotated; empty if
@@ -157,7 +157,6 @@ class RowBlock:
     unknowns: np.ndarray
     known: np.ndarray
     own_sigma: np.ndarray
-    inverse_sigma: np.ndarray
     start: int
     noise: Noise
     turned: np.ndarray
@@ -195,6 +194,20 @@ class RowBlock:
     def chain(self) -> Chain:
         """Base, arm and tool."""
         return self.arm.chain
+
+    @cached_property
+    def inverse_sigma(self) -> Float[np.ndarray, "rows m"]:
+        """Reciprocal standard deviation of every residual component, from the row's own and the added noise,
+        joint readings exact; 0 where nothing was measured."""
+        sizes = {
+            Channel.POSITION: self.noise.position,
+            Channel.ROTATION: self.noise.rotation,
+            Channel.OWN: self.noise.own,
+            Channel.TILT: self.noise.tilt,
+        }
+        on_top = np.array([sizes[channel] for channel in self.observation.channels])
+        sigma = np.maximum(np.hypot(self.own_sigma, on_top), MIN_SIGMA)
+        return np.where(self.observation.seen, 1.0 / sigma, 0.0)
 
     @cached_property
     def watched(self) -> Watched:
@@ -271,8 +284,7 @@ class RowBlock:
 
     def with_noise(self, noise: Noise) -> "RowBlock":
         """The same rows whitened by other standard deviations."""
-        inverse = inverse_sigma_of(self.own_sigma, self.observation, noise)
-        new = replace(self, inverse_sigma=inverse, noise=noise)
+        new = replace(self, noise=noise)
         new.kept.extend(self.kept)
         return new
 
@@ -321,7 +333,7 @@ class RowBlock:
     @property
     def stop(self) -> int:
         """First residual component after the block's."""
-        return self.start + self.inverse_sigma.size
+        return self.start + self.own_sigma.size
 
 
 Kind = tuple[type[AbstractObservation], np.ndarray]
@@ -343,8 +355,9 @@ def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, "
     return vars(data)["carried"]
 
 
+@lru_cache(maxsize=8)
 def observed_kinds(data: Dataset) -> list[Kind]:
-    """Every row with the first observation that fits it."""
+    """Every row with the first observation that fits it; kept for the next call."""
     left = np.ones(len(data), bool)
     kinds = []
     for kind, rows in carried(data).items():
@@ -374,11 +387,12 @@ def observations(data: Dataset) -> list[tuple[AbstractObservation, Int[np.ndarra
 
 
 def instrument_start(
-    robot: Robot, data: Dataset, kinds, freedom: FrameFreedom
+    robot: Robot, data: Dataset, freedom: FrameFreedom
 ) -> tuple[dict[str, float], dict[str, Unknown]]:
     """Initial guesses of an instrument's unknowns from the nominal poses, and constraints on them."""
     start: dict[str, float] = {}
     known: dict[str, Unknown] = {}
+    kinds = observed_kinds(data)
     tilts = [(tilt, rows) for kind, rows in kinds for tilt in tilts_beside(of_rows(data, rows), kind)]
     for observation, rows in [*observations(data), *tilts]:
         if observation.unknowns:
@@ -390,38 +404,44 @@ def instrument_start(
 
 
 def build_blocks(
-    robot, data, kinds, names, effects, inertia, free_gravity, frames, noise, index, values
+    robot: Robot,
+    data: Dataset,
+    parameters: Sequence[Parameter],
+    frames: FrameFreedom,
+    noise: Noise,
+    values: Mapping[str, float],
 ) -> tuple[RowBlock, ...]:
     """Divide the rows by session, observation and size.
 
     Args:
         robot: Arm with its frames per session.
-        kinds: Rows of every observation, from `observed_kinds`.
-        names: Constants of the arm that are unknown.
-        effects: Coefficients of its effects that are unknown.
-        inertia: Masses and centres of its links that are unknown: all of them or none.
-        free_gravity: Whether gravity's direction is unknown.
+        parameters: The unknowns.
         frames: Which parts of base and tool are unknown.
         noise: Standard deviations on top of the rows' own.
-        index: Index of every unknown in x.
         values: Initial guesses and known values of the instruments' unknowns.
     """
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
     sized = dict[tuple[float, ...], tuple[AbstractEffect, ...]]()
     loaded, nothing = any(e.loads for e in robot.effects), NO_PLACES
-    coefficients, free_masses = (np.array([index[n] for n in some], np.int64) for some in (effects, inertia))
+    index = {p.name: i for i, p in enumerate(parameters)}
+    names = [p.name for p in parameters if p.is_geometry]
+    effects = tuple(p.name for p in parameters if p.is_coefficient)
+
+    def places(some: Iterable[str]) -> np.ndarray:
+        return np.array([index[n] for n in some if n in index], np.int64)
+
+    coefficients, free = places(effects), places(robot.inertia)
     for session in data.sessions:
         in_session, arm = data.in_session(session), placed.in_session(session)
         elements, constants = list(arm.chain.indices(names)), [index[n] for n in names]
         for kind, parts, own in frames.by_frame:
             elements += [arm.chain.index[f"{kind}.{part}"] for part in parts]
             constants += [index[f"{frame_name(kind, own, session)}.{part}"] for part in parts]
-        angles = np.array([index[n] for n in gravity_names(session, frames) if free_gravity], np.int64)
+        angles = places(gravity_names(session, frames))
         acting = angles if loaded else nothing
-        for observation, rows, mine in pieces(data, kinds, in_session):
+        for observation, rows, mine in pieces(data, in_session):
             turned = nothing if observation.link is None else angles
             stated = own_sigma_of(mine, observation)
-            inverse = inverse_sigma_of(stated, observation, noise)
             blocks.append(
                 RowBlock(
                     session=session,
@@ -430,47 +450,33 @@ def build_blocks(
                     q=np.ascontiguousarray(mine.q),
                     observation=observation,
                     elements=np.array(elements, np.int64),
-                    places=np.concatenate([constants, free_masses, acting if loaded else turned]).astype(int),
+                    places=np.concatenate([constants, free, acting if loaded else turned]).astype(int),
                     unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
                     known=np.array([values[n] for n in observation.unknowns], float),
                     own_sigma=stated,
-                    inverse_sigma=inverse,
                     start=start,
                     noise=noise,
                     turned=turned,
-                    deflected=Deflected(
-                        arm, Motion.of(mine), tuple(effects), coefficients, free_masses, acting, sized
-                    )
+                    deflected=Deflected(arm, Motion.of(mine), effects, coefficients, free, acting, sized)
                     if robot.effects
                     else None,
                 )
             )
-            start += inverse.size
+            start += stated.size
     return tuple(blocks)
 
 
-def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray, Dataset]]:
+def pieces(
+    data: Dataset, in_session: Bool[np.ndarray, " rows"]
+) -> Iterator[tuple[AbstractObservation, np.ndarray, Dataset]]:
     """The session's rows of every observation, at most `ROWS_AT_ONCE` at a time, by number and in full."""
-    for kind, rows in kinds:
+    for kind, rows in observed_kinds(data):
         rows = rows[in_session[rows]]
         for start in range(0, len(rows), ROWS_AT_ONCE):
             piece = rows[start : start + ROWS_AT_ONCE]
             mine = of_rows(data, piece)
             for observation in (*kind.each(mine), *tilts_beside(mine, kind)):
                 yield observation, piece, mine
-
-
-def inverse_sigma_of(own: np.ndarray, observation: AbstractObservation, noise: Noise) -> np.ndarray:
-    """Reciprocal standard deviation of every residual component, from the row's own and the added noise."""
-    sizes = {
-        Channel.POSITION: noise.position,
-        Channel.ROTATION: noise.rotation,
-        Channel.OWN: noise.own,
-        Channel.TILT: noise.tilt,
-    }
-    on_top = np.array([sizes[channel] for channel in observation.channels])
-    sigma = np.maximum(np.hypot(own, on_top), MIN_SIGMA)
-    return np.where(observation.seen, 1.0 / sigma, 0.0)
 
 
 def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:

@@ -31,7 +31,7 @@ from workbench.identification.errors.row_errors import (
 )
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
-from workbench.identification.instrument_preparation import AbstractIdentifiability
+from workbench.identification.instrument_preparation import Identifiability
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.preparation import Prepared
@@ -243,9 +243,9 @@ class Identification(AbstractReported, AbstractSplit):
         return noise if np.isfinite(noise.position) else noise._replace(position=assumed)
 
     @property
-    def identifiability(self) -> AbstractIdentifiability | None:
-        """What of the arm the rows may identify, and why; None if the kind of reading sets no limit."""
-        return None if self.ready is None else self.ready.identifiability
+    def identifiability(self) -> Identifiability:
+        """What of the arm the rows may identify, and why."""
+        return Identifiability() if self.ready is None else self.ready.identifiability
 
     @cached_property
     @beside("errors of outliers", ())
@@ -262,7 +262,7 @@ class Identification(AbstractReported, AbstractSplit):
     @beside("held-out rows that no arm explains", ())
     def suspects(self) -> tuple[int, ...]:
         """Numbers of the held-out rows that no arm explains; held-out errors include them."""
-        if self.ready is None or self.identifiability is not None:
+        if self.ready is None or self.identifiability.is_limited:
             return ()
         return tuple(self.held_out_data.row[suspects(self.ready, self.best.fit)].tolist())
 
@@ -302,9 +302,8 @@ class Identification(AbstractReported, AbstractSplit):
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
-        unknown = "" if self.identifiability is None else self.identifiability.refused
         known = (implausible_text(self.doubts(run)), self.computed, self.harm, self._contaminated)
-        doubts = unknown or "; ".join(filter(None, known))
+        doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
     @property
@@ -328,7 +327,7 @@ class Identification(AbstractReported, AbstractSplit):
     @cached_property
     def parted(self) -> str:
         """Which column parts the rows, or else which of them lie off the others together; empty if none."""
-        if self.identifiability is not None:
+        if self.identifiability.is_limited:
             return ""
         fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
         return parted_by_column(fit, rows) or ("" if fit.arm.effects else two_places(fit, rows))
@@ -394,7 +393,7 @@ class Identification(AbstractReported, AbstractSplit):
             if not run.fit.outcome.ok:
                 yield f"{run.fit.algorithm.title}: {run.fit.outcome}"
         yield from best.fit.cautions
-        if own is None:
+        if not own.is_limited:
             if explains_little(before, after, self.nominal_robot.reach):
                 yield (
                     f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; "
@@ -402,9 +401,8 @@ class Identification(AbstractReported, AbstractSplit):
                 )
             yield self.parted
             yield instrument_scale(self.aligned, self.data.take(self.train_rows))
-        else:
-            yield from own.doubts
-            yield own.refused and f"nothing of the arm was identified: {own.refused}"
+        yield from own.doubts
+        yield own.refused and f"nothing of the arm was identified: {own.refused}"
         yield self.transfer_warning()
 
     @beside("the expected error elsewhere", "")

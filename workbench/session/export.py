@@ -161,7 +161,7 @@ def _identified(session: Session) -> Identification:
 def _calibrated(session: Session) -> Robot:
     """The shown fit's arm, with the reasons on record not to use its files."""
     found = _identified(session)
-    if found.identifiability is not None and found.identifiability.refused:
+    if found.identifiability.refused:
         raise DataError(f"there is no calibrated arm to save: {found.identifiability.refused}")
     run = found.runs[session.results.fit]
     return run.calibrated.recorded(refused=found.refused(run))

@@ -204,11 +204,11 @@ def _identified(session: Session) -> NextStep | None:
     errors, times, known = before_and_after(session), share_of_noise(session, found), found.identifiability
     if doubts := found.doubts(found.runs[session.results.fit]):
         return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
-    if known is not None and known.refused:
+    if known.refused:
         return NextStep(
             f"No parameter was identified: {known.advice or known.refused}.", Tone.CAREFUL, MORE, COMPARE
         )
-    if known is not None:
+    if known.is_limited:
         return NextStep(f"{errors}; {known.title} identified.", Tone.GOOD, TAKE, COMPARE)
     if times <= BEYOND_NOISE:
         return NextStep(f"{errors}: the remaining error is instrument noise.", Tone.GOOD, TAKE, COMPARE)

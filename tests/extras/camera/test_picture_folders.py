@@ -70,7 +70,7 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
         worker.close()
     assert "pictures can't be diagnosed" in session.page.messages[-1].text
     identifiability = session.results.identification.identifiability
-    assert identifiability.step.name == "joint zeros"
+    assert identifiability.title == "joint zeros"
     found = identifiability.json(session.results.run.fit)["camera"]["poses"]["camera[c0]"]
     assert np.linalg.norm(found["xyz"] - shots.camera[0][:3, 3]) < 0.005
     assert b"<robot" in calibrated_urdf(session)[1]

@@ -68,8 +68,7 @@ def remarks(result: Identification) -> Iterator[Block]:
     """Unobservable combinations, warnings and decisions."""
     yield from lines("not identifiable", result.unidentifiable)
     yield from lines("warning", result.warnings)
-    if result.identifiability is not None:
-        yield from lines("found", result.identifiability.found(result.best.fit))
+    yield from lines("found", result.identifiability.found(result.best.fit))
     yield from lines("note", result.notes)
     if result.excluded:
         shown = ", ".join(f"row {row} ({reason})" for row, reason in result.excluded[:MAX_EXCLUDED])

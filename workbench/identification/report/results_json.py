@@ -58,7 +58,7 @@ def identification_json(result: Identification) -> Json:
         notes=list(result.notes),
         noise=lambda: result.noise.json(),
         expected_deviation=fit.problem.deviation,
-        **({} if known is None else ask("what may be identified", lambda: known.json(fit), {})),
+        **ask("what may be identified", lambda: known.json(fit), {}),
     )
 
 

@@ -55,7 +55,7 @@ def prepare_without_gross_outliers(
     """
     gross: list[int] = []
     ready = prepare(robot, data, choices, **options)
-    for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
+    for _ in range(0 if ready.identifiability.is_limited else MAX_ROUNDS):
         nominal, limit = ready.nominal, GROSS_REACH_SHARE * robot.reach
         usual = Spread.of(nominal.train_rows.position).median
         both = (nominal.train_rows, ready.problem.data), (nominal.held_out_rows, ready.held_out_data)
@@ -76,7 +76,7 @@ def prepare_without_outliers(
 ) -> tuple[Prepared, Rows]:
     """The same, also without outliers among the rows to fit."""
     ready, outlying = prepare_without_gross_outliers(robot, data, choices, **options)
-    if ready.identifiability is not None:
+    if ready.identifiability.is_limited:
         return ready, outlying
     choices = _without(choices, ready.data.row[outlying], GROSS_REASON)
     held = ready.data.row[ready.held_out_rows].tolist()

@@ -1,8 +1,8 @@
 """Selection of rows: those used, those held out, and notes on the others."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -44,6 +44,11 @@ class AbstractSplit:
     held_out_data: Dataset
     excluded: tuple[tuple[int, str], ...]
     notes: tuple[str, ...]
+
+    @property
+    def split(self) -> dict[str, Any]:
+        """These fields by name, for another such record."""
+        return {f.name: getattr(self, f.name) for f in fields(AbstractSplit)}
 
     @property
     def is_one_file(self) -> bool:

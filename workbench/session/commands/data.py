@@ -86,16 +86,18 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             if understood.dataset is None:
                 raise DataError(understood.problems[0])
             dataset = understood.dataset
-            own = [text.replace(f"{path.parent}/", "") for text in (dataset.missing_units, *dataset.notes)]
-            dataset = replace(dataset, source=path.name, missing_units=own[0], notes=tuple(own[1:]))
+            missing, *notes = (
+                text.replace(f"{path.parent}/", "") for text in (dataset.missing_units, *dataset.notes)
+            )
+            dataset = replace(dataset, source=path.name, missing_units=missing, notes=tuple(notes))
             progress(0.5, "comparing the rows with the arm")
-            if (own := with_own_columns(session.robot, dataset)).joints != session.robot.dof:
+            dataset = with_own_columns(session.robot, dataset)
+            if dataset.joints != session.robot.dof:
                 text = f"the file has {dataset.joints} joints, the robot {session.robot.dof}"
                 refused = replace(
                     understood, dataset=None, problems=(f"{text}: choose the robot that has them",)
                 )
                 return replace(file, preview=refused, match=arm_match(session.robot, dataset))
-            dataset = own
             found = Loaded(dataset, path.name, facts_of(dataset), read=dataset, file=file)
             try:
                 return matched_to_arm(session.robot, found, accept=self.accept)

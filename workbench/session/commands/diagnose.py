@@ -41,8 +41,8 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     def check(self, session: Session) -> None:
         check_same_arm(session, anyway=self.anyway or session.results.identification is not None)
         dataset = measurements(session).dataset
-        if (own := preparation_of(dataset)) is not None:
-            raise DataError(own.undiagnosed)
+        if why := preparation_of(dataset).undiagnosed:
+            raise DataError(why)
         rows = len(dataset) - len(session.measurements.left_out)
         if rows < MIN_ROWS:
             remedy = "for a virtual arm, increase 'More poses' in the Measure tab"

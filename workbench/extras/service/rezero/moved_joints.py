@@ -31,7 +31,6 @@ from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import Errors, instrument_places
 from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
 from workbench.identification.frames import Sessions, visible_parts
-from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.meaning.as_read import is_misread, misread_text, oriented, with_own_columns
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
@@ -82,7 +81,7 @@ def rezero(
     data = _counted(robot, data)
     begin = _near(robot, data)
     knowledge = LastCalibration.of(robot, begin)
-    decides = preparation_of(data) is not None  # it lets zeros alone through; knowledge comes afterwards
+    decides = data.readings is not None  # it lets zeros alone through; knowledge comes afterwards
     free = zeros if decides else knowledge.names
     choices = FitChoices(held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise)
     with part_of(0.1, 0.3):
@@ -100,7 +99,7 @@ def rezero(
     found = _aligned(best, best.problem.robot_at(best.x).with_values(kept))
     error = BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found))
     still = _still_off(robot, best, error.after, _errors(ready, best, best.problem.robot_at(best.x)))
-    reasons = () if ready.identifiability is None else ready.identifiability.doubts
+    reasons = ready.identifiability.doubts
     with part_of(0.6, 0.3):
         reasons = (
             reasons or _astray(shifts, ready, everything) or doubts(knowledge, everything, far=bool(still))
@@ -183,7 +182,7 @@ def _counted(robot: Robot, data: Dataset) -> Dataset:
     for the zero of one, as of a new motor."""
     data = with_own_columns(robot, data)
     robot.check_joints(data.said.q, data.source)
-    found = None if preparation_of(data) is not None else read_rows(robot, data, likely=True)
+    found = None if data.readings is not None else read_rows(robot, data, likely=True)
     is_zero = found is not None and found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
     if found is not None and is_misread(found) and not is_zero:
         text = misread_text(found, robot)
@@ -197,7 +196,7 @@ def _near(robot: Robot, data: Dataset) -> Robot:
     A joint that is far off would else be taken for a base that stands elsewhere.
     """
     robot.check_joints(data.q, data.source)
-    if preparation_of(data) is not None:  # they may show no base
+    if data.readings is not None:  # they may show no base
         return robot
     try:
         problem = Problem.build(robot, data.take(data.included), free=robot.joint_offsets)

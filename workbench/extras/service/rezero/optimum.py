@@ -44,10 +44,9 @@ class Optimum:
     def of(cls, problem: Problem, *, measured: bool) -> "Optimum":
         """The optimum of a problem, with the noise that it leaves unless that was measured."""
         found = cls.fitted(problem, problem.start, measured)
-        own = preparation_of(problem.data)
         for _ in range(0 if measured else NOISE_ROUNDS - 1):
             now, x = found.problem, found.x
-            left = noises.beyond_stated(now, x) if own is None else own.noise_left(now, x)
+            left = preparation_of(now.data).noise_left(now, x)
             old = now.noise
             if left is None or np.allclose([*left[:2], left.own], [*old[:2], old.own], rtol=0.02, atol=1e-7):
                 break

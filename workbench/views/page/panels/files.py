@@ -38,7 +38,7 @@ EMPTY_NOTE = "Identify the arm first; then it is saved here."
 @lru_cache(maxsize=1)
 def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> str:
     """A line for each format, with its error, whether it keeps the required one, and what it holds."""
-    if found is None or (found.identifiability is not None and found.identifiability.refused):
+    if found is None or found.identifiability.refused:
         return ""
     run = found.runs[shown]
     added, errors = run.saved.robot.effects, sizes(run.file_errors)
