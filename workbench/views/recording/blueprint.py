@@ -11,7 +11,7 @@ from workbench.views.recording.canvas import EYE, PATHS, STEP
 GROUND = (246, 248, 251)
 NO_LEGEND = rrb.PlotLegend(visible=False)
 EACH = "grey nominal, blue geometry, orange with what was added"
-PLOTS = {
+PLOTS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
     "Position": {
         "predicted error [mm]": ("predicted", ("position_mm",)),
         f"error [mm]: {EACH}": ("error", tuple(f"{path}_mm" for path in PATHS.values())),
