@@ -74,6 +74,10 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
     before = do(LoadData("one.csv", file), Identify(("opt2",)))
     assert do(Undo()).results.identification is None
     assert do(Redo()).results.identification is before.results.identification
+    assert [LoadData("two.csv", content).removes(before) != "" for content in (file, b"q1\n1")] == [
+        True,
+        False,
+    ]
     for other in (LoadData("two.csv", file), MeasureVirtualArm(3), ForgetData()):
         session = do(other)
         assert session.results.identification is None

@@ -52,6 +52,13 @@ class AbstractCommand(ABC):
     def check(self, session: Session) -> None:  # noqa: B027
         """Raise a `WorkbenchError` if it makes no sense here; unless overridden, it always does."""
 
+    def removes(self, session: Session) -> str:
+        """What it takes away, as a sentence, if a user should agree to that first; else empty.
+
+        A file is read for that; one that can't be takes nothing away, as its refusal will say.
+        """
+        return ""
+
 
 class AbstractChange(AbstractCommand):
     """A quick command, carried out by the worker itself."""
@@ -111,10 +118,21 @@ class AbstractLoad(AbstractTask[Result]):
     endings: ClassVar[tuple[str, ...]]
     """Of the files' names, in lower case."""
 
+    def removes(self, session: Session) -> str:
+        return "" if session.results.is_empty else at_stake(session)
+
     @classmethod
     def packed(cls, folder: Path) -> tuple[str, bytes] | None:
         """Name and content of a file that holds a folder's measurements; None where folders are not read."""
         return None
+
+
+def at_stake(session: Session) -> str:
+    """What goes with the measurements, as a sentence; empty if there are none."""
+    if (loaded := session.measurements.loaded) is None:
+        return ""
+    results = "" if session.results.is_empty else " and the results based on them"
+    return f"The measurements ({loaded.name}){results} will be removed; Undo restores them."
 
 
 class AbstractChore(AbstractTask[Result]):

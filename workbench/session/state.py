@@ -202,6 +202,11 @@ class Results:
         return None if self.identification is None else self.identification.runs[self.fit]
 
     @property
+    def is_empty(self) -> bool:
+        """Whether nothing has been found."""
+        return self.identification is None and self.diagnosis is None
+
+    @property
     def calibrated(self) -> Robot | None:
         return None if self.run is None else self.run.calibrated
 

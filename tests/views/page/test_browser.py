@@ -139,6 +139,19 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     wanted = found.best.calibrated.values(names)
     assert np.allclose(read_toml(saved).values(names), wanted, atol=1e-12)
 
+    screen.tab("Measure")
+    broken = {"name": "broken.csv", "mimeType": "text/csv", "buffer": b"q1[rad],x[m]\n1,none\n"}
+    screen.give("Load measurements", broken)  # takes nothing away, so nothing is asked
+    screen.until(lambda session: session.page.messages and "broken.csv" in session.page.messages[-1].text)
+    for answer in ("Cancel", "Read two.csv"):
+        assert app.worker.session.results.identification is found
+        screen.give(
+            "Load measurements", {"name": "two.csv", "mimeType": "text/csv", "buffer": path.read_bytes()}
+        )
+        screen.wait_text("question", "the results based on them will be removed")
+        screen.press(answer)
+    screen.until(lambda session: session.measurements.loaded.name == "two.csv")
+
 
 def residuals_are_where_they_are(screen):
     """All rows are in the picture, have one scale of colours in mm, and answer to a click."""

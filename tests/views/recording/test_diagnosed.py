@@ -5,9 +5,12 @@ from dataclasses import replace
 import pytest
 from refusals import mentions
 
+from tests.session.direct_commands import done
 from workbench import diagnose, measure_poses
+from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.undo import Undo
 from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.recorder import recorder
 
@@ -40,6 +43,16 @@ def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
     pictures = draw(
         (None, sample.first), (Diagnose(), found), (SelectTarget(1), found), (SelectTarget(2), sample.first)
     )
-    (_, (text,)), *_ = pictures.values("/diagnosis/words", "TextDocument:text")
+    _, (_, (text,)), *_ = pictures.values("/result", "TextDocument:text")
     assert diagnosed.message in text
     assert mentions(text, "joint-compliance, joint 2")
+
+
+def test_title_and_eye_are_those_of_the_step(draw, sample):
+    first, other = sample.first, done(sample.first, ChooseRobot("ur5e"))
+    pictures = draw((None, first), (ChooseRobot("ur5e"), other), (SelectTarget(1), other), (Undo(), first))
+    titles = [text for _, (text,) in pictures.values("/title", "TextDocument:text")]
+    assert [mentions(t, name) for t, name in zip(titles, ("ARIA", "UR5e", "ARIA"), strict=True)] == [True] * 3
+    eyes = pictures.values("/world/eye", "Transform3D:translation")
+    assert [step for step, _ in eyes] == [0, 1, 3]
+    assert eyes[0][1] == eyes[2][1] != eyes[1][1]

@@ -5,7 +5,6 @@ import resource
 import time
 
 import pytest
-from rerun.chunk import RrdReader
 
 from tests.views.recording.demo import drag
 from workbench.arm.built_in_arms import load_robot
@@ -15,9 +14,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
-from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.recorder import parts, recorder
-from workbench.views.recording.rerun_output import FileOutlet
 
 
 def begun(folder, sample, **options):
@@ -94,14 +91,3 @@ def test_the_first_picture_of_the_page_goes_before_the_recording_and_nothing_is_
     assert not parts(tmp_path / "r")
     worker.close()
     assert parts(tmp_path / "r")[0].stat().st_size > 10_000
-
-
-def test_another_layout_takes_no_threads(sample, tmp_path):
-    outlet = FileOutlet(tmp_path / "r.rrd", "r")
-    outlet.arrange(blueprint(sample.first))
-    before = len(os.listdir("/proc/self/task"))
-    for _ in range(5):
-        outlet.arrange(blueprint(sample.first))
-    assert len(os.listdir("/proc/self/task")) <= before
-    outlet.close()
-    assert len(RrdReader(tmp_path / "r.rrd").blueprints()) == 1

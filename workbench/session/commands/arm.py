@@ -24,7 +24,7 @@ from workbench.base.types import frozen
 from workbench.parts import parts
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
-from workbench.session.command import AbstractChange, AbstractTask, computed
+from workbench.session.command import AbstractChange, AbstractTask, at_stake, computed
 from workbench.session.commands.data import DAMAGED, LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Severity
@@ -61,6 +61,9 @@ class ChooseRobot(AbstractTask[Session]):
         loaded = session.measurements.loaded
         if self.keep and self._unread(session) is None and (loaded is None or loaded.read is None):
             raise OptionError("there are no measurements from a file to keep")
+
+    def removes(self, session: Session) -> str:
+        return "" if self.keep else at_stake(session)
 
     def compute(self, session: Session) -> Session:
         progress(0.2, "solving inverse kinematics for the targets")
@@ -112,6 +115,11 @@ class LoadModel(AbstractTask[Session]):
                 f"meshes) or plate (TOML) of at most {largest // 2**20} MiB",
                 path=safe_name(self.name),
             )
+
+    def removes(self, session: Session) -> str:
+        with suppress(WorkbenchError):
+            return "" if not at_stake(session) or isinstance(self.model(), Plate) else at_stake(session)
+        return ""
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")

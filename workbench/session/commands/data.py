@@ -32,6 +32,7 @@ from workbench.session.command import (
     AbstractCommand,
     AbstractLoad,
     AbstractTask,
+    at_stake,
     computed,
     kinds,
 )
@@ -75,6 +76,12 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         if len(self.content) > MAX_FILE_BYTES:
             text = too_large(self.name, len(self.content), MAX_FILE_BYTES)
             raise DataError(f"{text}; use 'workbench identify' for larger files")
+
+    def removes(self, session: Session) -> str:
+        with suppress(WorkbenchError):
+            if not session.results.is_empty and isinstance(self.compute(session), Loaded):
+                return at_stake(session)
+        return ""
 
     def compute(self, session: Session) -> Loaded | MeasurementFile:
         progress(0.0, "reading")
@@ -166,6 +173,9 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         if not any(state.measurable for state in session.states):
             remedy = "drag some within reach, or choose other branches"
             raise DataError(f"the arm reaches none of the targets; {remedy}")
+
+    def removes(self, session: Session) -> str:
+        return "" if session.results.is_empty else at_stake(session)
 
     def compute(self, session: Session) -> Loaded:
         rng = np.random.default_rng(self.seed)
@@ -297,9 +307,9 @@ def packed(folder: Path) -> tuple[str, bytes]:
 
 def with_other_data(session: Session, loaded: Loaded | None) -> Session:
     """As `with_data`; a calibration that goes with the old measurements is named, and undo restores it."""
-    before, results = session.measurements.loaded, session.results
+    before = session.measurements.loaded
     after = with_data(begin_step(session, session), loaded)
-    if before is None or (results.identification is None and results.diagnosis is None):
+    if before is None or session.results.is_empty:
         return after
     text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
     return after.with_message(Severity.WARNING, text, refused="Identify")  # the next one ends it

@@ -27,6 +27,18 @@ def title(session: Session) -> str:
     return f"{session.robot.name} · {beside.name}"
 
 
+def occasion(session: Session) -> tuple[object, ...]:
+    """Arm, plate and measurements as they are looked at: where one of these is another, so is the view."""
+    is_placed = session.results.identification is not None  # only then it is known where the rows lie
+    return (
+        session.robot,
+        session.history.first.plate,
+        session.measurements.loaded,
+        session.shows_plate,
+        is_placed,
+    )
+
+
 def first_view(session: Session) -> tuple[Vector3, Vector3]:
     """Initial camera position and point of view [m]: towards the measured rows, or else the plate."""
     rows, loaded = session.results.comparison, session.measurements.loaded

@@ -14,6 +14,8 @@ from workbench.session.comparison import ModelStage
 from workbench.views.recording.rerun_output import AbstractOutlet
 
 STEP, TIME = "step", "session_time"
+EYE = "world/eye"
+"""The camera that looks at the scene."""
 PATHS = {stage: stage.name.lower() for stage in ModelStage}
 
 
@@ -30,9 +32,9 @@ class Canvas:
             outlet.stream.set_time(TIME, duration=seconds)
 
     def arrange(self, layout: rrb.Blueprint) -> None:
-        """Lay out the viewer anew."""
+        """Lay out the viewer."""
         for outlet in self._outlets:
-            outlet.arrange(layout)
+            outlet.stream.send_blueprint(layout)
 
     def log(self, path: str, *what: Any, static: bool = False) -> None:
         for outlet in self._outlets:

@@ -6,22 +6,28 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
+from workbench.base.types import Vector3
+from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.document import models, remarks
 from workbench.identification.report.parameters import parameter_blocks
 from workbench.identification.result import Identification
 from workbench.parts import warn_of_broken
 from workbench.report.result_display import as_markdown
 from workbench.session.stages import stages
-from workbench.session.state import Session
+from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.scene_contents import in_recordings
-from workbench.views.drawables.sink import Item, is_same
-from workbench.views.recording.blueprint import blueprint, subject
-from workbench.views.recording.canvas import PATHS, Canvas
+from workbench.views.drawables.sink import Item
+from workbench.views.drawables.viewpoint import first_view, occasion
+from workbench.views.recording.blueprint import blueprint
+from workbench.views.recording.canvas import EYE, PATHS, Canvas
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown
-from workbench.views.recording.sentences import about
+from workbench.views.recording.sentences import about, headline
 from workbench.views.recording.timelines import TIMELINES
+
+FIELD = 0.66
+"""Height of the picture [rad]."""
 
 
 class MomentDrawing:
@@ -31,15 +37,13 @@ class MomentDrawing:
         self._canvas = canvas
         self._scene, self._sheets = RecordingSink(canvas, "world/"), RecordingSink(canvas)
         self._timelines = tuple(kind() for kind in TIMELINES)
-        self._subject: tuple[Any, ...] = ()
+        canvas.arrange(blueprint())
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        lens = rr.Pinhole(fov_y=FIELD, aspect_ratio=1.0, camera_xyz=rr.ViewCoordinates.RUB, line_width=0.0)
+        canvas.log(EYE, lens, static=True)
 
     def draw(self, moment: Moment) -> None:
         session = moment.session
-        about = subject(session)
-        if len(self._subject) != len(about) or not all(map(is_same, about, self._subject)):
-            self._try("layout", lambda: self._canvas.arrange(blueprint(session)))
-            self._subject = about
         self._canvas.at(moment.step, moment.at)
         self._try("scene", self._scene.draw, in_recordings(session))
         self._try("sheets", self._sheets.draw, sheets(session))
@@ -54,20 +58,36 @@ class MomentDrawing:
 
 
 def sheets(session: Session) -> Iterator[Item]:
-    """How to read the recording, index O of each target alone (ARIA eq. 17), the shown fit, the diagnosis."""
+    """Title, legend, result and bars (O as ARIA eq. 17) beside the scene, and the eye that looks at it."""
+    results = session.results
+    yield Item("title", markdown, (headline(session),))
     yield Item("about", markdown, (about(session),))
-    yield Item("parameters", _fitted, (session.results.identification, session.results.fit))
-    yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
-    for k, stage in enumerate(stages(session)):
-        if len(known := 1e3 * stage.rows[np.isfinite(stage.rows)]):
-            largest_first = np.quantile(known, np.linspace(1.0, 0.0, 25))  # more bars are none to the eye
+    yield Item(EYE, lambda *_: _camera(*first_view(session)), occasion(session))
+    yield Item("result", _result, (results.diagnosis, results.identification, results.fit, results.accepted))
+    if not (known := stages(session)) or (session.shows_plate and session.playback.focus is Focus.TARGET):
+        yield Item("bars/O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
+        return
+    for k, stage in enumerate(known):
+        if len(errors := 1e3 * stage.rows[np.isfinite(stage.rows)]):
+            largest_first = np.quantile(errors, np.linspace(1.0, 0.0, 25))  # more bars are none to the eye
             drawn = largest_first, STAGE_COLOURS[stage.title], 0.3 * k, 0.3  # over others they turn white
-            yield Item(f"before_after/{PATHS[stage.title]}_mm", _bars, drawn)
-    if (diagnosis := session.results.diagnosis) is not None:
-        yield Item("diagnosis/words", lambda d: markdown(as_markdown(d.blocks())), (diagnosis,))
+            yield Item(f"bars/{PATHS[stage.title]}_mm", _bars, drawn)
 
 
-def _fitted(found: Identification | None, fit: str) -> rr.TextDocument:
+def _camera(position: Vector3, target: Vector3) -> rr.Transform3D:
+    """It looks at the target, with the z axis upright."""
+    forward = target - position
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    axes = np.stack([right, np.cross(right, forward), -forward], axis=1)
+    return rr.Transform3D(translation=position, mat3x3=axes / np.linalg.norm(axes, axis=0))
+
+
+def _result(
+    diagnosis: Diagnosis | None, found: Identification | None, fit: str, accepted: tuple[Any, ...]
+) -> rr.TextDocument:
+    """The diagnosis until what it found is added, else the shown fit."""
+    if diagnosis is not None and not accepted:
+        return markdown(as_markdown(diagnosis.blocks()))
     if found is None:
         return markdown("Nothing has been identified yet.")
     parts = (*models(found), *parameter_blocks(found.runs[fit].fit), *remarks(found))

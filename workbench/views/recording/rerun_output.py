@@ -11,12 +11,9 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
-from uuid import NAMESPACE_OID, uuid5
 
 os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
 import rerun as rr
-import rerun.blueprint as rrb
-from rerun import bindings
 
 from workbench.base.errors import OptionError
 
@@ -40,11 +37,7 @@ Notify = Callable[[str], None]
 
 
 class AbstractOutlet(ABC):
-    """Takes one recording.
-
-    All its layouts go through one stream, each in place of the one before: of `send_blueprint` rerun keeps a
-    stream and its two threads for ever.
-    """
+    """Takes one recording."""
 
     stream: rr.RecordingStream
 
@@ -54,22 +47,11 @@ class AbstractOutlet(ABC):
         self.stream = rr.RecordingStream(name, recording_id=recording, batcher_config=batches)
         self.stream.set_log_time_enabled(False)
         self.stream.set_log_tick_enabled(False)
-        native = bindings.new_blueprint(name, make_default=False, make_thread_default=False)
-        self._layouts = rr.RecordingStream._from_native(native)
-        self._layouts.set_time("blueprint", sequence=0)
-        self._waiting = self._layouts.memory_recording()
-
-    def arrange(self, layout: rrb.Blueprint) -> None:
-        """Lay out the viewer; every layout has the same parts."""
-        _name_parts(layout.root_container)
-        layout._log_to_stream(self._layouts)
-        bindings.send_blueprint(self._waiting.storage, True, True, self.stream.to_native())
 
     @abstractmethod
     def close(self) -> None:
         """Finish the recording; a file gets its index."""
         self.stream.disconnect()
-        self._layouts.disconnect()
 
 
 class FileOutlet(AbstractOutlet):
@@ -142,11 +124,3 @@ def url_of(address: str) -> str:
         raise OptionError(
             f"no rerun viewer listens at '{address}'; start one with 'rerun', or give its HOST:PORT"
         ) from None
-
-
-def _name_parts(part: rrb.Container | rrb.View, path: str = "") -> None:
-    """The same identities for the same places of a layout."""
-    part.id = uuid5(NAMESPACE_OID, path)
-    for i, inner in enumerate(getattr(part, "contents", ())):
-        if isinstance(inner, rrb.Container | rrb.View):
-            _name_parts(inner, f"{path}/{i}")

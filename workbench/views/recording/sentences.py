@@ -9,7 +9,9 @@ from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.commands.edit import MovePlate
 from workbench.session.cube_fields import field_of
 from workbench.session.journal.entry import Ending, Entry
+from workbench.session.stages import before_and_after
 from workbench.session.state import Session
+from workbench.views.drawables.viewpoint import title
 
 
 def sentence(entry: Entry, session: Session, messages: list[str]) -> str:
@@ -32,6 +34,14 @@ def _place(session: Session, *, is_plate: bool) -> str:
         return f"{text}, {state.obstacle}"
     error = session.score.position
     return f"{text}; predicted error {1e3 * error:.3g} mm rms" if np.isfinite(error) else text
+
+
+def headline(session: Session) -> str:
+    """What is seen, how good it is, and what a demo says of it, as markdown."""
+    score = session.score
+    figures = f"predicted error {1e3 * score.position:.3g} mm, O {score.indices['O']:.3f}"
+    figures = before_and_after(session) if session.results.identification else figures
+    return f"**{title(session)}:** {figures}\n\n{session.page.caption}"
 
 
 def about(session: Session) -> str:

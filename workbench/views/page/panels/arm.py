@@ -1,24 +1,18 @@
 """Which arm, from the list or a file, and what is known of it."""
 
-from contextlib import suppress
-
 import viser
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import WorkbenchError
-from workbench.plate.plate import Plate
 from workbench.session.commands.arm import LARGEST_ARCHIVE, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import block, bullets, heading, pairs, text
-from workbench.views.page.panels.panel import AbstractPanel, Question, ask, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 MODELS = ".toml,.urdf,.xml,.zip"
-LOST = "Remove the measurements?"
-"""What is asked before another robot takes the place of one with measurements."""
 CHOSEN = "choose …"
 """In a list of robots while the session's is none that was chosen there."""
 
@@ -33,9 +27,9 @@ class ArmPanel(AbstractPanel):
         arms, at_first = (CHOSEN, *built_in_robots()), "aria"
         self._choice = gui.add_dropdown("Robot", arms, initial_value=at_first, hint="The built-in arms.")
         hint = "Start again with this arm, on its own plate, or on yours if it reaches half of the targets."
-        self.press(
+        self.button(
             "Change to this robot",
-            self._choose,
+            self._chosen,
             viser.Icon.ROBOT,
             hint,
             disabled=lambda s: s.page.job is not None,
@@ -47,32 +41,12 @@ class ArmPanel(AbstractPanel):
             "go to the Measure tab.",
             endings=MODELS,
             maximum=LARGEST_ARCHIVE,
-            question=Question(LOST, self._lost_by, "Open it"),
         )
         self.html(lambda s: block(facts(s.robot), testid="arm", style="margin:6px 0"))
 
-    def _choose(self, event: viser.GuiEvent) -> None:
-        """Change the robot; ask first where that puts measurements away."""
-        if (name := self._choice.value) == CHOSEN:
-            self._worker.submit(Tell("choose a robot from the list first, or open your own"))
-            return
-        if not (question := self._lost()):
-            self._worker.submit(ChooseRobot(name))
-            return
-        ask(event, LOST, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
-
-    def _lost_by(self, name: str, content: bytes) -> str:
-        """What this file puts away; nothing if it can't be read, which its refusal then says."""
-        with suppress(WorkbenchError):
-            return "" if isinstance(LoadModel(name, content).model(), Plate) else self._lost()
-        return ""
-
-    def _lost(self) -> str:
-        """What another robot puts away; empty if nothing."""
-        if (loaded := self._worker.session.measurements.loaded) is None:
-            return ""
-        fit = "" if self._worker.session.results.identification is None else " and the results based on them"
-        return f"The measurements ({loaded.name}){fit} will be removed; Undo restores them."
+    def _chosen(self) -> ChooseRobot | Tell:
+        unchosen = Tell("choose a robot from the list first, or open your own")
+        return unchosen if self._choice.value == CHOSEN else ChooseRobot(self._choice.value)
 
     def show(self, session: Session) -> None:
         shown = self._choice.value

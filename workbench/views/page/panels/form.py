@@ -12,6 +12,7 @@ Panels bring all controls in line with every snapshot that they draw; SI inside,
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -23,6 +24,7 @@ from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.page.html import block, text
 from workbench.views.page.viser_internals import set_value
 
 DEGREE = float(np.deg2rad(1.0))
@@ -239,7 +241,7 @@ class AbstractControls:
         """What sends a command when viser tells of an event."""
 
         async def send(event: viser.GuiEvent) -> None:
-            self.send(lambda: make(event))
+            self.send(lambda: make(event), event)
 
         return send
 
@@ -252,13 +254,20 @@ class AbstractControls:
         """Send a command whenever a user changes the control."""
         on_change(field, lambda: self.send(make))
 
-    def send(self, make: Make) -> None:
-        """Send a command; what was typed wrong is shown as a message."""
+    def send(self, make: Make, event: viser.GuiEvent | None = None) -> None:
+        """Send a command; what was typed wrong is shown as a message.
+
+        One that takes results away is sent once the user whose event it is has agreed.
+        """
         try:
             command = make()
         except WorkbenchError as error:
             command = Tell(str(error))
-        if command is not None:
+        if command is None:
+            return
+        if event is not None and (lost := command.removes(self.session)):
+            ask(event, "Remove the measurements?", lost, command.title, partial(self._worker.submit, command))
+        else:
             self._worker.submit(command)
 
 
@@ -269,3 +278,34 @@ def on_change(field: Control, action: Callable[[], None]) -> None:
     async def _(event: viser.GuiEvent) -> None:
         if event.client_id is not None:
             action()
+
+
+def ask(
+    event: viser.GuiEvent,
+    title: str,
+    question: str,
+    label: str,
+    do: Callable[[], object],
+    *,
+    build: Callable[[viser.GuiApi], object] = lambda gui: None,
+) -> None:
+    """Do something once the user has said so, in a sheet over the page of the user who pressed a button.
+
+    `title` says what is to be decided; `build` makes what more is asked.
+    """
+    if event.client is None:
+        return
+    gui = event.client.gui
+    with (dialogue := gui.add_modal(title)):
+        gui.add_html(block(text(question), testid="question", style="margin:4px 0 10px"))
+        build(gui)
+        yes, no = (
+            gui.add_button(label, hint=question),
+            gui.add_button("Cancel", color="gray", hint="Go back."),
+        )
+    no.on_click(lambda _: dialogue.close())
+
+    @yes.on_click
+    def _(_: object) -> None:
+        dialogue.close()
+        do()

@@ -21,8 +21,7 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
-from workbench.views.page.html import block, text
-from workbench.views.page.panels.form import AbstractControls
+from workbench.views.page.panels.form import AbstractControls, ask
 from workbench.views.page.viser_internals import forget_uploads, limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 
@@ -34,20 +33,6 @@ AFTERWARDS = math.inf
 
 Build = Callable[["AbstractPanel", viser.GuiApi], object]
 """Makes controls for a panel that sends what they ask for."""
-
-
-class Question(NamedTuple):
-    """What is asked before a file is sent.
-
-    Args:
-        title: What is to be decided.
-        about: The question for a file of this name and contents; empty if nothing has to be asked.
-        answer: The way on.
-    """
-
-    title: str
-    about: Callable[[str, bytes], str]
-    answer: str
 
 
 class Door(NamedTuple):
@@ -133,7 +118,6 @@ class AbstractPanel(AbstractControls):
         endings: str,
         maximum: int,
         main: bool = False,
-        question: Question | None = None,
     ) -> viser.GuiUploadButtonHandle:
         """A button that sends a command with a file's name and contents; a file of more bytes is refused."""
         made = self._gui.add_upload_button(
@@ -153,12 +137,7 @@ class AbstractPanel(AbstractControls):
                 return
             await asyncio.sleep(ARRIVED)
             forget_uploads(self._gui)
-            send = partial(self.send, partial(command, name, content))
-            about = "" if question is None else await asyncio.to_thread(question.about, name, content)
-            if question is not None and about:
-                ask(event, question.title, about, question.answer, send)
-            else:
-                send()
+            await asyncio.to_thread(self.send, partial(command, name, content), event)
 
         return made
 
@@ -193,34 +172,3 @@ class AbstractPanel(AbstractControls):
             self._worker.submit(Tell(str(error)))
         except Exception as error:
             self._worker.submit(Tell(f"the file could not be made ({type(error).__name__}: {error})"))
-
-
-def ask(
-    event: viser.GuiEvent,
-    title: str,
-    question: str,
-    label: str,
-    do: Callable[[], object],
-    *,
-    build: Callable[[viser.GuiApi], object] = lambda gui: None,
-) -> None:
-    """Do something once the user has said so, in a sheet over the page of the user who pressed a button.
-
-    `title` says what is to be decided; `build` makes what more is asked.
-    """
-    if event.client is None:
-        return
-    gui = event.client.gui
-    with (dialogue := gui.add_modal(title)):
-        gui.add_html(block(text(question), testid="question", style="margin:4px 0 10px"))
-        build(gui)
-        yes, no = (
-            gui.add_button(label, hint=question),
-            gui.add_button("Cancel", color="gray", hint="Go back."),
-        )
-    no.on_click(lambda _: dialogue.close())
-
-    @yes.on_click
-    def _(_: object) -> None:
-        dialogue.close()
-        do()

@@ -10,7 +10,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.scene_contents import on_page
-from workbench.views.drawables.viewpoint import first_view
+from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.page.camera import aim_all
 from workbench.views.page.scene.gizmo import Gizmo, Slice
 from workbench.views.page.scene.ground import Ground
@@ -40,12 +40,11 @@ class Scene:
         """Draw what has changed in this snapshot."""
         with self._lock:
             before, self._session = self._session, session
-            first, former = session.history.first.plate, before.history.first.plate
-            is_other = session.robot is not before.robot or first is not former
-            if is_other:
+            now, then = occasion(session), occasion(before)
+            if now[:2] != then[:2]:
                 self._server.scene.reset()
                 self._build(session)
-            if is_other or _has_other_rows(before, session):
+            if now != then:
                 self._look(session)
             self._ground.show(session.page.is_dark)
             self._sink.is_behind = False
@@ -78,12 +77,3 @@ class Scene:
             self._worker.submit(SelectTarget(number))
         else:
             self._worker.submit(ShowRow(number))
-
-
-def _has_other_rows(before: Session, now: Session) -> bool:
-    """Whether plate or measurements have come or gone, or lie elsewhere because the base is known now."""
-    loaded = now.measurements.loaded
-    if loaded is not before.measurements.loaded or now.shows_plate is not before.shows_plate:
-        return True
-    was, here = (s.results.identification is not None for s in (before, now))
-    return loaded is not None and here and not was
