@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from generator import move, turn
 
+import workbench as wb
 from workbench import Motion, link_frames, load_robot, tool_poses
 from workbench.arm.conventions import JointEntry, default_free
 from workbench.arm.joint import JointKind
+from workbench.arm.kinematics.forward import identification_jacobian
 
 
 def hayati(theta, d, a, alpha, beta):
@@ -131,3 +133,22 @@ def test_four_constants_of_each_joint_are_free_and_beta_replaces_d_between_paral
     entries = [entry(0.0), entry(quarter), entry(np.pi), entry(0.0)]
     assert default_free("hayati", entries) == [parallel, perpendicular, parallel, perpendicular]
     assert default_free("craig", entries) == [perpendicular, perpendicular, parallel, parallel]
+
+
+SLIDE, TURNED = {"type": "prismatic"}, {"alpha": np.pi}
+SCARA = [{"d": 0.4, "a": 0.3}, {"a": 0.25, **TURNED}, SLIDE, {"d": 0.1}]
+COLUMN = [{"a": 0.1, **SLIDE}, {"a": 0.3}, {"a": 0.2, "alpha": 1.2}, {"d": 0.1}]
+
+
+@pytest.mark.parametrize("convention", ["dh", "craig"])
+@pytest.mark.parametrize("table", [SCARA, COLUMN], ids=["scara", "column"])
+def test_free_constants_show_all_that_small_errors_of_any_link_do(table, convention):
+    robot = wb.Robot.from_dh(table, convention)
+    q = np.random.default_rng(0).uniform(0.1, 1.0, (40, 4))
+    frames = [f"{f}.{p}" for f in ("base", "tool") for p in ("x", "y", "z", "roll", "pitch", "yaw")]
+    every = [f"joint{k}.{name}" for k in range(1, 5) for name in ("theta", "d", "a", "alpha", "beta")]
+    ranks = [
+        np.linalg.matrix_rank(np.concatenate(identification_jacobian(robot, q, (*names, *frames))[1]), 1e-9)
+        for names in (robot.default_free, every)
+    ]
+    assert ranks[0] == ranks[1]

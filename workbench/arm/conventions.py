@@ -83,15 +83,17 @@ def default_free(convention: str, entries: list[JointEntry]) -> list[tuple[str, 
     """Constants identified by default for each joint: θ, a, α and d, or β for d.
 
     Where two neighbouring moving axes are nominally parallel, their common normal jumps with the slightest
-    tilt, and one d is redundant; Hayati's β takes its place (ARIA, remark below eq. 8).
+    tilt, and one d is redundant; Hayati's β takes its place (ARIA, remark below eq. 8), or joins the d that a
+    prismatic axis moves.
     """
     orders_distal = ORDERS.get(convention) is DISTAL
     result: list[tuple[str, ...]] = []
     for i, entry in enumerate(entries):
         neighbour = i + 1 if orders_distal else i - 1
-        pair = 0 <= neighbour < len(entries) and all(entries[k].driven == "theta" for k in (i, neighbour))
+        pair = 0 <= neighbour < len(entries) and entry.driven and entries[neighbour].driven
         parallel = pair and abs(np.sin(entry.alpha)) < PARALLEL
-        result.append(("theta", "beta" if parallel else "d", "a", "alpha") if entry.driven else ())
+        along = ("beta",) * bool(parallel) + ("d",) * (not parallel or entry.driven == "d")
+        result.append(("theta", *along, "a", "alpha") if entry.driven else ())
     return result
 
 
