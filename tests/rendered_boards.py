@@ -5,6 +5,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+COARSE = 8
+"""Every such ray is asked whether it may meet the sheet."""
+
 
 def undistorted(uv, intrinsics):
     """X/Z, Y/Z of pixels, by Newton's method on the radial and tangential law."""
@@ -45,16 +48,31 @@ def render(paper, metres, target_in_camera, intrinsics, size, *, rng, blur=0.6, 
     """
     width, height = size
     r, t = target_in_camera[:3, :3], target_in_camera[:3, 3]
-    ahead = _rays(tuple(intrinsics), size, fine) @ r
+    rays = _rays(tuple(intrinsics), size, fine)
+    grey, part = (
+        np.full(rays.shape[:2], 120.0),
+        _around(rays, target_in_camera, metres * np.array(paper.shape)),
+    )
+    ahead = rays[part] @ r
     far = (t @ r[:, 2]) / ahead[..., 2]
     place = (ahead[..., :2] * far[..., None] - t @ r[:, :2]) / metres
     column, row = np.floor(place).astype(int).transpose(2, 0, 1)
     on = (far > 0) & (column >= 0) & (row >= 0) & (column < paper.shape[1]) & (row < paper.shape[0])
-    grey = np.full(on.shape, 120.0)
-    grey[on] = paper[row[on], column[on]] * 0.8 + 25.0
+    grey[part][on] = paper[row[on], column[on]] * 0.8 + 25.0
     grey = grey.reshape(height, fine, width, fine).mean((1, 3))
     grey = gaussian_filter(grey, blur)
     return np.clip(grey + rng.normal(0, noise, grey.shape), 0, 255).astype(np.uint8)
+
+
+def _around(rays, pose, edge):
+    """Rows and columns of rays that may meet a sheet so high and wide; all, where that is not plain."""
+    corners = edge[::-1] * [[0, 0], [0, 1], [1, 0], [1, 1]] @ pose[:3, :2].T + pose[:3, 3]
+    seen, few = corners[:, :2] / corners[:, 2:], rays[::COARSE, ::COARSE, :2]
+    inside = ((few > seen.min(0)) & (few < seen.max(0))).all(-1)
+    if not inside.any() or (corners[:, 2] < 1e-3).any():
+        return slice(None), slice(None)
+    ends = (np.flatnonzero(inside.any(axis))[[0, -1]] for axis in (1, 0))
+    return tuple(slice(max(COARSE * (low - 1), 0), COARSE * (high + 1) + 1) for low, high in ends)
 
 
 def looking_at(eye, middle, roll=0.0):

@@ -97,7 +97,7 @@ def test_from_the_file_to_the_report(run, tmp_path):
     _, rows = measure_poses(load_robot("aria"), 40, seed=1)
     label = FORMULAS[1] + MARKUP + "\u202e\u2066$\\frac{"
     text = measurements_csv(replace(rows, session=np.full(40, label)))
-    name = "=1+1\u202e<b>.csv"
+    name = "=1+1\u202e<script>alert.csv"
     Path(name).write_text(text)
     arguments = ("--robot", "aria", "--report", "report", "--json", "r.json")
     for command in (("preview", name), ("identify", name, *arguments), ("diagnose", name, *arguments)):

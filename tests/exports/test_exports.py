@@ -62,9 +62,6 @@ def test_the_command(run, tmp_path):
     assert code == 0
     assert "1e-09" in message
     assert json.loads((tmp_path / "r.json").read_text())["left"]["position_m"] < EXACT
-    code, message, _ = run("export", "ur5", "--for", "list")
-    assert code == 0
-    assert all(name in message for name in FORMS)
     for options in (["--for", "nonsense", "--out", out], ["--for", "dh-csv"], ["--out", out]):
         code, _, error = run("export", "ur5", *options)
         assert code == 64, options

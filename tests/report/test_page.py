@@ -45,11 +45,3 @@ def test_the_page_of_a_diagnosis(rows, tmp_path):
     assert text.count("<svg") == 2
     assert found.causes[0].sentence[:20] in text.replace("&#39;", "'") or "joint 2" in text
     assert json.loads((tmp_path / "diagnosis.json").read_text("utf-8")) == plain(diagnosis_json(found))
-
-
-def test_what_a_file_says_is_escaped(rows, tmp_path):
-    from dataclasses import replace
-
-    robot, data = rows
-    found = identify(robot, replace(data, source="<script>x</script>"))
-    assert "<script>" not in write_identification(found, tmp_path).read_text("utf-8")

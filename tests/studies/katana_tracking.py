@@ -10,7 +10,7 @@ known of the joints has been taken off; then the joints are corrected (5.22), an
     ours                 geometry and tilting found together from 118 poses, corrected until nothing is left
 
 The thesis prints its circle and not its line, which is chosen here on the same plane, near to the circle's
-posture. A third path is the circle's upright diameter, which the arm draws in another posture: what was
+posture. A third path is the circle's upright diameter, the pencil held level in another posture: what was
 identified on one trajectory is judged there.
 """
 
@@ -43,6 +43,8 @@ from workbench.plate.poses.iso_cube import iso_cube_poses
 
 LINE = np.array([[0.09, -0.3, 0.1392893], [-0.09, -0.3353553, 0.1746446]])
 """Ends of the line [m]."""
+LEVEL = np.array([0.0, -1.0, 0.0])
+"""How the pencil is held where the arm takes another posture."""
 PATHS = ("circle", "line", "diameter in another posture")
 """Paths of all results."""
 CIRCLE, LINE_NEAR, LINE_FAR = range(3)
@@ -108,12 +110,12 @@ def drawing_katana() -> Robot:
 
 
 def tracked_paths(robot: Robot) -> tuple[Planned, ...]:
-    """The paths of `PATHS`, the pencil as near to upright on their plane as the arm can hold it."""
+    """Those of `PATHS`, the pencil as upright on their plane as the arm can hold it; level on the last."""
     curves: tuple[Curve, ...] = (circle_through(printed.POINTS), line(*LINE), line(*printed.POINTS[[1, 3]]))
-    down = curves[0].normal
+    axes = (curves[0].normal, curves[0].normal, LEVEL)
     return tuple(
-        plan(robot, curve, duration=duration, rows=ROWS, axis=down)
-        for curve, duration in zip(curves, DURATIONS, strict=True)
+        plan(robot, curve, duration=duration, rows=ROWS, axis=axis)
+        for curve, duration, axis in zip(curves, DURATIONS, axes, strict=True)
     )
 
 

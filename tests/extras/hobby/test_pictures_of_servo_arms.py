@@ -45,7 +45,7 @@ def here(arm, tmp_path):
     """`pictures/`, `counts.csv`, `poses.csv`, `follower.json`, `camera.toml` and `target.toml`."""
     rng = np.random.default_rng(1)
     (tmp_path / "pictures").mkdir()
-    q = arm.drawn(6000, 4)
+    q = arm.drawn(900, 4)
     at = sights(arm, q)
     middle = at @ MIDDLE
     spot = np.abs(middle[:, :2] / middle[:, 2:3]) * LENS[:2]

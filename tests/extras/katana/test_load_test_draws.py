@@ -56,7 +56,7 @@ def test_a_fit_far_above_the_noise_is_refused_with_its_row(planned):
     robot, plan = planned
     data = experiment.read_plan(robot, plan, instrument=METER, rng=np.random.default_rng(1))
     tilt = {link: readings.copy() for link, readings in data.tilt.items()}
-    tilt[4][7] += np.deg2rad(0.2)
+    tilt[4][7] += np.deg2rad(0.05)
     with refuses(DataError, row=7):
         experiment.tilting_of(robot, plan, replace(data, tilt=tilt), instrument=METER)
 

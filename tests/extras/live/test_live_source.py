@@ -133,7 +133,7 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
         assert [m.text for m in session.page.messages if m.severity is Severity.ERROR][1:] == []
         begin = monotonic()
         for first in (1.0, 30.0):
-            for k in range(20):
+            for k in range(8):
                 many = (line(np.add(Q, 1e-3 * k), first + k + 1e-4 * i, capture=True) for i in range(500))
                 send(*many)
             if first == 1.0:

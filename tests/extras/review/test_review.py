@@ -9,7 +9,7 @@ from workbench.extras.review.viewer import pictures_of
 from workbench.session.journal.reader import read_recording
 
 
-@pytest.mark.parametrize("cut", [500, 20_000, 400_000, 10**9])
+@pytest.mark.parametrize("cut", [400_000, 10**9])
 def test_pictures_without_an_end_are_shown_as_far_as_they_go(copy, reader, cut):
     path = copy / "session.rrd"
     content = path.read_bytes()

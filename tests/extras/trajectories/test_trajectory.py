@@ -11,8 +11,6 @@ from workbench.arm.frame import Frame
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.urdf import read_urdf
-from workbench.arm.urdf_writer import write_urdf
 from workbench.base.errors import DataError
 from workbench.extras.trajectories.correction import CorrectionMethod, correct
 from workbench.extras.trajectories.path import command_joints, command_poses
@@ -121,16 +119,6 @@ def test_a_base_in_the_measuring_frame_and_its_drift_do_not_matter(arms):
     plain, moved = (correct(command_joints(arm, nominal, arc())) for arm in (model, drifting))
     np.testing.assert_allclose(moved.q, plain.q, atol=1e-9)
     assert any("drift" in note for note in moved.notes)
-
-
-def test_a_written_urdf_corrects_as_the_arm_does(arms, tmp_path):
-    """Its base and tool are the instrument's and the measured point's: no part of the arm."""
-    nominal, model, _ = arms["aria"]
-    there = Frame.from_pose(generator.turn("z", 1.0) @ generator.move("x", 2.0))
-    arm = model.with_frames(base=there, tool=Frame.from_pose(generator.move("z", 0.05)))
-    copy = read_urdf(write_urdf(arm, tmp_path / "calibrated.urdf"))
-    plain, read = (correct(command_joints(each, nominal, arc())) for each in (arm, copy))
-    np.testing.assert_allclose(read.q, plain.q, atol=1e-6)
 
 
 def test_rows_that_nothing_can_help_are_not_made_worse(arms):

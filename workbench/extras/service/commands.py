@@ -20,8 +20,7 @@ def verify(
     ] = "given",
 ) -> None:
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, pass or fail."""
-    fit_frames = opt.fits_frames(frames)
-    arm = wb.load_robot(robot)
+    arm, fit_frames = wb.load_robot(robot), opt.fits_frames(frames)
     found = wb.verify(arm, files.read(data, arm), wanted=wanted, fit_frames=fit_frames)
     opt.give(found)
     if found.passed is False:
