@@ -179,56 +179,51 @@ def export(
         return
     if calibrated is None:
         raise OptionError("name the robot to export; only `--for list` works without")
-    arm = wb.load_robot(calibrated, tip=tip)
-    if urdf is None and toml is None and controller is None and form is None:
-        raise OptionError("give at least one of --for NAME --out FILE, --urdf, --toml, --controller FILE")
     if (form is None) != (out is None) or (source is not None and form is None):
         raise OptionError("--for NAME and --out FILE belong together; --into goes with them")
-    chosen = None if form is None else form_named(form)
-    if chosen is not None and (reason := chosen.refusal(arm)):
-        opt.fail(f"{reason}; {out} is not written")
+    if not (paths := [path for path in (out, urdf, toml, controller) if path is not None]):
+        raise OptionError("give at least one of --for NAME --out FILE, --urdf, --toml, --controller FILE")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the controller's own model")
-    opt.check_writable(urdf, toml, controller, out)
-    files = [str(path) for path in (out, urdf, toml, controller) if path is not None]
-    content: dict[str, Any] = {"schema": "workbench.export/1", "robot": arm.name, "files": files}
+    chosen, arm = None if form is None else form_named(form), wb.load_robot(calibrated, tip=tip)
+    if chosen is not None and (reason := chosen.refusal(arm)):
+        opt.fail(f"{reason}; {out} is not written")
+    opt.check_writable(*paths)
+    own, advice = opt.load_nominal(nominal, arm), ""
+    content: dict[str, Any] = {"schema": "workbench.export/1", "robot": arm.name, "files": [*map(str, paths)]}
     if chosen is not None and out is not None:
-        content |= _export_for(chosen, out, arm, nominal, source)
+        content |= _export_for(chosen, out, arm, own, source)
     for path in filter(None, (urdf, toml)):
         opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
-    if urdf is not None:
-        if tip is not None:
-            opt.say(
-                f"note: {urdf} keeps all its branches; the chain ends at '{tip}', by its link calibrated_tool"
-            )
-        opt.say_notes(carried_text(arm))
-    if urdf is not None or toml is not None:
-        opt.say_notes(region_text(arm))
-    use = None
-    if controller is not None and nominal is not None:
+    if urdf is not None and tip is not None:
+        opt.say(
+            f"note: {urdf} keeps all its branches; the chain ends at '{tip}', by its link calibrated_tool"
+        )
+    opt.say_notes(() if urdf is None else carried_text(arm))
+    opt.say_notes(() if urdf is None and toml is None else region_text(arm))
+    if controller is not None and own is not None:
         from workbench.identification.checks.arm_match import require_same_arm
         from workbench.identification.report.how_to_apply import use_of
         from workbench.report.json import write_json
 
-        own = opt.load_nominal(nominal, arm)
         require_same_arm(arm, own)
         use = use_of(arm, own)
+        advice = use.advice if use.advised is None else ""
         opt.show(use.blocks())
         content["controller"] = use.json()
         opt.say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
     opt.write_result(content)
-    if use is not None and use.advised is None:
-        opt.fail(use.advice)
+    if advice:
+        opt.fail(advice)
 
 
-def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None) -> dict[str, Any]:
+def _export_for(form, out: Path, arm, nominal, source: Path | None) -> dict[str, Any]:
     """Write one form, and report how much of the calibration it represents; the same as fields."""
     from workbench.base.wording import capital
     from workbench.exports import Job, export_robot
 
     text = None if source is None else form.text_of(source)
-    job = Job(robot=arm, nominal=opt.load_nominal(nominal, arm), source=text)
-    done = export_robot(form, out, job)
+    done = export_robot(form, out, Job(robot=arm, nominal=nominal, source=text))
     opt.say(f"{arm.name}: {done.path}")
     opt.say(capital(done.verdict))
     opt.say_notes(done.notes)

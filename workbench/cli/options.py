@@ -4,7 +4,6 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
@@ -206,25 +205,21 @@ def whole_numbers(text: str | None, option: str) -> list[int]:
         raise OptionError(f"{option} must be whole numbers such as 3,4 or 21-37, got '{text}'") from None
 
 
-def _quantity(name: str, text: str) -> float:
+def quantity(text: str, option: str, kind: str = "LENGTH") -> float:
+    """A number in SI from text such as 0.1mm, for an option that no verb reads."""
     from workbench.base.units import Quantity, parse_quantity
 
     try:
-        return parse_quantity(text, Quantity[name])
+        return parse_quantity(text, Quantity[kind])
     except UnitError as error:
-        raise OptionError(str(error)) from None
-
-
-length, angle = (partial(_quantity, name) for name in ("LENGTH", "ANGLE"))
-"""Numbers in SI from texts such as 0.1mm, 0.02deg."""
+        raise OptionError(str(error), option=option, found=text) from None
 
 
 def wanted_of(text: str) -> "wb.Wanted":
     """Required error: a length, or a length and an angle."""
-    from workbench.data.accuracy_requirement import Wanted
-
-    position, comma, rotation = text.partition(",")
-    return Wanted(position=length(position), rotation=angle(rotation) if comma else None)
+    position, *angle = text.split(",", 1)
+    rotation = quantity(angle[0], "wanted", "ANGLE") if angle else None
+    return wb.Wanted(position=quantity(position, "wanted"), rotation=rotation)
 
 
 def fits_frames(text: str) -> bool:

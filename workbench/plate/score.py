@@ -29,9 +29,6 @@ from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, single_branches
 from workbench.plate.target_readings import linearise_targets, sigma_of, usual_kind
 
-STARTS = 20
-"""Number of random mixes of branches that are improved."""
-
 
 def set_score(
     robot: Robot,
@@ -134,7 +131,6 @@ def score(
         rng=np.random.default_rng(seed),
         names=names,
         sigma=sigma,
-        starts=STARTS,
     )
     scored = partial(set_score, robot, plate, targets=can.rows, q_region=q_region, names=names, sigma=sigma)
     alike = choice.best_single

@@ -25,7 +25,6 @@ from workbench.base.types import Matrix4, frozen
 from workbench.plate.collision import hits, obstacles, shape_of, unobstructed
 from workbench.plate.optimiser.shapes import Collider
 from workbench.plate.plate import AUTO, Kind, Plate, Target
-from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
 from workbench.session.target_state import TargetState
 
@@ -56,7 +55,7 @@ def solve_all_targets(
         targets = (_with_known_branch(plate.targets[i], branches) for i, branches in pairs)
         part = replace(plate, targets=tuple(targets))
         rng = np.random.default_rng(0)
-        choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
+        choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng)
         check_cancelled()  # a mix that was cut short is no answer
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
             states[i] = _reached(frozen(q.copy()), name)

@@ -140,10 +140,8 @@ def _representatives(
             rest = np.where(moved.converged[:, None], moved.q, rest)
         rest, room = distinct(arm, rest), 0.0 * room
     gaps = margins(representative(rest, limits, ~arm.repeats), limits)
-    for least in (room, 0.0 * room):
-        if (holds := (gaps >= least - SAME_SOLUTION).all(1)).any():
-            rest = rest[holds]
-            break
+    within = ((gaps >= least - SAME_SOLUTION).all(1) for least in (room, 0.0 * room))
+    rest = next((rest[holds] for holds in within if holds.any()), rest)
     size = smallest_singular_value(arm, rest, task)
     place = _place(arm, rest)
     picked = [int(np.argmax(size))] if len(rest) else []

@@ -34,8 +34,8 @@ def board(
 
     check_ending(out, "a board is", ".pdf")
     mount = opt.choice_of({str(m): m for m in Mount}, mounted, "--mounted")
-    side = opt.length(square)
-    inner = round(0.75 * side, 4) if marker is None else opt.length(marker)
+    side = opt.quantity(square, "square")
+    inner = round(0.75 * side, 4) if marker is None else opt.quantity(marker, "marker")
     printed, beside = Charuco(across_down(squares), side, inner, dictionary), out.parent / "target.toml"
     opt.check_writable(out, beside)
     text, (pdf, title) = target_toml(charuco_target(printed, mount)), board_pdf(printed)
