@@ -45,7 +45,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     for pattern, key in (
         (rf"(?:{_JOINT_TEXT})_?(\d+)(?:pos(?:ition)?)?|joint_a(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS}|state|field)_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
-        (r"m?([xyz])_coord(?:inate)?|(?:[tp]|tvec_?)?([xyz])", "{0}"),
+        (r"m?([xyz])_coord(?:inate)?|(?:[tp]|tvec_?)?([xyz])|([xyz])(?:m|meas|act|ist)", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
         (r"(roll|pitch|yaw|nick|gier)(?:_?(?:winkel|angle))?", "{0}"),
@@ -67,6 +67,7 @@ _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "si
 _ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
+_JOINT_KEY = re.compile(r"q\d+")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
 _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
 """Places and orientations in six or seven numbers; the rows tell which these are."""
@@ -171,8 +172,12 @@ def number_in(cell: str) -> float:
 def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Sequence[str]]]:
     """Names of numbers of poses, tcp_pose_0 … 6, t11 … t34 or t0 … t15, and their keys.
 
-    The last row of a matrix tells entries by columns; numbered ones must have it.
+    The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of a
+    'position' are a pose where joints stand beside it.
     """
+    poses = (
+        ("pose", "position") if any(_JOINT_KEY.fullmatch(meaning(n) or "") for n in columns) else ("pose",)
+    )
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:
@@ -187,7 +192,7 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
                 break
         if stem in ("t", "m", "h") and all(rows[:12]) and not any(rows[12:]):
             yield rows[:12], _MATRIX
-        if stem.endswith("pose") and count in _POSES and set(own) == set(numbers[:count]):
+        if stem.endswith(poses) and count in _POSES and set(own) == set(numbers[:count]):
             yield rows[:count], _POSES[count]
 
 
