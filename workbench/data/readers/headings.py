@@ -45,7 +45,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     for pattern, key in (
         (rf"(?:{_JOINT_TEXT})_?(\d+)(?:pos(?:ition)?)?|joint_a(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS}|state|field)_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
-        (r"m?([xyz])_coord(?:inate)?|(?:[tp]|tvec_?)?([xyz])|([xyz])(?:m|meas|act|ist)", "{0}"),
+        (r"m?([xyz])_coord(?:inate)?|(?:[tp]|tvec_?)?([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
         (r"(roll|pitch|yaw|nick|gier)(?:_?(?:winkel|angle))?", "{0}"),
@@ -81,6 +81,7 @@ _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     ([f"{kind}{a}1" for kind in ("", "phi") for a in "xyz"], ("x", "y", "z", "roll", "pitch", "yaw")),
     (("s", "l", "u", "r", "b", "t"), _SIX),
     (("q0", "qx", "qy", "qz"), _QUATERNION),
+    *(([f"{a}{end}" for a in "xyz"], "xyz") for end in ("m", "meas", "act", "ist")),
     *((["base", "shoulder", "elbow", *(f"wrist{mark}{i}" for i in "123")], _SIX) for mark in ("_", "")),
     ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
     *(([f"{r}{i}{j}" for i in "012" for j in "012"], MATRIX) for r in ("r", "r_", "rot")),
