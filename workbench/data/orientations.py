@@ -20,7 +20,7 @@ MAKERS = {
     "xyz": "roll, pitch, yaw: Fanuc, Yaskawa, xArm",
     "ZYX": "A, B, C: KUKA",
     "ZYZ": "Doosan, Kawasaki, Comau",
-    "XYZ": "Stäubli",
+    "XYZ": "Stäubli, Mecademic",
 }
 
 

@@ -12,7 +12,7 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import off_nominal, sampled
 from workbench.base.advice import beside, failures
-from workbench.base.wording import first_of
+from workbench.base.wording import first_of, listed
 from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match, sister
 from workbench.identification.checks.instrument_scale import instrument_scale
@@ -392,6 +392,8 @@ class Identification(AbstractReported, AbstractSplit):
         for run in self.runs.values():
             if not run.fit.outcome.ok:
                 yield f"{run.fit.algorithm.title}: {run.fit.outcome}"
+            if at := [p.text for p, x in zip(run.fit.parameters, run.fit.x, strict=True) if x in p.bounds]:
+                yield f"{run.fit.algorithm.title}: held at its bound: {listed(at)}; the rows would go beyond"
         yield from best.fit.cautions
         if not own.is_limited:
             if explains_little(before, after, self.nominal_robot.reach):

@@ -99,7 +99,7 @@ def test_six_joints_hold_the_whole_orientation(robots):
 
 def test_what_forbids_a_path_is_named(robots):
     katana = robots["katana"][0]
-    with pytest.raises(DataError, match=r"row \d+ .*\(at \d+\.\d+ s\).* off; change"):
+    with pytest.raises(DataError, match=r"row \d+ .*\(at \d+\.\d+ s\).* off; the poses are"):
         plan(katana, line(np.array([0.1, -0.37, 0.21]), np.array([-0.1, -0.8, 0.07])), duration=9.0)
     with refuses(OptionError, option="points"):
         circle_through(np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]]))

@@ -22,6 +22,7 @@ from workbench.base.units import parse_heading
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
 from workbench.data.readers.headings import (
     is_commanded,
+    is_of_measurement,
     known_together,
     meaning_of,
     normalised,
@@ -181,7 +182,8 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
         return [name] if not shape else []
     if plain in _JOINTS:
         return [f"q{k + 1}{unit}" for k in range(shape[0])]
-    if shape == (3,) and {plain, plain.rpartition("_")[2]} & {*_PLACES} and not is_commanded(name):
+    first, _, _ = plain.partition("_" if is_of_measurement(name) else "\n")
+    if shape == (3,) and {first, plain.rpartition("_")[2]} & {*_PLACES} and not is_commanded(name):
         return [f"{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]

@@ -37,6 +37,11 @@ _REFUSED = (
         rb"\x89PNG|\xff\xd8|GIF8|%PDF|PK\x03\x04|\x1f\x8b|7z\xbc|\xd0\xcf\x11\xe0|\x89HDF|MATLAB 7\.3|RRF",
         _BINARY,
     ),
+    (
+        rb"(Trajectories|Objects|Segments|Joints|Model Outputs)[,;\t ]*\r?\n\d|NO_OF_\w+[,;\t ]",
+        "an export of Vicon or Qualisys: keep one row a pose, under x[mm], y[mm], z[mm], qw, qx, qy, qz of "
+        "the tool's body, or under m1x[mm] … of its markers, beside the joints",
+    ),
     (_PROGRAM, "a robot's program; of programs RAPID, KRL and URScript are read by 'compensate'"),
     (
         rb"(?s)%YAML|- \w+: *\[|.*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n",

@@ -67,6 +67,7 @@ _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "si
 _ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
+_JOINT_KEY = re.compile(r"q\d+")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
 _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
 """Places and orientations in six or seven numbers; the rows tell which these are."""
@@ -80,6 +81,7 @@ _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     ([f"{kind}{a}1" for kind in ("", "phi") for a in "xyz"], ("x", "y", "z", "roll", "pitch", "yaw")),
     (("s", "l", "u", "r", "b", "t"), _SIX),
     (("q0", "qx", "qy", "qz"), _QUATERNION),
+    *(([f"{a}{end}" for a in "xyz"], "xyz") for end in ("m", "meas", "act", "ist")),
     *((["base", "shoulder", "elbow", *(f"wrist{mark}{i}" for i in "123")], _SIX) for mark in ("_", "")),
     ([f"{c}{r}" for r in "xyz" for c in "noap"], _MATRIX),
     *(([f"{r}{i}{j}" for i in "012" for j in "012"], MATRIX) for r in ("r", "r_", "rot")),
@@ -171,8 +173,12 @@ def number_in(cell: str) -> float:
 def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Sequence[str]]]:
     """Names of numbers of poses, tcp_pose_0 … 6, t11 … t34 or t0 … t15, and their keys.
 
-    The last row of a matrix tells entries by columns; numbered ones must have it.
+    The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of a
+    'position' are a pose where joints stand beside it.
     """
+    poses = (
+        ("pose", "position") if any(_JOINT_KEY.fullmatch(meaning(n) or "") for n in columns) else ("pose",)
+    )
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:
@@ -187,7 +193,7 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
                 break
         if stem in ("t", "m", "h") and all(rows[:12]) and not any(rows[12:]):
             yield rows[:12], _MATRIX
-        if stem.endswith("pose") and count in _POSES and set(own) == set(numbers[:count]):
+        if stem.endswith(poses) and count in _POSES and set(own) == set(numbers[:count]):
             yield rows[:count], _POSES[count]
 
 

@@ -19,6 +19,8 @@ from workbench.data.readers.headings import number_in
 
 MAX_SILENT = 1e-6
 """Deviations above this are mended and said; below, values are taken as they are."""
+_ANGLES = (("alpha", "beta", "gamma"), ("o", "a", "t"), ("phi", "theta", "psi"), ("phi", "theta", "chi"))
+"""Names of three angles whose order no heading tells."""
 AGREEMENT = 1e-4
 """Largest angle [rad] between two forms of the same orientation."""
 
@@ -69,13 +71,20 @@ def written_orientation(fields: Fields) -> WrittenOrientation | None:
 
 
 def unnamed_angles(fields: Fields) -> WrittenOrientation | None:
-    """Three columns of angles that are left out, such as O, A, T: rows may tell that they turn the tool."""
-    units = {name: str(parse_heading(name).unit) for name in fields.unread}
-    found = {name: unit for name, unit in units.items() if unit in ("deg", "°", "rad")}
-    if fields.rotation is not None or _forms(fields) or len(found) != 3:
+    """Three columns of angles that are left out, such as O, A, T: rows may tell that they turn the tool.
+
+    Those of no unit, of names that stand for angles, are in degrees if one is beyond a full turn in radians.
+    """
+    bare = {name: parse_heading(name) for name in fields.unread}
+    units = {name: str(own.unit) for name, own in bare.items() if own.unit in ("deg", "°", "rad")}
+    if not units:
+        found = next((k for k in _ANGLES if {*k} <= {own.name.lower() for own in bare.values()}), ())
+        units = dict.fromkeys((name for name, own in bare.items() if own.name.lower() in found), "")
+    if fields.rotation is not None or _forms(fields) or len(units) != 3:
         return None
-    numbers = (np.array([number_in(cell) for cell in fields.unread[name]]) for name in found)
-    sizes = (conversion(unit, Quantity.ANGLE) for unit in found.values())
+    numbers = np.array([[number_in(cell) for cell in fields.unread[name]] for name in units])
+    likely = "deg" if np.nanmax(np.abs(numbers), initial=0.0) > 2.0 * np.pi else "rad"
+    sizes = (conversion(unit or likely, Quantity.ANGLE) for unit in units.values())
     return WrittenOrientation("", np.column_stack([s.to_si(n) for s, n in zip(sizes, numbers, strict=True)]))
 
 

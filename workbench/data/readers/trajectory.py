@@ -10,6 +10,7 @@ from jaxtyping import Float
 from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
+from workbench.base.wording import listed
 from workbench.data.readers.assemble import joint_columns, unread_text
 from workbench.data.readers.columns_option import GROUPS, Columns, Joints
 from workbench.data.readers.orientation import read_orientation
@@ -51,7 +52,10 @@ def read_trajectory(
     """
     fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints)
     filled = {k: v for k, v in fields.values.items() if v.dtype.kind != "f" or not np.isnan(v).all()}
-    fields = replace(fields, values=filled)  # a column without any number is none
+    if blank := [fields.headings.get(k, k) for k in fields.values if k not in filled]:
+        fields = replace(
+            fields, values=filled, notes=(*fields.notes, f"columns of blank cells: {listed(blank)}")
+        )
     for key, values in filled.items():
         if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
             text = "the cell is blank: fill it in, as a trajectory must not have gaps"

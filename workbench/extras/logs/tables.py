@@ -198,9 +198,10 @@ class Mukca(AbstractFileLayout):
         rows, lines = list[list[str]](), list[int]()
         for file in files:
             grid, socket = read_text(read_bytes(file), file), int(file.name[5])
-            if rows and len(grid.rows[0]) != len(rows[0]) - 5:
-                text = f"it has {len(grid.rows[0])} joints, the first file {len(rows[0]) - 5}"
-                raise FileError(f"{text}: read one robot at a time", path=str(file))
+            width = len(rows[0]) - 5 if rows else len(grid.rows[0])
+            if (odd := next((k for k, row in enumerate(grid.rows) if len(row) != width), None)) is not None:
+                text = f"it has {len(grid.rows[odd])} joints, the rows before {width}"
+                raise grid.error(f"{text}: correct it, and read one robot at a time", odd)
             place = [repr(SPACING * socket), "0", "0", file.parent.name, f"socket{socket}"]
             rows, lines = rows + [[*row, *place] for row in grid.rows], lines + grid.lines
         headings = [f"q{k}[rad]" for k in range(1, len(rows[0]) - 4)]

@@ -8,12 +8,14 @@ refusal gives time, row and joint.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.calibrated_region import region_text
 from workbench.arm.calibration_record import Expected
+from workbench.arm.frame import Frame
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, quality
 from workbench.arm.inverse.damped_newton import Task, refine
@@ -22,12 +24,15 @@ from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.types import JointRows, Poses, frozen
+from workbench.base.types import JointRows, Matrix4, Poses, frozen
 from workbench.identification.errors.comparable_arms import ComparedArms, comparable
 
 JUMP = 0.5
 """Change of a joint between two rows above which it is a jump to another branch [rad or m]."""
+BETWEEN = 16
+"""Steps in which two rows are joined that are too far apart for one."""
 
 MET = {
     Task.POSITION_AXIS: (
@@ -106,26 +111,33 @@ def command_poses(
         time: Time of every row [s], for messages.
     """
     arms = comparable(calibrated, nominal, positions_only=positions_only)
-    planned, task = arms.nominal, arms.task
-    first = inverse.solve(planned, poses[0], task=task)
-    if not first.reachable:
-        raise DataError(f"{named(0, time)}: {first.reason}", row=0)
-    furthest = 0
-    for start in sorted(first.within_limits, key=quality, reverse=True):
-        arm, limits = compile_arm(planned), planned.limits
-        q = followed(arm, poses, start.q, task=task, limits=limits, jump=JUMP)
+    q, branch = _in_best_branch(arms.nominal, poses, arms.task)
+    place = ", ".join(f"{1e3 * value:.4g}" for value in calibrated.tool.xyz)
+    tool = f"the poses are those of the calibrated robot's [tool], at {place} mm in its flange"
+    if (row := len(q)) == len(poses):
+        followed_in = f"the path is followed in the branch '{branch}'"
+        return _commanded(arms, poses, q, time, *region_text(calibrated, q), followed_in, tool)
+    why = inverse.solve(arms.nominal, poses[row], task=arms.task).reason
+    if row and why is None:
+        why = f"no branch leads there, '{branch}' comes nearest, which ends at a limit or a singularity"
+    own = nominal.with_frames(base=Frame())
+    if len(_in_best_branch(own, poses, arms.task)[0]) == len(poses):
+        why = "it can with the nominal robot's own [tool]; if planned so, give the calibrated robot that one"
+    raise DataError(f"{named(row, time)} can't be reached along the path: {why}; {tool}", row=row)
+
+
+def _in_best_branch(robot: Robot, poses: Poses, task: Task) -> tuple[JointRows, str]:
+    """Joints along poses in the best branch that goes farthest, as far as it does, and its name."""
+    best, name = np.zeros((0, robot.dof)), ""
+    starts = sorted(inverse.solve(robot, poses[0], task=task).within_limits, key=quality, reverse=True)
+    arm, limits = compile_arm(robot), robot.limits
+    for pieces, start in product((1, BETWEEN), starts):
+        q = followed(arm, poses, start.q, task=task, limits=limits, jump=JUMP, pieces=pieces)
+        if len(q) > len(best):
+            best, name = q, start.name
         if len(q) == len(poses):
-            branch = f"the path is followed in the branch '{start.name}'"
-            place = ", ".join(f"{1e3 * value:.4g}" for value in calibrated.tool.xyz)
-            tool = f"the poses are those of the calibrated robot's [tool], at {place} mm in its flange"
-            return _commanded(arms, poses, q, time, *region_text(calibrated, q), branch, tool)
-        furthest = max(furthest, len(q))
-    why = inverse.solve(planned, poses[furthest], task=task).reason
-    raise DataError(
-        f"{named(furthest, time)} can't be reached along the path: "
-        f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its start",
-        row=furthest,
-    )
+            break
+    return best, name
 
 
 def _commanded(arms: ComparedArms, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
@@ -150,20 +162,38 @@ def followed(
     task: Task,
     limits: Float[np.ndarray, "m 2"],
     jump: float = np.inf,
+    pieces: int = 1,
 ) -> Float[np.ndarray, "rows m"]:
-    """Joints of a reduced arm row by row, each from the one before, as far as the rows are reached.
+    """Joints of a reduced arm row by row, each from the one before, as far as the rows are reached; where
+    that is far, by way of poses between.
 
     Args:
         jump: Change of a joint above which a row counts as not reached [rad or m].
+        pieces: Steps in which a row that is too far is reached.
     """
-    rows, x = [], start[None]
+    rows, x, before = [], start[None], poses[0]
     for pose in poses:
-        step = refine(arm, pose[None], x, task=task, limits=limits)
-        if not step.converged[0] or np.abs(step.q - x).max() > jump:
+        for number in dict.fromkeys((1, pieces)):
+            y, is_near = x, True
+            for share in np.arange(1, number + 1) / number:
+                aim = _between(before, pose, share) if share < 1.0 else pose
+                step = refine(arm, aim[None], y, task=task, limits=limits)
+                is_near &= bool(step.converged[0]) and np.abs(step.q - y).max() <= jump
+                y = step.q
+            if is_near:
+                break
+        if not is_near:
             break
-        x = step.q
+        x, before = y, pose
         rows.append(x[0])
     return np.array(rows).reshape(-1, len(start))
+
+
+def _between(one: Matrix4, other: Matrix4, share: float) -> Matrix4:
+    """The pose at a share of the way from one to another."""
+    turn = se3.matrix_to_rotvec(other[:3, :3] @ one[:3, :3].T)
+    place = one[:3, 3] + share * (other[:3, 3] - one[:3, 3])
+    return se3.pose(se3.rotvec_to_matrix(share * turn) @ one[:3, :3], place)
 
 
 def named(row: int, time: Times) -> str:

@@ -168,6 +168,8 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
             length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
             sizes = f"{length:g} mm and {angle:g}°"
             raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {sizes}")
+        if self.seed < 0:
+            raise OptionError(f"the seed must be 0 or more, got {self.seed}", option="seed", found=self.seed)
         if not 0 <= self.more <= MAX_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MAX_MORE}, got {self.more}")
         if not any(state.measurable for state in session.states):
