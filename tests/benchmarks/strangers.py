@@ -201,6 +201,17 @@ def sight(v):
     return out
 
 
+def pulled(v):
+    """A spring from the tool to a point above the arm turns two soft joints."""
+    place = seen(v)[:, :3, 3]
+    pull, off = v.rng.uniform([-0.4, -0.4, 1.0], [0.4, 0.4, 1.6]) - place, np.zeros_like(v.state.q)
+    for j in (1, 2):
+        step = 1e-4 * np.eye(v.arm.dof)[j]
+        arm = (seen(v, v.state.q + step)[:, :3, 3] - place) / 1e-4
+        off[:, j] = v.rng.uniform(1e-3, 2e-3) * (arm * pull).sum(1)
+    return seen(v, v.state.q + off)
+
+
 def payload_between(v):
     """A payload is carried in the middle third, over soft joints, and no column says so."""
     soft = [v.drawn("joint-compliance", joint=j) for j in (1, 2)]
@@ -254,6 +265,7 @@ STRANGERS = {
     "table": Stranger(bending_table, "place load"),
     "loose-base": Stranger(loose_base, "angle"),
     "sight": Stranger(sight, "place"),
+    "pull": Stranger(pulled, "place"),
     "payload": Stranger(payload_between, "time", SOFT),
     "quantised": Stranger(quantised, ""),
 } | {

@@ -15,13 +15,17 @@ from slow import slow
 
 import workbench as wb
 from workbench.arm.effects import EFFECTS, Candidate
+from workbench.arm.effects.axes import own
 from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.motion import Motion
+from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.drivers.driver import SLIPS, Driver, driver_of, path_of
 from workbench.diagnosis.drivers.gravity import LoadsByAxis
 from workbench.diagnosis.drivers.process import smooth, smooth_plane, wandering
+from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.search.evidence import Term, _inertia
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
@@ -115,6 +119,7 @@ def met(kind, seed):
         ("settling", 0, r"it isn't simply backlash.* A correction from your rows would reduce", 0.5),
         slow("bent-link", 1, r"a step between rows \d+ and \d+, in the arm's constants.* A correction", 1.05),
         slow("warming", 0, "in the arm's lengths", 1.05),
+        ("pull", 6002, "a pull on the tool, as by a hose, in joints 2, 3", 1.05),
         slow("without-zero-step", 13, "", 1.05),
         slow("without-backlash-load", 14, "", 1.05),
         slow("without-clearance", 0, "", 1.05),
@@ -154,6 +159,9 @@ FOLLOWED = {
     "the angles of joints 2, 3, in joint 3": lambda q, direction, speed: (
         -4e-4 * np.sin(3.0 * (q[:, 1:2] + q[:, 2:3])) * np.eye(6)[2]
     ),
+    "the time, in joint 3 (certain)": lambda q, direction, speed: (
+        -4e-4 * np.sin(np.arange(len(q)) / 4.0)[:, None] * np.eye(6)[2]
+    ),
 }
 
 
@@ -165,6 +173,19 @@ def test_joints_that_follow_speed_or_other_joints_do_not_scatter(said):
     off = FOLLOWED[said](q, made.data.direction, speed)
     found = diagnose(made.robot, replace(made.data, q=q + off), held_out=0.0)
     assert found.message.startswith(f"The error follows {said}")
+    if "motion" in said:
+        (follows,) = diagnosis_json(found)["follows"]
+        assert (follows["joints"], follows["in"]) == ([5], [{"part": "joint", "joints": [4]}])
+
+
+def test_a_joint_may_give_way_only_under_a_payload():
+    case = make("none", 0)
+    q, payload = case.data.q.copy(), 2.0 * (np.arange(len(case.data)) % 3)
+    data = replace(case.data, payload=payload)
+    load = own(case.robot.chain, (1,), motion_wrenches(case.robot, Motion.of(data)))[:, 0]
+    q[:, 1] -= 1.5e-3 * load / np.abs(load).max() * (payload > 0.0)
+    found = diagnose(case.robot, replace(data, q=q), held_out=0.0)
+    assert "follows the load of joint 2 and the payload (certain)" in found.message
 
 
 def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():

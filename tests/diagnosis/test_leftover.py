@@ -57,9 +57,9 @@ def test_readings_that_a_file_rounds_are_told_from_readings_that_scatter():
 
 
 def test_every_joint_has_its_own_noise():
-    """One loose encoder among good ones."""
+    """One loose encoder among good ones, also beside a joint with an error that follows its angle."""
     case = make("none", 4)
-    off = np.zeros_like(case.data.q)
+    off = 5e-4 * np.sin(2.0 * case.data.q) * np.eye(6)[4]
     off[:, 2] = READINGS * np.random.default_rng(4).standard_normal(len(off))
     found = joint_noise(fitted(replace(case, data=replace(case.data, q=case.data.q + off))))
     assert found.sigma[2] == pytest.approx(READINGS, rel=0.2)

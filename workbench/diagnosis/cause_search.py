@@ -23,7 +23,7 @@ from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
-from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, drop
+from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop
 from workbench.diagnosis.search.reduced_models import left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
@@ -132,17 +132,14 @@ def _shows_gravity(search: CauseSearch) -> bool:
     if (drivers := search.drivers) is None:
         return False
     fit, model = search.last.stage.fit, search.last.model
-    laws = drop(model, (*undecided(drivers), *(t for t in model if not _is_load(t))))
+    sure = drop(model, (*undecided(drivers), *filter(is_nameless, model)))
+    laws = tuple(t for t in sure if driver_of(t.candidate.effect) is Driver.LOAD)
     names = {t.candidate.names for t in laws}
     sizes = clearness([e for e in fit.arm.effects if e.names in names], fit.problem.named(fit.std)).values()
     if max(sizes, default=0.0) < NONZERO_ERRORS:
         return False
-    left = left_of(drivers.grams, drop(model, [t for t in model if is_nameless(t) or _is_load(t)]))
+    left = left_of(drivers.grams, drop(sure, laws))
     return group_evidence(left, laws) > evidence_of(left, drivers.pulls) + np.log(CERTAIN)
-
-
-def _is_load(term: Term) -> bool:
-    return not is_nameless(term) and driver_of(term.candidate.effect) is Driver.LOAD
 
 
 def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:

@@ -156,15 +156,13 @@ def with_joint_readings(problem: Problem, x: Float[np.ndarray, " p"], factor: Fa
     scale = _scale(tables := _tables(problem, x, share))
     joints = np.flatnonzero((scale[CHANNELS:] > 0.0) & (scale[CHANNELS:] < MAX_READING_ERROR**2))
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - CHANNELS)])
-    smooth = list[int]()
-    while True:
+    smooth, new = list[int](), [-1]
+    while new:
         found = _likeliest(tables, scale, np.setdiff1d(joints, smooth), turning, stated)
         noisy = [int(j) for j in joints if found.variances[CHANNELS + j] > 0.0]
         new = [j for j in noisy if any(_is_smooth(tables, found.variances, j, k) for k in (j, *smooth))]
         if len(new) == len(noisy):
             return white
-        if not new:
-            break
         smooth += new
     variances = found.variances.copy()
     variances[CHANNELS:] *= variances[CHANNELS:] > MIN_READING_VARIANCE * scale[CHANNELS:]
@@ -190,30 +188,28 @@ def _likeliest(
     """The most likely variances: of joints only if rows clearly show that their readings are noisy."""
     kinds, charge = turning[joints], 0.5 * np.log(sum(len(t.residual) for t in tables))
     alike = [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()]
-    tried = list[tuple[float, _Answer]]()
+    tried = list[_Answer]()
     for axes in (TOGETHER, APART):
         count, some, groups = len(axes), joints, alike
         plain = _fit(tables, _members(scale, [], axes), np.ones(count), stated)
-        own = [(plain.cost + charge * count, plain)]
-        if tried and own[0][0] >= tried[0][0]:
+        own = [plain._replace(cost=plain.cost + charge * count)]
+        if tried and own[0].cost >= tried[0].cost:
             break
         begin = np.append(plain.size, np.full(len(alike), 0.1))
         while len(groups):
             answer = _fit(tables, _members(scale, groups, axes), begin, stated)
             noisy = (answer.size[count:] > MIN_READING_VARIANCE).sum()
-            own.append((answer.cost + charge * (count + noisy) + MIN_GAIN, answer))
+            own.append(answer._replace(cost=answer.cost + charge * (count + noisy) + MIN_GAIN))
             sizes = answer.variances[CHANNELS + some] / scale[CHANNELS + some]
             if groups is not alike:  # if all together show noise, the one that explains least becomes exact
-                stays = (sizes > max(sizes.min(), MIN_READING_VARIANCE)) & (own[0] is not _best(own))
+                stays = (sizes > max(sizes.min(), MIN_READING_VARIANCE)) & (
+                    own[0] is not min(own, key=lambda a: a.cost)
+                )
                 some, sizes = some[stays], sizes[stays]
             begin = np.append(answer.size[:count], np.maximum(sizes, MIN_READING_VARIANCE))
             groups = list(some[:, None])
         tried += own
-    return _best(tried)[1]
-
-
-def _best(answers: Sequence[tuple[float, _Answer]]) -> tuple[float, _Answer]:
-    return min(answers, key=lambda pair: pair[0])
+    return min(tried, key=lambda a: a.cost)
 
 
 def _is_smooth(tables: Sequence[_Residuals], variances: np.ndarray, joint: int, by: int) -> bool:

@@ -55,11 +55,6 @@ def _same_claim(other: Candidate, group: Model) -> bool:
     return other.alike or len(group) > 1 or set(other.effect.joints) <= joints_of(group)
 
 
-def best_of(rivals: Sequence[Offer]) -> float:
-    """Evidence of the best of some offers, or of none."""
-    return max(rivals[0].gain if rivals else 0.0, 0.0)
-
-
 def includes(left: Remainder, rival: Offer, group: Model) -> bool:
     """Whether a rival with more coefficients contains some terms as a special case; the simpler claim is
     preferred."""

@@ -33,16 +33,9 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.tilting import AbstractTilting, BearingCompliance
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
-from workbench.diagnosis.claims.accepted_terms import (
-    best_of,
-    distinct,
-    includes,
-    place_of,
-    replaceable_joints,
-)
+from workbench.diagnosis.claims.accepted_terms import distinct, includes, place_of, replaceable_joints
 from workbench.diagnosis.claims.cause import Cause, largest_first, together
 from workbench.diagnosis.claims.named_joints import MIN_NAMED_ERRORS, clearness, sentence_of
 from workbench.diagnosis.claims.standard_errors import StandardErrors
@@ -52,7 +45,6 @@ from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_n
 from workbench.diagnosis.search.contributions import explained
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
-from workbench.diagnosis.search.reduced_models import validated_without
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import kind_of
 from workbench.identification.problem import Noise
@@ -83,7 +75,7 @@ def find_causes(
         std: Standard errors of its coefficients.
         drivers: What the error follows at that search.
     """
-    judge = _Judge(searched, arm, searched.stage.motion, known_noise, std)
+    judge = _Judge(searched, arm, known_noise, std)
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
     sizes = explained(searched, groups).tolist()
@@ -126,7 +118,7 @@ def _terms(searched: Searched, arm: Robot) -> list[_Terms]:
     """The model's terms by claim."""
     grams, model = searched.grams, searched.model
     sized, groups = {e.names: e for e in arm.effects}, _groups(model)
-    falls = validated_without(grams, model, groups) - validated(grams, model)
+    falls = np.array([validated(grams, drop(model, g)) for g in groups]) - validated(grams, model)
     middle = np.median(falls, axis=1)  # a linear fit to the others may fail for one fold
     sizes = np.sqrt(np.maximum(falls.shape[1] * middle, 0.0) / grams.count).tolist()
     effects = [tuple(sized[t.candidate.names] for t in group) for group in groups]
@@ -135,15 +127,10 @@ def _terms(searched: Searched, arm: Robot) -> list[_Terms]:
 
 @dataclass(frozen=True, eq=False)
 class _Judge:
-    """Decides what is claimed of terms; fields without a note are those of `find_causes`.
-
-    Args:
-        motion: Of the fitted rows.
-    """
+    """Decides what is claimed of terms; its fields are those of `find_causes`."""
 
     searched: Searched
     arm: Robot
-    motion: Motion
     known_noise: Noise | None
     std: StandardErrors
 
@@ -175,7 +162,7 @@ class _Judge:
             challenge: They against what has no law.
         """
         odds, rivals = _against_rivals(self.searched, terms.group)
-        odds = min(odds, challenge.cap)
+        odds, motion = min(odds, challenge.cap), self.searched.stage.motion
         clear = clearness(terms.effects, self.std)
         unclear = [j for j, z in clear.items() if z < MIN_NAMED_ERRORS]
         is_blind = not (self.arm.has_masses or terms.whole.is_event)
@@ -183,7 +170,7 @@ class _Judge:
         untried = UNTRIED * (slides or (is_blind and isinstance(terms.whole, JointCoupling)))
         doubt, twin = challenge.doubt, self._twin(terms.whole)
         doubt = twin or doubt if doubt and challenge.cap > 1.0 else doubt
-        reason = untried or doubt or terms.whole.doubt(self.motion) or twin
+        reason = untried or doubt or terms.whole.doubt(motion) or twin
         odds = min(odds, 1.0) if slides else odds
         if odds >= CERTAIN and len(unclear) == len(clear):
             reason = reason or UNCLEAR
@@ -197,7 +184,7 @@ class _Judge:
             odds=odds,
             contribution_mm=at_tool[0],
             contribution_deg=at_tool[1],
-            text=sentence_of(terms.whole, unsure, self.std, self.arm, self.motion),
+            text=sentence_of(terms.whole, unsure, self.std, self.arm, motion),
             look_alikes=(*rivals, *_even_links(terms.whole)),
             unsure=unsure,
             doubt=reason or "",
@@ -279,13 +266,15 @@ def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[Abst
         if place.own - o.gain < np.log(CERTAIN)
     }
     including = {key for key, o in near.items() if includes(whole.left, o, group)}
-    rivals, *others = (
-        [o for o in place.offers if id(o.term.candidate) not in including] for place in (whole, *parts)
-    )
-    best = best_of(rivals)
-    lead = whole.own - best
-    leads = [place.own - best_of(found) for place, found in zip(parts, others, strict=True)] or [lead]
-    stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
-    odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
-    close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
+    places = [
+        (place.own, [o for o in place.offers if id(o.term.candidate) not in including])
+        for place in (whole, *parts)
+    ]
+    rivals = places[0][1]
+    lead, *leads = (own - max([0.0, *(o.gain for o in others)]) for own, others in places)
+    stated, surviving = np.exp(
+        np.clip([lead, lead - jackknifed(leads or [lead])], 0.0, np.log(MAX_ODDS))
+    ).tolist()
+    odds = min(stated, max(surviving, PROBABLE if min(leads, default=lead) > 0.0 else 1.0))
+    close = distinct([o for o in rivals if whole.own - lead - o.gain < np.log(PROBABLE / odds)])
     return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES])

@@ -159,10 +159,10 @@ class Follower:
 
     @property
     def part(self) -> str:
-        """What it moves of its joints: `joint`, `bearing`, `link`; else `frame`, `tool` or `constants`."""
+        """What it moves: `joint`, `bearing`, `link`, `frame`, `tool`, or `constants`."""
         assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
-        plain = "joint" if self.joints or self.driver is Driver.MOTION else "constants"
-        return _PARTS.get(self.candidate.effect.kind, plain)
+        kind, is_plain = self.candidate.effect.kind, not self.joints and self.driver is not Driver.MOTION
+        return ("constants" if is_plain else "joint", "bearing", "link", "frame", "tool")[kind]
 
     def as_step(self, clock: Float[np.ndarray, " rows"], row: np.ndarray, moment: float) -> "Follower":
         """The same elements, changed once at a moment of the clock: what a process over time may be.
@@ -190,9 +190,6 @@ class Follower:
         """It in words, with the joints of all that are of its kind."""
         joints = sorted({j for f in beside if f.phrase == self.phrase for j in f.joints})
         return self.phrase.format(joint_list(joints) if joints else "")
-
-
-_PARTS = {Insertion.TILT: "bearing", Insertion.BEND: "link", Insertion.DRIFT: "frame", Insertion.SLIP: "tool"}
 
 
 def followers(

@@ -41,6 +41,7 @@ from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, joints_of, offers, solve
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.reduced_models import left_of, own_offers, with_one_more
+from workbench.diagnosis.search.refit import FLAT
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.problem import Problem
@@ -481,11 +482,11 @@ class DriverEvidence:
             offered = _offered(left, tuple(offered))
 
     def _share(self, left: Remainder, law: Model, more: Model) -> float:
-        """Share of the error of some terms and more of them that is of these."""
+        """Share of the error of some terms and more of them that is of these: what both may explain is the
+        law's, which is sized without the prior that selected it."""
         rest = tuple(t for t in more if t not in self._model)
-        tuned = zip(self._model, own_offers(self.grams, self._model), strict=True)  # else as weighed before
-        model = [replace(t, precision=o.term.precision) for t, o in tuned]
-        solution = solve(self.grams, (*model, *rest), self.grams.total)
+        flat = [replace(t, precision=t.precision * (FLAT if t in law else 1.0)) for t in self._model]
+        solution = solve(self.grams, (*flat, *rest), self.grams.total)
 
         def size(terms: Model) -> float:
             mine = self.grams.columns([n for t in terms for n in t.candidate.names])
