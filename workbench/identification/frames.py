@@ -27,7 +27,7 @@ from workbench.identification.algorithms.identifier import SearchOutcome, factor
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
 from workbench.identification.errors.expected_deviation import expected_deviation
-from workbench.identification.errors.row_errors import RowErrors, Spread, count_measured, row_errors
+from workbench.identification.errors.row_errors import Errors, Spread, count_measured, row_errors
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -328,7 +328,7 @@ def _rms(arm: Robot, data: Dataset, known: Mapping[str, float] | None = None) ->
     return Spread.of(row_errors(arm, data, known=known).position).rms
 
 
-def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> tuple[str, ...]:
+def warnings_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tuple[str, ...]:
     """What makes errors tell little of an arm, of which so many unknowns of base and tool were fitted."""
     if fitted and count_measured(data) <= fitted:
         return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)

@@ -23,7 +23,13 @@ from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
-from workbench.identification.errors.row_errors import RowErrors, Validation, instrument_places, row_errors
+from workbench.identification.errors.row_errors import (
+    UNKNOWN,
+    Errors,
+    Validation,
+    instrument_places,
+    row_errors,
+)
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import Sessions, choose_frames, visible_parts
 from workbench.identification.instrument_preparation import Identifiability, preparation_of
@@ -116,10 +122,10 @@ class Prepared(AbstractSplit):
         errors = self.errors_on(replace(both, readings=readings), robot, instrument)
         return Validation(*map(errors.take, np.split(np.arange(len(both)), [len(fitted)])))
 
-    def errors_on(self, data: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
+    def errors_on(self, data: Dataset, robot: Robot, instrument: Mapping[str, float]) -> Errors:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
         if not len(data):
-            return RowErrors(*np.zeros((3, 0)))
+            return UNKNOWN
         arm, known = self.with_new_session_bases(robot, data), {**self.problem.known, **instrument}
         return row_errors(arm, data, known=known)
 

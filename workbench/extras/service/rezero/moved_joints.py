@@ -258,7 +258,7 @@ def _aligned(fit: Optimum, robot: Robot) -> Robot:
 
 def _errors(ready: Prepared, fit: Optimum, robot: Robot) -> Errors:
     rows, known = fit.problem.data, fit.problem.known
-    return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=known)))
+    return ready.errors_on(rows, robot, instrument_places(robot, rows, known=known))
 
 
 def _ambiguous(
