@@ -30,8 +30,8 @@ from workbench.identification.errors.row_errors import (
     instrument_places,
     row_errors,
 )
-from workbench.identification.fit_choices import FitChoices
-from workbench.identification.frames import Sessions, choose_frames, visible_parts
+from workbench.identification.fit_choices import FitChoices, Sessions
+from workbench.identification.frames import choose_frames, visible_parts
 from workbench.identification.instrument_preparation import Identifiability, preparation_of
 from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
@@ -195,17 +195,7 @@ def prepare(
     own = preparation_of(rows.train_data)
     rows = _exclude_unsuited(rows, own.suited(robot, rows.train_data))
     progress(0.25, "deciding whether base and tool are free")
-    frames = choose_frames(
-        robot,
-        rows.train_data,
-        sessions=Sessions(choices.frames),
-        noise=choices.noise,
-        free=free,
-        effects=tuple(effects),
-        prior=prior,
-        known=choices.known,
-        levelled=choices.levelled,
-    )
+    frames = choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     rows = rows.noted(*frames.notes)
     build = partial(Problem.build, frames=frames.freedom, known=choices.known, effects=effects)
     progress(0.5, "deciding what can be identified")

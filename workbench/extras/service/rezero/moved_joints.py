@@ -29,8 +29,8 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import Errors, instrument_places
-from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
-from workbench.identification.frames import Sessions, visible_parts
+from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike, Sessions
+from workbench.identification.frames import visible_parts
 from workbench.identification.meaning.as_read import is_misread, misread_text, oriented, with_own_columns
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
