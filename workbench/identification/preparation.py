@@ -381,7 +381,7 @@ def _with_noise(
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:
     """The problem with known noise; that of additional inclinometers is estimated by a fit."""
     problem = problem.with_noise(noise)
-    if not problem.tilted_components.any():
+    if not problem.channels[2].any():
         return problem
     found = Opt2(limit=60).search(problem)
     left = noises.beyond_stated(problem, found.x, found.factor)

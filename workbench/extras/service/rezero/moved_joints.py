@@ -203,7 +203,7 @@ def _near(robot: Robot, data: Dataset) -> Robot:
     except WorkbenchError:  # reported where the rows are checked
         return robot
     search = Opt2(limit=60).search(problem)
-    off = problem.physical(problem.residual(search.x))[~problem.component_channels]
+    off = problem.physical(problem.residual(search.x))[problem.component_channels == 0]
     near = not len(off) or np.sqrt(3.0 * (off**2).mean()) < MAX_OFF * robot.reach
     return problem.robot_at(search.x) if near and np.isfinite(search.x).all() else robot
 
