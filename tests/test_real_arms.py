@@ -45,9 +45,9 @@ def test_held_out_errors(name, shared_data):
     for train, held in splits(data):
         run = identify(robot, train, held_out=held, algorithms=("opt2",))
         assert run.best.fit.outcome.ok
-        before.append(1e3 * run.nominal.held_out_rows.position.mean())
-        after.append(1e3 * run.best.held_out_rows.position.mean())
-        turned.append(np.rad2deg(run.best.held_out_rows.rotation.mean()))
+        before.append(1e3 * run.nominal.held_out.position.mean())
+        after.append(1e3 * run.best.held_out.position.mean())
+        turned.append(np.rad2deg(run.best.held_out.rotation.mean()))
     assert np.mean(before) == pytest.approx(nominal, rel=0.06)
     assert np.mean(after) <= position
     assert orientation is None or np.mean(turned) <= orientation

@@ -55,7 +55,7 @@ def identified(name: str) -> Numbers:
     out: Numbers = {}
     for k, (train, held) in enumerate(splits(data)):
         run = identify(robot, train, held_out=held, algorithms=("opt2",))
-        for stage, rows in (("nominal", run.nominal.held_out_rows), ("geometry", run.best.held_out_rows)):
+        for stage, rows in (("nominal", run.nominal.held_out), ("geometry", run.best.held_out)):
             out[f"fold {k}, {stage}"] = [1e3 * rows.position.mean(), np.rad2deg(rows.rotation.mean())]
         if k == 0:
             out["constants"] = dict(zip(run.best.fit.problem.names, run.best.fit.x, strict=True))

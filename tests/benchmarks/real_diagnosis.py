@@ -84,7 +84,7 @@ def one(robot, train, held) -> Part:
     return Part(
         position=tuple(e.position_mm.mean for e in errors),
         turned=tuple(float("nan") if t is None else t.mean for t in turned),
-        rows=(len(train), len(held), len(held) - len(result.after.held_out_rows.position)),
+        rows=(len(train), len(held), len(held) - len(result.after.held_out)),
         causes=tuple(word(claim) for claim in found),
         sentences=tuple(claim.sentence for claim in found),
         map_mm=map_gain(result),

@@ -10,7 +10,7 @@ from generator import move, turn
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.identification.frames import Sessions
+from workbench.identification.fit_choices import Sessions
 from workbench.identification.identify import identify
 from workbench.plate.simulated_measurement import measure_poses
 

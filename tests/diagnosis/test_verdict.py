@@ -22,7 +22,7 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.gravity_tilt import GravityTilt
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict, harm_done
-from workbench.identification.errors.row_errors import RowErrors
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.rows.two_places import two_places
@@ -110,7 +110,7 @@ def test_all_arms_are_compared_on_the_same_rows(soft):
     assert {4, 17, 30} <= set(found.outliers.tolist())
     assert found.before_fit.problem.data.row.size > found.after_fit.problem.data.row.size
     compared = found.nominal, found.before, found.after
-    assert {len(each.train_rows.position) for each in compared} == {len(rows) - len(found.outliers)}
+    assert {len(each.train) for each in compared} == {len(rows) - len(found.outliers)}
 
 
 def test_errors_of_orientation_are_compared_with_the_known_noise_too():
@@ -130,7 +130,7 @@ def test_scatter_of_single_joints_is_left_to_be_explained():
 
 
 def row_errors(position, rotation):
-    return RowErrors(np.asarray(position), np.asarray(rotation), np.full(len(position), np.nan))
+    return Errors(np.asarray(position), np.asarray(rotation), np.full(len(position), np.nan))
 
 
 def test_rows_are_judged_by_positions_and_orientations_together():

@@ -12,7 +12,7 @@ from generator import three_parallel
 import workbench as wb
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.errors.row_errors import Errors, Spread, explains_little
+from workbench.identification.errors.row_errors import Errors, explains_little
 from workbench.identification.report.results_json import identification_json
 
 
@@ -56,7 +56,7 @@ def test_rows_that_the_nominal_arm_computed_calibrate_nothing(tmp_path):
 )
 def test_orientations_that_stay_are_little_explained(position, rotation, little):
     def errors(mm, degrees):
-        return Errors(Spread.of(np.full(9, mm)), Spread.of(np.full(9, degrees)))
+        return Errors(np.full(9, 1e-3 * mm), np.deg2rad(np.full(9, degrees)), np.full(9, np.nan))
 
     assert explains_little(errors(11.0, 10.0), errors(position, rotation), 0.85) == little
 

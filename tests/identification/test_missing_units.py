@@ -162,7 +162,7 @@ def test_any_units_of_a_few_rows(measured, tmp_path_factory, angle, length, turn
     path = tmp_path_factory.mktemp("units") / "rows.csv"
     path.write_text(table(names, *columns))
     rows = evaluate("ur5e", path, fit_frames=True)
-    assert rows.rows.position.mean() < 0.01
+    assert rows.errors.position.mean() < 0.01
     assert np.allclose(rows.data.q, q[some], atol=1e-6)
 
 

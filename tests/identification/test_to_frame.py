@@ -33,7 +33,7 @@ def test_parameters_and_residuals_of_a_fit():
     poses = wb.tool_poses(FIT.robot, ROWS.q)
     np.testing.assert_allclose(signed[["x[m]", "y[m]", "z[m]"]], ROWS.position - poses[:, :3, 3], atol=1e-12)
     angles = np.linalg.norm(signed[["rx[rad]", "ry[rad]", "rz[rad]"]], axis=1)
-    np.testing.assert_allclose(angles[FIT.train_rows], FIT.best.train_rows.rotation, atol=1e-6)
+    np.testing.assert_allclose(angles[FIT.train_rows], FIT.best.train.rotation, atol=1e-6)
     alone = wb.evaluate(FIT.robot, ROWS).residuals()
     np.testing.assert_allclose(alone["z[m]"], signed["z[m]"], atol=1e-12)
 

@@ -51,7 +51,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     expected = evaluate(run.before_refit, read_measurements(path))
     errors = rows.stage_errors[:, 2]
     place = {int(number): i for i, number in enumerate(expected.data.row)}
-    by_row = expected.rows.position[[place[int(number)] for number in rows.number]]
+    by_row = expected.errors.position[[place[int(number)] for number in rows.number]]
     assert len(rows) == len(expected.data.row) == 90
     np.testing.assert_allclose(errors, by_row, atol=1e-12)
     assert 1e3 * errors[rows.held_out].mean() == pytest.approx(run.held_out.position_mm.mean, rel=1e-9)

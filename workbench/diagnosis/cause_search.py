@@ -80,7 +80,7 @@ class CauseSearch:
         fit, held_out = self.last.stage.fit, self.ready.held_out_data
         data = held_out if len(held_out) else fit.problem.data
         arm = robot_with(fit, self.last.grams, model)
-        return Errors.of(self.ready.errors_on(data, arm, fit.problem.instrument(fit.x)))
+        return self.ready.errors_on(data, arm, fit.problem.instrument(fit.x))
 
     @cached_property
     def drivers(self) -> DriverEvidence | None:
@@ -173,7 +173,7 @@ def _validated_search(
             geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
         arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
         errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
-        judged = (Validation(e.train_rows.take(keep), e.held_out_rows) for e in errors)
+        judged = (Validation(e.train.take(keep), e.held_out) for e in errors)
         search = CauseSearch(robot, rows, first, found, fit, too_few, *judged)
         kept = ask("what lasts", search.lasting, last.model)
         if len(kept) == len(last.model):

@@ -35,6 +35,7 @@ from workbench.diagnosis.search.backlash_flanks import open_flanks
 from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
+from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
@@ -190,7 +191,7 @@ def _diagnosis(
     causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
     residual_map = _residual_map(search, saved, causes)
     verdict, message = conclude(search, saved, causes, followed, correction, residual_map, remaining)
-    errors = search.before.held_out_rows, search.after.held_out_rows
+    errors = search.before.held_out, search.after.held_out
     harm = harm_done(*errors, remaining.noise) if saved.effects else None
     message = " ".join(filter(None, (message, *_additions(search, saved, harm))))
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
@@ -216,8 +217,8 @@ def _diagnosis(
         outliers=outliers,
         outlier_errors=ask(
             "the errors of outliers",
-            lambda: ready.errors_on(off, fit.arm, fit.problem.instrument(fit.x)).summary,
-            None,
+            lambda: ready.errors_on(off, fit.arm, fit.problem.instrument(fit.x)),
+            UNKNOWN,
         ),
         suspects=np.flatnonzero(saved.suspects),
         nominal=search.nominal,
@@ -226,8 +227,8 @@ def _diagnosis(
         aligned=ready.aligned,
         before=search.before,
         after=Run(
-            search.after.train_rows,
-            search.after.held_out_rows,
+            search.after.train,
+            search.after.held_out,
             saved.fit,
             ready.held_out_data,
             before_refit=fit.calibrated.recorded(geometry=geometries[fit]) if is_again else None,

@@ -18,7 +18,7 @@ from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.remaining_error import RemainingError
-from workbench.identification.errors.row_errors import Errors, RowErrors, Validation
+from workbench.identification.errors.row_errors import Errors, Validation
 from workbench.identification.fit import Fit
 from workbench.identification.noise import STUDENT_FREEDOM
 from workbench.identification.problem import Noise
@@ -80,7 +80,7 @@ class Accepted:
 
 
 @beside("whether the effects do harm", None)
-def harm_done(before: RowErrors, after: RowErrors, noise: Noise) -> str | None:
+def harm_done(before: Errors, after: Errors, noise: Noise) -> str | None:
     """A warning if a model predicts rows worse than another, by more than the mean score's standard error.
 
     A row's score is the log density of its errors of position and orientation by Student's law, each in its
@@ -119,7 +119,7 @@ class Diagnosis(AbstractReported, AbstractSplit):
     Args:
         nominal_robot: The arm as given, with assumed masses where its file has none.
         outliers: Rows excluded as outliers, indices into data.
-        outlier_errors: Errors of the identified arm on them; None if there are none.
+        outlier_errors: Errors of the identified arm on them.
         suspects: Held-out rows that no arm explains, indices into held_out_data.
         before_fit: Geometry alone.
         after_fit: Geometry with the accepted effects, on the fitted rows; shown in the figures.
@@ -144,7 +144,7 @@ class Diagnosis(AbstractReported, AbstractSplit):
     nominal_robot: Robot
     data: Dataset
     outliers: np.ndarray
-    outlier_errors: Errors | None
+    outlier_errors: Errors
     suspects: np.ndarray
     before_fit: Fit
     after_fit: Fit

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
@@ -12,12 +13,19 @@ from workbench.base.arguments import Reads, Seed, admit, pair_of
 from workbench.base.errors import OptionError
 from workbench.data.arguments import as_dataset
 from workbench.data.dataset import Dataset
-from workbench.identification.frames import Sessions
 from workbench.identification.meaning.as_read import ReadAs, as_read
 from workbench.identification.problem import Noise
 from workbench.plate.arguments import RegionOf
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region
+
+
+class Sessions(StrEnum):
+    """Whether base and tool may differ between sessions."""
+
+    SHARED = "shared"
+    PER_SESSION = "per-session"
+    AUTO = "auto"
 
 
 def _held_out(value: Any, given: Any) -> Any:
@@ -120,6 +128,9 @@ class FitChoices:
 
     def __post_init__(self):
         admit(self)
+
+
+DEFAULT_CHOICES = FitChoices()
 
 
 def choices_as_read(robot: Robot, choices: FitChoices) -> FitChoices:

@@ -7,7 +7,6 @@ of the residuals). Unobservable parts are never freed.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import cache, cached_property, partial
 from typing import Any
 
@@ -27,7 +26,8 @@ from workbench.identification.algorithms.identifier import SearchOutcome, factor
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
 from workbench.identification.errors.expected_deviation import expected_deviation
-from workbench.identification.errors.row_errors import RowErrors, Spread, count_measured, row_errors
+from workbench.identification.errors.row_errors import Errors, Spread, count_measured, row_errors
+from workbench.identification.fit_choices import DEFAULT_CHOICES, FitChoices, Sessions
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -52,14 +52,6 @@ NEGLIGIBLE, ALIKE = 1e-4, 1.3
 """Errors [m] of which nothing is said, and the ratio of errors within which one frame alone explains them."""
 
 
-class Sessions(StrEnum):
-    """Whether base and tool may differ between sessions."""
-
-    SHARED = "shared"
-    PER_SESSION = "per-session"
-    AUTO = "auto"
-
-
 @dataclass(frozen=True, eq=False)
 class FrameChoice:
     """The decision.
@@ -81,30 +73,24 @@ class FrameChoice:
 def choose_frames(
     robot: Robot,
     data: Dataset,
+    choices: FitChoices = DEFAULT_CHOICES,
     *,
-    sessions: Sessions = Sessions.AUTO,
-    noise: Noise | None = None,
     free: tuple[str, ...] | None = None,
-    known: Mapping[str, float] | None = None,
     effects: tuple[str, ...] = (),
     prior: Prior | None = None,
-    levelled: bool = False,
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
 
     Args:
         robot: Nominal arm, whose frames say fixed, free or auto.
         data: Rows to be used for identification.
-        sessions: Whether sessions share their frames.
-        noise: Weighs positions against rotations.
+        choices: Sessions, known places and noise.
         free: Constants of the arm to be identified.
         effects: Coefficients of its effects to be identified.
         prior: Prior knowledge of these.
-        known: Known places of anchors or contacts [m], which make the base observable.
-        levelled: Whether the z axis of the measuring frame is vertical.
     """
-    known = known or {}
-    candidates = _candidates(robot, data, sessions, known)
+    noise, known = choices.noise, choices.known
+    candidates = _candidates(robot, data, Sessions(choices.frames), known)
     trial, several = of_rows(data, spread_rows(data, MAX_ALIGNED_ROWS)), len(data.sessions) > 1
     (chosen, text), aligned = candidates[0], None
     first: SearchOutcome | None = None
@@ -131,7 +117,7 @@ def choose_frames(
         notes += _where_the_base_is(robot, aligned)
     else:
         _check_known_base(robot, aligned, chosen, trial, noise, known)
-    if levelled:
+    if choices.levelled:
         chosen, first = replace(chosen, levelled=True), None
         aligned = moved_robot(aligned, chosen, data.sessions, {})
     return FrameChoice(aligned, chosen, tuple(notes), first)
@@ -328,7 +314,7 @@ def _rms(arm: Robot, data: Dataset, known: Mapping[str, float] | None = None) ->
     return Spread.of(row_errors(arm, data, known=known).position).rms
 
 
-def warnings_of(robot: Robot, data: Dataset, errors: RowErrors, fitted: int) -> tuple[str, ...]:
+def warnings_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tuple[str, ...]:
     """What makes errors tell little of an arm, of which so many unknowns of base and tool were fitted."""
     if fitted and count_measured(data) <= fitted:
         return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)

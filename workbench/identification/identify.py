@@ -126,7 +126,7 @@ def _runs(
         whole, search = ready.with_scale(problem, algorithm.search(problem, begin=begin))
         fit = Fit(algorithm=algorithm, problem=whole, search=search, seconds=perf_counter() - began)
         found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
-        errors, new = (found.train_rows, found.held_out_rows), ready.new_mountings(fit.arm)
+        errors, new = (found.train, found.held_out), ready.new_mountings(fit.arm)
         if decided.is_limited:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)
             known = observed_by(fit).tool

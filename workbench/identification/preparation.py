@@ -23,9 +23,15 @@ from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
-from workbench.identification.errors.row_errors import RowErrors, Validation, instrument_places, row_errors
-from workbench.identification.fit_choices import FitChoices
-from workbench.identification.frames import Sessions, choose_frames, visible_parts
+from workbench.identification.errors.row_errors import (
+    UNKNOWN,
+    Errors,
+    Validation,
+    instrument_places,
+    row_errors,
+)
+from workbench.identification.fit_choices import FitChoices, Sessions
+from workbench.identification.frames import choose_frames, visible_parts
 from workbench.identification.instrument_preparation import Identifiability, preparation_of
 from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
@@ -116,10 +122,10 @@ class Prepared(AbstractSplit):
         errors = self.errors_on(replace(both, readings=readings), robot, instrument)
         return Validation(*map(errors.take, np.split(np.arange(len(both)), [len(fitted)])))
 
-    def errors_on(self, data: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
+    def errors_on(self, data: Dataset, robot: Robot, instrument: Mapping[str, float]) -> Errors:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
         if not len(data):
-            return RowErrors(*np.zeros((3, 0)))
+            return UNKNOWN
         arm, known = self.with_new_session_bases(robot, data), {**self.problem.known, **instrument}
         return row_errors(arm, data, known=known)
 
@@ -189,17 +195,7 @@ def prepare(
     own = preparation_of(rows.train_data)
     rows = _exclude_unsuited(rows, own.suited(robot, rows.train_data))
     progress(0.25, "deciding whether base and tool are free")
-    frames = choose_frames(
-        robot,
-        rows.train_data,
-        sessions=Sessions(choices.frames),
-        noise=choices.noise,
-        free=free,
-        effects=tuple(effects),
-        prior=prior,
-        known=choices.known,
-        levelled=choices.levelled,
-    )
+    frames = choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     rows = rows.noted(*frames.notes)
     build = partial(Problem.build, frames=frames.freedom, known=choices.known, effects=effects)
     progress(0.5, "deciding what can be identified")
@@ -385,7 +381,7 @@ def _with_noise(
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:
     """The problem with known noise; that of additional inclinometers is estimated by a fit."""
     problem = problem.with_noise(noise)
-    if not problem.tilted_components.any():
+    if not problem.channels[2].any():
         return problem
     found = Opt2(limit=60).search(problem)
     left = noises.beyond_stated(problem, found.x, found.factor)

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from workbench.arm.joint import MIN_DEVIATION
 from workbench.arm.parameters import Parameter
@@ -44,6 +44,9 @@ from workbench.identification.problem_blocks import (
 PRIOR_UNITS = 10.0
 """Natural unit in standard deviations of the prior, for constants that are always observable because of
 it."""
+
+CHANNELS = {Channel.POSITION: 0, Channel.OWN: 0, Channel.ROTATION: 1, Channel.TILT: 2}
+"""Which components are weighed together: positions, rotations, tilts beside other observations."""
 
 
 class LinearisedProblem(NamedTuple):
@@ -245,15 +248,10 @@ class Problem:
         return frozen(np.concatenate([np.repeat(b.rows, b.inverse_sigma.shape[1]) for b in self.blocks]))
 
     @cached_property
-    def component_channels(self) -> np.ndarray:
-        """True for rotation components, false for positions."""
-        return frozen(np.concatenate([np.tile(b.observation.is_rotation, len(b.rows)) for b in self.blocks]))
-
-    @cached_property
-    def tilted_components(self) -> np.ndarray:
-        """True for rotation components of inclinometers in addition to other observations."""
-        tilts = [[c is Channel.TILT for c in b.observation.channels] * len(b.rows) for b in self.blocks]
-        return frozen(np.concatenate([np.array(t, bool) for t in tilts]))
+    def component_channels(self) -> Int[np.ndarray, " m"]:
+        """Number of each residual component's channel among `channels`."""
+        parts = [np.tile([CHANNELS[c] for c in b.observation.channels], len(b.rows)) for b in self.blocks]
+        return frozen(np.concatenate(parts))
 
     @cached_property
     def sees_base(self) -> bool:
@@ -264,13 +262,13 @@ class Problem:
     @cached_property
     def sees_rotation(self) -> bool:
         """Whether orientations were measured, apart from additional tilts."""
-        return bool((self.component_channels & ~self.tilted_components).any())
+        return bool((self.component_channels == 1).any())
 
     @cached_property
-    def channels(self) -> tuple[Bool[np.ndarray, " m"], Bool[np.ndarray, " m"], Bool[np.ndarray, " m"]]:
+    def channels(self) -> tuple[Bool[np.ndarray, " m"], ...]:
         """Components of position, of rotation, and of additional tilts that were measured."""
-        live, turned, tilts = self.inverse_sigma > 0.0, self.component_channels, self.tilted_components
-        return live & ~turned, live & turned & ~tilts, live & tilts
+        live = self.inverse_sigma > 0.0
+        return tuple(live & (self.component_channels == k) for k in range(3))
 
     @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:

@@ -22,7 +22,6 @@ from workbench.identification.errors.row_errors import (
     KINDS,
     AbstractValidation,
     Errors,
-    RowErrors,
     Validation,
     explains_little,
     residuals_frame,
@@ -132,10 +131,10 @@ class Run(AbstractReported, AbstractValidation):
             return {"TOML": self.judged}
         return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
 
-    def refusals(self, nominal: Errors, reach: float, *, rows: int) -> dict[str, str]:
-        """Why files should not be used, by format: those worse than nominal, whose errors on so many judging
-        rows are given."""
-        found = {name: why_unusable(e, nominal, reach, rows=rows) for name, e in self.file_errors.items()}
+    def refusals(self, nominal: Errors, reach: float) -> dict[str, str]:
+        """Why files should not be used, by format: those worse than nominal, whose errors on the judging rows
+        are given."""
+        found = {name: why_unusable(e, nominal, reach) for name, e in self.file_errors.items()}
         return {name: f"the {name} is {text}" for name, text in found.items() if text}
 
     @property
@@ -297,11 +296,11 @@ class Identification(AbstractReported, AbstractSplit):
         """Why a file of a run's arm should not be used, by format, or "" for any; without those that may."""
         held, shown = run.judging is run.held_out_data, run.judging
         again = run.before_refit is not None and not held  # all rows, after the final fit
-        nominal = self.nominal.held_out_rows if held else self.nominal.train_rows
+        nominal = self.nominal.held_out if held else self.nominal.train
         rows = row_errors(self.aligned, shown) if again else nominal
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
-        worse = run.refusals(Errors.of(rows), self.nominal_robot.reach, rows=len(rows.position))
+        worse = run.refusals(rows, self.nominal_robot.reach)
         known = (implausible_text(self.doubts(run)), self.computed, self.harm, self._contaminated)
         doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
@@ -426,19 +425,15 @@ class Evaluation(AbstractReported):
 
     Args:
         robot: The model, with fitted frames if these were requested.
-        rows: Their errors, row by row.
+        errors: Its errors.
         warnings: What makes the errors tell little of the arm.
     """
 
     robot: Robot
     data: Dataset
-    rows: RowErrors
+    errors: Errors
     notes: tuple[str, ...]
     warnings: tuple[str, ...] = ()
-
-    @property
-    def errors(self) -> Errors:
-        return Errors.of(self.rows)
 
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""

@@ -44,7 +44,7 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
         known.insert(1, results.geometry or (results.diagnosis and results.diagnosis.before))
     out = []
     for stage, errors in ((s, e) for s, e in zip(STAGES, known, strict=False) if e is not None):
-        mean, turned, rows = errors.judged, errors.judged.orientation_deg, errors.judged_rows.position
+        mean, turned, rows = errors.judged, errors.judged.orientation_deg, errors.judged.position
         out.append(StageErrors(stage, words[stage], mean.position_mm.mean, turned and turned.mean, rows))
     return tuple(out)
 

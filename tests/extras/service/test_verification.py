@@ -107,7 +107,7 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
 
 def test_pass_and_fail(arm):
     calibrated, _, fresh = arm
-    worst = float(wb.evaluate(calibrated, fresh).rows.position.max())
+    worst = float(wb.evaluate(calibrated, fresh).errors.position.max())
     passed = wb.verify(calibrated, fresh, wanted=1.01 * worst)
     assert passed.passed
     assert "Passed" in passed._repr_html_()
@@ -133,7 +133,7 @@ def test_limits_per_axis_are_judged_axis_by_axis(arm):
     limit = float(np.median(largest))
     found = wb.verify(calibrated, fresh, wanted=Wanted(position=limit, per_axis=True))
     assert found.within.tolist() == (largest <= limit).tolist()
-    assert (found.evaluation.rows.position[found.within] > limit).any()  # longer than any of its entries
+    assert (found.evaluation.errors.position[found.within] > limit).any()  # longer than any of its entries
 
 
 def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):

@@ -62,4 +62,4 @@ def test_the_schema_of_an_evaluation(evaluated):
     check_errors(found["errors"], True)
     assert [row["row"] for row in found["rows"]] == list(range(12))
     assert all(set(row) == {"row", "position_mm", "orientation_deg"} for row in found["rows"])
-    assert found["rows"][5]["position_mm"] == pytest.approx(1e3 * evaluated.rows.position[5])
+    assert found["rows"][5]["position_mm"] == pytest.approx(1e3 * evaluated.errors.position[5])

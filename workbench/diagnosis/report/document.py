@@ -98,7 +98,7 @@ def effects(result: Diagnosis) -> Iterator[Block]:
     """Added effects with coefficients ± standard errors, and the mean error without and with each."""
     if not result.effects:
         return
-    rows = "held-out" if result.after.held_out is not None else "fitted"
+    rows = "held-out" if result.after.held_out else "fitted"
     units = error_units(result)
     headings = [f"{which}\n[{unit}]" for _, unit in units for which in ("without", "with")]
     table = []
@@ -152,7 +152,7 @@ def outlier_text(result: Diagnosis) -> str:
     rows = sorted(result.data.row[result.outliers].tolist())
     shown = first_of(rows, MAX_NAMED_OUTLIERS)
     subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")
-    off = result.outlier_errors.text("max") if result.outlier_errors is not None else ""
+    off = result.outlier_errors.text("max")
     up_to, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
     size = f"{up_to}{off} off, where the others' mean is {mean}; " if off else ""
     return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or exclude {it}"

@@ -32,7 +32,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.hobby.layouts import NAMED
 from workbench.extras.hobby.sag import Sag, sag_of
 from workbench.extras.hobby.sign_search import Counting, find_counting
-from workbench.identification.errors.row_errors import Errors, Spread
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.identify import identify
 from workbench.identification.joint_reading_noise import alike_readings
 from workbench.identification.report.results_json import identification_json
@@ -94,9 +94,9 @@ class MotorMap(AbstractShown):
     def robot(self) -> Robot:
         """The arm whose joints count as the motors do, with its sag where it was found; its files are
         judged by `before`, not by the arm with sag that was fitted."""
-        start = Errors(Spread.of(np.array([1e3 * self.before])), None)
+        start = np.repeat([[self.before], [np.nan], [np.nan]], len(self.run.train_rows), axis=1)
         best = self.run.best
-        refused = best.refusals(start, self.nominal.reach, rows=len(self.run.train_rows))
+        refused = best.refusals(Errors(*start), self.nominal.reach)
         return best.calibrated.recorded(refused=refused)
 
     @property

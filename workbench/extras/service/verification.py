@@ -102,7 +102,7 @@ class Verification(AbstractShown):
     @cached_property
     def within(self) -> Bool[np.ndarray, " rows"]:
         """Rows that keep what was wanted; all of them where nothing was."""
-        rows = self.evaluation.rows
+        rows = self.evaluation.errors
         if self.wanted is None:
             return np.ones(len(self.pose), bool)
         kept = self.wanted.within_by_norms(rows.position, rows.rotation)
@@ -207,13 +207,13 @@ def verify(
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
     data, warnings = _fresh(robot, data)
     found = evaluate(robot, data, fit_frames=fit_frames, reading=ReadAs.GIVEN)
-    seen = np.isfinite(found.rows.position)
+    seen = np.isfinite(found.errors.position)
     if not seen.any():
         raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
-    found = replace(found, data=found.data.take(seen), rows=found.rows.take(seen))
+    found = replace(found, data=found.data.take(seen), errors=found.errors.take(seen))
     pose, group = pose_units(replace(found.data, group=None)), pose_units(found.data)
     rng = np.random.default_rng(seed)
-    turned = np.isfinite(found.rows.rotation)
+    turned = np.isfinite(found.errors.rotation)
     warnings += (*found.warnings, *unobserved_text(robot))
     if not seen.all():
         warnings.append(f"{seen.sum()} of {len(seen)} rows have a measured position; the others are ignored")
@@ -226,10 +226,10 @@ def verify(
         rows = f"{turned.sum()} of {plural(len(turned), 'row')}"
         warnings.append(f"{rows} have a measured orientation; its limit is evaluated on those alone")
         wanted = wanted if turned.any() else replace(wanted, rotation=None)
-    angles = (found.rows.rotation[turned], group[turned], rng)
+    angles = (found.errors.rotation[turned], group[turned], rng)
     return Verification(
         evaluation=found,
-        position=mean_interval(found.rows.position, group, rng),
+        position=mean_interval(found.errors.position, group, rng),
         rotation=mean_interval(*angles) if turned.any() else None,
         repeated=_repeated(found, pose),
         pose=pose,

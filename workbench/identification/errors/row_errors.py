@@ -30,7 +30,7 @@ KINDS = (
     ("orientation", "rotation", "orientation_deg", np.rad2deg(1.0), "°"),
     ("tilt", "tilt", "tilt_deg", np.rad2deg(1.0), "°"),
 )
-"""Kinds of errors: their name, fields of `RowErrors` and of `Errors`, and the unit of the latter."""
+"""Kinds of errors: their name, fields of `Errors`: row by row, summed up, and the unit of the latter."""
 AXES = ("x[m]", "y[m]", "z[m]", "rx[rad]", "ry[rad]", "rz[rad]")
 
 
@@ -57,8 +57,8 @@ class Spread(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RowErrors:
-    """Errors row by row.
+class Errors:
+    """Errors row by row, and their summary by kind; false without rows.
 
     Args:
         position: Distance between measured and predicted point [m]; of several markers their rms; NaN where
@@ -74,98 +74,45 @@ class RowErrors:
     tilt: Float[np.ndarray, " rows"]
     own: OwnErrors | None = None
 
-    def take(self, rows: np.ndarray) -> "RowErrors":
-        own = None if self.own is None else OwnErrors(self.own.name, *(v[rows] for v in self.own[1:]))
-        return RowErrors(self.position[rows], self.rotation[rows], self.tilt[rows], own)
+    def __len__(self) -> int:
+        return len(self.position)
 
-    def widened(self, position: float, rotation: float) -> "RowErrors":
+    def take(self, rows: np.ndarray) -> "Errors":
+        own = None if self.own is None else OwnErrors(self.own.name, *(v[rows] for v in self.own[1:]))
+        return Errors(self.position[rows], self.rotation[rows], self.tilt[rows], own)
+
+    def widened(self, position: float, rotation: float) -> "Errors":
         """The same with the model's own uncertainty at the tool [m], [rad] added in quadrature."""
         wider = np.hypot(self.position, position), np.hypot(self.rotation, rotation)
         return replace(self, position=wider[0], rotation=wider[1])
 
-    @property
-    def summary(self) -> "Errors | None":
-        return Errors.of(self) if len(self.position) else None
-
-
-@dataclass(frozen=True, eq=False)
-class AbstractValidation:
-    """What errors of one model have: on the rows that were fitted, and on those that were not.
-
-    Args:
-        train_rows: Errors row by row, in the order of `Identification.train_rows`.
-        held_out_rows: Likewise of the held-out rows.
-    """
-
-    train_rows: RowErrors
-    held_out_rows: RowErrors
+    @cached_property
+    def position_mm(self) -> Spread:
+        """Of positions [mm]; NaN for data without."""
+        return Spread.of(1e3 * self.position)
 
     @cached_property
-    def train(self) -> "Errors":
-        """Errors on the rows that were fitted."""
-        return Errors.of(self.train_rows)
+    def orientation_deg(self) -> Spread | None:
+        """Of the tool's orientations [deg]; None for data without."""
+        return Spread.of(np.rad2deg(self.rotation)) if np.isfinite(self.rotation).any() else None
 
     @cached_property
-    def held_out(self) -> "Errors | None":
-        """Errors on the rows that were not; None if there are none."""
-        return self.held_out_rows.summary
+    def tilt_deg(self) -> Spread | None:
+        """Of inclinometers on links [deg]; None for data without."""
+        return Spread.of(np.rad2deg(self.tilt)) if np.isfinite(self.tilt).any() else None
 
-    @property
-    def judged(self) -> "Errors":
-        """Errors on the held-out rows; on the fitted ones if there are none."""
-        return self.held_out or self.train
-
-    @property
-    def judged_rows(self) -> RowErrors:
-        """The same row by row."""
-        return self.train_rows if self.held_out is None else self.held_out_rows
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Validation(AbstractValidation):
-    """Errors of one model."""
-
-    def without(self, suspects: Bool[np.ndarray, " held"]) -> "Errors":
-        """Errors on the other held-out rows; on the fitted ones if there are none."""
-        return self.held_out_rows.take(~suspects).summary or self.train
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Summary of the errors of some rows.
-
-    Args:
-        position_mm: Of positions [mm]; NaN for data without.
-        orientation_deg: Of the tool's orientations [deg]; None for data without.
-        tilt_deg: Of inclinometers on links [deg]; None for data without.
-        own: Of readings in their own unit; None for data without.
-        own_name: Their quantity and unit: "pixel[px]".
-    """
-
-    position_mm: Spread
-    orientation_deg: Spread | None
-    tilt_deg: Spread | None = None
-    own: Spread | None = None
-    own_name: str = ""
-
-    @classmethod
-    def of(cls, rows: RowErrors) -> "Errors":
-        """Summary of at least one row."""
-        turned, tilted = (
-            Spread.of(np.rad2deg(values)) if np.isfinite(values).any() else None
-            for values in (rows.rotation, rows.tilt)
-        )
-        if (seen := rows.own) is None:
-            return cls(Spread.of(1e3 * rows.position), turned, tilted)
-        square = np.nansum(seen.number * seen.size**2) / max(np.nansum(seen.number), 1.0)  # of all readings
-        own = Spread.of(seen.size)._replace(rms=float(np.sqrt(square)))
-        return cls(Spread.of(1e3 * rows.position), turned, tilted, own, seen.name)
+    @cached_property
+    def own_size(self) -> Spread | None:
+        """Of readings in their own unit, the rms of all readings; None for data without."""
+        if (seen := self.own) is None:
+            return None
+        square = np.nansum(seen.number * seen.size**2) / max(np.nansum(seen.number), 1.0)
+        return Spread.of(seen.size)._replace(rms=float(np.sqrt(square)))
 
     @property
     def main(self) -> Spread:
         """Of positions [mm]; where none were measured of orientations or tilts [deg], or of readings."""
-        measured = (self.position_mm, self.orientation_deg, self.tilt_deg, self.own)
+        measured = (self.position_mm, self.orientation_deg, self.tilt_deg, self.own_size)
         found = (spread for spread in measured if spread is not None and np.isfinite(spread.mean))
         return next(found, self.position_mm)
 
@@ -180,6 +127,34 @@ class Errors:
         found = [(self.position_mm, " mm"), (self.orientation_deg, "°")]
         values = [(getattr(spread, which), unit) for spread, unit in found if spread is not None]
         return ", ".join(f"{value:.3g}{unit}" for value, unit in values if np.isfinite(value))
+
+
+@dataclass(frozen=True, eq=False)
+class AbstractValidation:
+    """What errors of one model have: on the rows that were fitted, and on those that were not.
+
+    Args:
+        train: Errors on the rows that were fitted, in the order of `Identification.train_rows`.
+        held_out: Likewise on the held-out rows.
+    """
+
+    train: Errors
+    held_out: Errors
+
+    @property
+    def judged(self) -> Errors:
+        """Errors on the held-out rows; on the fitted ones if there are none."""
+        return self.held_out or self.train
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Validation(AbstractValidation):
+    """Errors of one model."""
+
+    def without(self, suspects: Bool[np.ndarray, " held"]) -> Errors:
+        """Errors on the other held-out rows; on the fitted ones if there are none."""
+        return self.held_out.take(~suspects) or self.train
 
 
 SUSPICIOUS_SHARE_OF_NOMINAL = 0.7
@@ -221,7 +196,7 @@ CHANCE, NOTHING = 0.5, 1e-6
 chance where the nominal arm is exact; errors below the second [mm or deg] are none."""
 
 
-def why_unusable(found: Errors, nominal: Errors, reach: float, *, rows: int) -> str:
+def why_unusable(found: Errors, nominal: Errors, reach: float) -> str:
     """Why a model should not be used, as the end of a sentence; empty if it may.
 
     It is off further than any calibrated arm, or worse than the nominal arm.
@@ -230,7 +205,6 @@ def why_unusable(found: Errors, nominal: Errors, reach: float, *, rows: int) -> 
         found: Its errors.
         nominal: Errors of the nominal arm on the same rows.
         reach: Reach of the arm [m].
-        rows: Their number.
     """
     if found.own is not None:
         return ""  # readings in a unit of their own decide themselves what may be identified
@@ -244,16 +218,16 @@ def why_unusable(found: Errors, nominal: Errors, reach: float, *, rows: int) -> 
         if after > limit:
             return f"off by {after:.3g}{unit} on average, more than any calibrated arm ({limit:.3g}{unit})"
     for before, after, unit, _ in known:
-        if after > (1.0 + CHANCE / np.sqrt(rows)) * before + NOTHING:
+        if after > (1.0 + CHANCE / np.sqrt(len(nominal))) * before + NOTHING:
             return f"worse than nominal: {after:.4g}{unit} on average, nominal {before:.4g}{unit}"
     return ""
 
 
-UNKNOWN = Errors(Spread.of(np.zeros(0)), None)
-"""Placeholder for errors that could not be computed."""
+UNKNOWN = Errors(*np.zeros((3, 0)))
+"""Errors of no rows, or that could not be computed."""
 
 
-def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None) -> RowErrors:
+def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None) -> Errors:
     """Errors of a model, nothing fitted.
 
     Args:
@@ -284,7 +258,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     if own is not None:
         errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
     position, rotation, tilt = map(frozen, errors)
-    return RowErrors(position, rotation, tilt, own)
+    return Errors(position, rotation, tilt, own)
 
 
 def count_measured(data: Dataset) -> int:

@@ -86,7 +86,7 @@ class SavedArm:
             arm: The arm of a format, instead of the whole model.
         """
         shown = self.valid_for(data)
-        return Errors.of(row_errors(arm or self.robot, shown, known=known)) if len(shown) else UNKNOWN
+        return row_errors(arm or self.robot, shown, known=known) if len(shown) else UNKNOWN
 
     def rows_text(self, rows: Dataset, kind: str) -> str:
         """`11 of 24 held-out rows, those measured from row 62 on`; all of them without events."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.identification.errors.row_errors import KINDS, RowErrors
+from workbench.identification.errors.row_errors import KINDS, Errors
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import UNSEEN, Identified, identified
 from workbench.identification.result import Identification
@@ -29,15 +29,15 @@ def before_after(result: Identification) -> Chart:
     if not result.is_one_file:
         held = held + train.max(initial=0) + 1
     models = (
-        ("nominal", NOMINAL, train, result.nominal.train_rows),
-        ("", NOMINAL, held, result.nominal.held_out_rows),
-        ("fitted rows", CALIBRATED, train, best.train_rows),
-        ("held-out rows", GEOMETRY, held, best.held_out_rows),
+        ("nominal", NOMINAL, train, result.nominal.train),
+        ("", NOMINAL, held, result.nominal.held_out),
+        ("fitted rows", CALIBRATED, train, best.train),
+        ("held-out rows", GEOMETRY, held, best.held_out),
     )
     return row_chart(models, "nominal and calibrated, by number")
 
 
-def row_chart(models: Sequence[tuple[str, str, np.ndarray, RowErrors]], order: str) -> Chart:
+def row_chart(models: Sequence[tuple[str, str, np.ndarray, Errors]], order: str) -> Chart:
     """Errors of the first kind that was measured, on a logarithmic axis.
 
     Args:

@@ -21,7 +21,7 @@ KINDS = {
     "position_mm": ("mm", ("mean", "rms", "max")),
     "orientation_deg": ("°", ("mean", "rms", "max")),
     "tilt_deg": ("°", ("tilt rms",)),
-    "own": ("", ("rms",)),
+    "own_size": ("", ("rms",)),
 }
 """Unit and numbers of each kind of error."""
 ONE_DECIMAL_FROM = 100.0
@@ -86,7 +86,7 @@ def evaluation_blocks(result: Evaluation) -> list[Block]:
     """Errors of a given model, and the decisions taken."""
     table = table_of([(result.robot.name, f"{len(result.data.row)}", result.errors)])
     warnings = lines("warning", result.warnings)
-    chart = row_chart([("", CALIBRATED, result.data.row, result.rows)], "by number")
+    chart = row_chart([("", CALIBRATED, result.data.row, result.errors)], "by number")
     return [*warnings, table, chart, *lines("note", result.notes)]
 
 
@@ -96,7 +96,7 @@ def errors_table(models: Iterable[tuple[str, AbstractValidation]]) -> ResultTabl
         (title if rows == "fitted" else "", rows, errors)
         for title, validated in models
         for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
-        if errors is not None
+        if errors
     )
 
 
@@ -109,7 +109,7 @@ def table_of(found: Iterable[tuple[str, str, Errors]]) -> ResultTable:
         if any(np.isfinite(_number(errors, kind, "mean")) for *_, errors in found)
         for name in names
     ]
-    own = next((errors.own_name.partition("[")[2].rstrip("]") for *_, errors in found if errors.own_name), "")
+    own = next((e.own.name.partition("[")[2].rstrip("]") for *_, e in found if e.own is not None), "")
     headings = ("model", "rows", *(f"{name}\n[{unit or own}]" for _, unit, name in shown))
     rows = []
     for title, which, errors in found:

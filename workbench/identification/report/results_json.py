@@ -86,7 +86,7 @@ def evaluation_json(result: Evaluation) -> Json:
         rows=[
             {"row": row, "position_mm": position, "orientation_deg": angle}
             for row, position, angle in zip(
-                result.data.row, 1e3 * result.rows.position, np.rad2deg(result.rows.rotation), strict=True
+                result.data.row, 1e3 * result.errors.position, np.rad2deg(result.errors.rotation), strict=True
             )
         ],
         notes=[*result.warnings, *result.notes],
@@ -123,10 +123,11 @@ def excluded_json(excluded: Iterable[tuple[int, str]]) -> list[Json]:
 
 def errors_json(errors: Errors | None) -> Json | None:
     """Object `E` of formats.md; None without rows."""
-    if errors is None:
+    if not errors:
         return None
     found = {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
-    more = {"tilt_deg": errors.tilt_deg, errors.own_name.replace("[", "_").rstrip("]"): errors.own}
+    name = "" if errors.own is None else errors.own.name
+    more = {"tilt_deg": errors.tilt_deg, name.replace("[", "_").rstrip("]"): errors.own_size}
     return found | {name: _spread(spread) for name, spread in more.items() if spread is not None}
 
 

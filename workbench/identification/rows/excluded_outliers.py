@@ -18,7 +18,7 @@ from workbench.base.advice import beside
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
-from workbench.identification.errors.row_errors import Errors, Spread, instrument_places
+from workbench.identification.errors.row_errors import Errors, instrument_places
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.preparation import Prepared, prepare
@@ -57,8 +57,8 @@ def prepare_without_gross_outliers(
     ready = prepare(robot, data, choices, **options)
     for _ in range(0 if ready.identifiability.is_limited else MAX_ROUNDS):
         nominal, limit = ready.nominal, GROSS_REACH_SHARE * robot.reach
-        usual = Spread.of(nominal.train_rows.position).median
-        both = (nominal.train_rows, ready.problem.data), (nominal.held_out_rows, ready.held_out_data)
+        usual = 1e-3 * nominal.train.position_mm.median
+        both = (nominal.train, ready.problem.data), (nominal.held_out, ready.held_out_data)
         fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
         limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
         far = ready.held_out_rows[held > limit] if ready.is_one_file else ready.held_out_rows

@@ -29,8 +29,8 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import Errors, instrument_places
-from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike
-from workbench.identification.frames import Sessions, visible_parts
+from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike, Sessions
+from workbench.identification.frames import visible_parts
 from workbench.identification.meaning.as_read import is_misread, misread_text, oriented, with_own_columns
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
@@ -203,7 +203,7 @@ def _near(robot: Robot, data: Dataset) -> Robot:
     except WorkbenchError:  # reported where the rows are checked
         return robot
     search = Opt2(limit=60).search(problem)
-    off = problem.physical(problem.residual(search.x))[~problem.component_channels]
+    off = problem.physical(problem.residual(search.x))[problem.component_channels == 0]
     near = not len(off) or np.sqrt(3.0 * (off**2).mean()) < MAX_OFF * robot.reach
     return problem.robot_at(search.x) if near and np.isfinite(search.x).all() else robot
 
@@ -258,7 +258,7 @@ def _aligned(fit: Optimum, robot: Robot) -> Robot:
 
 def _errors(ready: Prepared, fit: Optimum, robot: Robot) -> Errors:
     rows, known = fit.problem.data, fit.problem.known
-    return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=known)))
+    return ready.errors_on(rows, robot, instrument_places(robot, rows, known=known))
 
 
 def _ambiguous(
