@@ -82,6 +82,12 @@ def frames(app: App, page: Page) -> Iterator[tuple[Image.Image, int, str]]:
             yield kept(), 1500, ""
 
 
+def keep(page: Page, name: str, *, colours: int = 256, whole: bool = False) -> None:
+    """A picture of the page, as small as it can be."""
+    drawn = Image.open(io.BytesIO(page.screenshot(full_page=whole))).convert("RGB")
+    drawn.quantize(colours).save(PICTURES / f"{name}.png", optimize=True)
+
+
 def tour(browser: Browser) -> None:
     """Play the story and keep the page."""
     app = App(load_robot("aria"), load_plate("table2"))
@@ -90,7 +96,7 @@ def tour(browser: Browser) -> None:
     page.wait_for_function(DRAWN, timeout=60_000)
     page.evaluate(CLEAR)
     page.wait_for_timeout(3000)
-    page.screenshot(path=PICTURES / "page-design.png")
+    keep(page, "page-design")
     shown: list[tuple[Image.Image, int]] = []
     rows, bent = 0, None
     for picture, time, last in frames(app, page):
@@ -98,7 +104,7 @@ def tour(browser: Browser) -> None:
             app.worker.submit(SetCaption(""))
             app.worker.wait(120.0)
             page.wait_for_timeout(3 * SETTLED)
-            page.screenshot(path=PICTURES / f"{last.lower()}.png")
+            keep(page, last.lower())
         size = (WIDTH, WIDTH * picture.height // picture.width)
         shown.append((picture.resize(size, Image.Resampling.LANCZOS), time))
         rows += last == "ShowRow"
@@ -133,8 +139,7 @@ def notebook(browser: Browser) -> None:
     page = browser.new_context(viewport={"width": 1050, "height": 800}).new_page()
     page.set_content("".join(parts))
     page.wait_for_timeout(SETTLED)
-    drawn = Image.open(io.BytesIO(page.screenshot(full_page=True)))
-    drawn.convert("RGB").quantize(128).save(PICTURES / "notebook.png", optimize=True)
+    keep(page, "notebook", colours=128, whole=True)
 
 
 def drawing() -> None:

@@ -74,10 +74,7 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
     before = do(LoadData("one.csv", file), Identify(("opt2",)))
     assert do(Undo()).results.identification is None
     assert do(Redo()).results.identification is before.results.identification
-    assert [LoadData("two.csv", content).removes(before) != "" for content in (file, b"q1\n1")] == [
-        True,
-        False,
-    ]
+    assert "one.csv" in LoadData("two.csv", file).removes(before)
     for other in (LoadData("two.csv", file), MeasureVirtualArm(3), ForgetData()):
         session = do(other)
         assert session.results.identification is None
@@ -91,9 +88,8 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
 def test_a_file_is_read_identified_and_looked_at(do, file):
     session = do(LoadData("../../etc/a.csv", file))
     assert session.measurements.loaded.name == "a.csv"
-    assert (
-        dict(session.measurements.loaded.facts)["Measured"] == "position of the tool, orientation of the tool"
-    )
+    facts = dict(session.measurements.loaded.facts)
+    assert facts["Measured"] == "position of the tool, orientation of the tool"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
     assert session.results.fit == "ols"
     assert len(session.results.identification.held_out_rows) == 10

@@ -92,7 +92,7 @@ def test_another_robot_has_its_own_plate_and_undo_brings_everything_back(do):
     assert [part for part in parts if getattr(back, part) is not getattr(before, part)] == []
     assert do(Redo()).robot is other.robot
     for _ in range(WHOLE + 2):
-        back = begin_step(back, back)
+        back = begin_step(back, is_whole=True)
     assert sum(step.session is not None for step in back.history.done) == WHOLE
     assert do(ChooseRobot("aria")).plate.name == "Table 2"
     assert np.array_equal(do(Undo()).plate.poses, other.plate.poses)

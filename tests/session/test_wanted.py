@@ -22,9 +22,8 @@ from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity
 from workbench.session.start import default_circle
 from workbench.session.state import UndoStep
-from workbench.views.drawables.viewpoint import first_view
+from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.page.panels.fit import _requirement
-from workbench.views.page.scene.scene import _has_other_rows
 
 
 def test_only_aria_begins_with_what_its_paper_asks(first, do):
@@ -108,7 +107,7 @@ def test_the_region_of_a_given_plate_stays(first, tmp_path):
     assert given.results.comparison is session.results.comparison
     assert not np.allclose(first_view(given)[1], first_view(session)[1])
     assert np.allclose(first_view(done(given, ForgetData()))[1], first_view(first)[1])
-    assert _has_other_rows(session, done(session, ForgetData()))
+    assert occasion(session) != occasion(done(session, ForgetData()))
     assert done(given, Undo()).plate is session.plate
 
 

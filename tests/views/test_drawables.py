@@ -107,7 +107,7 @@ def test_no_target_of_the_last_plate_haunts_another_arm(first):
     """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
     stepped = replace(moved(first, 0, 0.05), history=replace(first.history, done=(UndoStep.of(first),)))
     assert [item.path for item in plate_before(stepped)] == ["plate/before/1"]
-    opened = replace(stepped, history=replace(stepped.history, done=(UndoStep.of(first, first),)))
+    opened = replace(stepped, history=replace(stepped.history, done=(UndoStep.of(first, is_whole=True),)))
     assert list(plate_before(opened)) == []
     ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in first.plate.targets)
     searched = replace(stepped, plate=replace(first.plate, targets=ahead))

@@ -18,8 +18,6 @@ LEFT, FOOT, MARGIN = 48.0, 16.0, 6.0
 """Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
 ROW, THICK = 26.0, 14.0
 """Height of a row with a bar, and of the bar."""
-LONGEST_BAR = 0.5
-"""Of the width, beside its number."""
 SIZE, LETTER = 12, 0.55
 """Of words, and the width of a letter as a share of it."""
 
@@ -143,17 +141,18 @@ class Bars:
     testid: str = "bars"
 
     def svg(self) -> str:
-        """The drawing; empty without bars."""
-        longest = max((row.value for row in self.rows), default=0.0)
+        """The drawing, whose longest bar leaves room for all numbers; empty without bars."""
+        sizes = [f"{significant(r.value)} {self.unit}{r.note and ' · '}{r.note}" for r in self.rows]
+        room = [0.9 * WIDTH - LETTER * SIZE * len(size) for size in sizes]
+        scale = np.min(np.divide(room, [max(r.value, 1e-12) for r in self.rows]), initial=np.inf)
         parts = []
-        for k, row in enumerate(self.rows):
-            y, length = (ROW + 6.0) * k, LONGEST_BAR * WIDTH * max(row.value, 0.0) / max(longest, 1e-12)
-            size = f"{significant(row.value)} {self.unit}" + (f" · {row.note}" if row.note else "")
+        for k, (row, size) in enumerate(zip(self.rows, sizes, strict=True)):
+            y, length = (ROW + 6.0) * k, max(scale * row.value, 1.5)
             parts += [
                 text(0, y + 11, row.name),
-                f'<rect x="0" y="{y + 15:.1f}" width="{max(length, 1.5):.1f}" height="{THICK:.0f}" rx="2" '
+                f'<rect x="0" y="{y + 15:.1f}" width="{length:.1f}" height="{THICK:.0f}" rx="2" '
                 f'style="fill:{row.colour}"><title>{escape(f"{row.name}: {size}")}</title></rect>',
-                text(max(length, 1.5) + 6, y + 26, size),
+                text(length + 6, y + 26, size),
             ]
         return framed((ROW + 6.0) * len(self.rows), parts, self.testid) if self.rows else ""
 

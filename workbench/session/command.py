@@ -53,10 +53,7 @@ class AbstractCommand(ABC):
         """Raise a `WorkbenchError` if it makes no sense here; unless overridden, it always does."""
 
     def removes(self, session: Session) -> str:
-        """What it takes away, as a sentence, if a user should agree to that first; else empty.
-
-        A file is read for that; one that can't be takes nothing away, as its refusal will say.
-        """
+        """What it takes away that a user should agree to first, as a sentence; raises as `compute` does."""
         return ""
 
 

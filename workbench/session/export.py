@@ -21,7 +21,6 @@ from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_text
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.types import Poses
 from workbench.data import writer
 from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
@@ -197,7 +196,8 @@ def captured_csv(session: Session) -> File:
     head, columns = _headings(session.robot), [shown_joints(session.robot, q)]
     for name, robot in (("nominal", session.robot), ("calibrated", session.results.calibrated)):
         if robot is not None:
-            frames = _in_base(robot, q)
+            known = driven_by_pose(robot) or robot.with_effects()  # what joint positions alone tell
+            frames = se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))
             head += [f"{name}_{column}" for column in COORDINATES]
             angles = [se3.matrix_to_rpy(pose[:3, :3]) for pose in frames]
             columns += [1e3 * frames[:, :3, 3], np.rad2deg(angles).reshape(-1, 3)]
@@ -213,9 +213,3 @@ def _csv(head: list[str], rows: Iterable[list]) -> str:
     out = io.StringIO()
     csv.writer(out).writerows([head, *rows])
     return out.getvalue()
-
-
-def _in_base(robot: Robot, q: np.ndarray) -> Poses:
-    """By what joint positions tell: neither time, temperature nor motion is known of a kept pose."""
-    known = driven_by_pose(robot) or robot.with_effects()
-    return se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))

@@ -165,7 +165,8 @@ def _added(session: Session) -> NextStep | None:
         left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
     urdf = {} if session.results.run is None else session.results.run.file_errors
     if "URDF" in urdf:
-        left += f". A URDF, which holds geometry alone, has {compared(urdf['URDF'].position_mm.mean)} mm"
+        alone = compared(urdf["URDF"].position_mm.mean)
+        left += f". A URDF holds geometry alone, fitted again for that: {alone} mm"
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
 
 

@@ -61,7 +61,7 @@ class UndoStep:
         plate: The plate.
         states: How the arm stands at its targets.
         score: What they told then.
-        session: The whole session, where the robot is another, with all that was measured.
+        session: The whole session, without its own steps, where the robot or what was found is another.
     """
 
     plate: Plate
@@ -70,24 +70,17 @@ class UndoStep:
     session: "Session | None" = None
 
     @classmethod
-    def of(cls, session: "Session", whole: "Session | None" = None) -> "UndoStep":
+    def of(cls, session: "Session", *, is_whole: bool = False) -> "UndoStep":
         """The targets of a session, without the matrices of their score, which are ten times the rest."""
         small = replace(session.score, linearisation=None, arm=None)
+        whole = replace(session, drag=None).updated("history", done=(), undone=()) if is_whole else None
         return cls(session.plate, session.states, small, whole)
 
     @staticmethod
-    def recent(steps: "tuple[UndoStep, ...]", whole: int = WHOLE) -> "tuple[UndoStep, ...]":
-        """The last steps, of which so many, with those before them in turn, keep a whole session."""
-        kept: list[UndoStep] = []
-        for step in reversed(steps[-UNDO_STEPS:]):
-            if (past := step.session) is not None:
-                if not whole:
-                    break
-                whole -= 1
-                done = UndoStep.recent(past.history.done, whole)
-                step = replace(step, session=past.updated("history", done=done))
-            kept.append(step)
-        return tuple(reversed(kept))
+    def recent(steps: "tuple[UndoStep, ...]") -> "tuple[UndoStep, ...]":
+        """The last steps, so many of them with a whole session."""
+        whole = [k for k, step in enumerate(steps) if step.session is not None]
+        return steps[-UNDO_STEPS:] if len(whole) <= WHOLE else steps[whole[-WHOLE] :][-UNDO_STEPS:]
 
 
 @dataclass(frozen=True, kw_only=True)

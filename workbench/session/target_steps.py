@@ -37,12 +37,11 @@ def check_unlocked(session: Session, number: int) -> None:
         raise OptionError(f"target {number + 1} is locked; unlock it to move it")
 
 
-def begin_step(session: Session, whole: Session | None = None) -> Session:
+def begin_step(session: Session, *, is_whole: bool = False) -> Session:
     """Make the current targets, or the whole session, what undo restores, below the step of a drag."""
     done, dragged = session.history.done, 0 if session.drag is None else 1
     place = len(done) - dragged
-    step = UndoStep.of(session, None if whole is None else replace(whole, drag=None))
-    done = (*done[:place], step, *done[place:])
+    done = (*done[:place], UndoStep.of(session, is_whole=is_whole), *done[place:])
     return session.updated("history", done=UndoStep.recent(done), undone=())
 
 
@@ -96,10 +95,8 @@ def instrument_for(session: Session, plate: Plate) -> Noise:
 
 def rescore(session: Session) -> Session:
     """The session after what the scores mean has changed: now, first and best are compared alike."""
-    judge, first = (
-        partial(score, session.robot, noise=session.noise, region_q=session.region.q),
-        session.history.first,
-    )
+    judge = partial(score, session.robot, noise=session.noise, region_q=session.region.q)
+    first = session.history.first
     first = replace(first, score=judge(first.plate, first.states))
     now = judge(session.plate, session.states)
     history = replace(session.history, first=first, past=(), best=None)

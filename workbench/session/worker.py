@@ -28,7 +28,7 @@ from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
 from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
-from workbench.session.page_state import PASSING, Message, RunningJob, Severity
+from workbench.session.page_state import PASSING, RunningJob, Severity
 from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, AbstractView
 
@@ -36,6 +36,8 @@ PROGRESS_INTERVAL = 0.1
 """Minimum time between two progress messages that are drawn [s]."""
 KNOWN_AFTER, TICK, LEAP = 3.0, 1.0, 0.05
 """Time after which it is said how long work will take, and how often [s]; not where so much came at once."""
+MINOR = 0.1
+"""What speaks for suspects that are not worth showing, as a share of what spoke for the strongest so far."""
 QUIET = 0.25
 """Without a command for so long, views draw what they have put off [s]."""
 log = logging.getLogger(__name__)
@@ -203,7 +205,7 @@ class Worker:
             before = self._session
             after = _news(before, command.apply(before))
             is_read = after.page.message_count == before.page.message_count and not command.is_automatic
-            after = after.without_messages(_refusals_of(type(command)))
+            after = after.without_messages(lambda m: m.refused == type(command).__name__)
             self._session = after.without_messages(lambda m: m.severity in PASSING) if is_read else after
             if command.is_kept:
                 self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
@@ -254,7 +256,7 @@ class Worker:
 
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         speak_to_page()
-        begin, last, done, said = time.monotonic(), 0.0, 0.0, ""
+        begin, last, done, said, strongest = time.monotonic(), 0.0, 0.0, "", 0.0
         is_chore = isinstance(task, AbstractChore)
 
         def progress(fraction: float, text: str) -> None:
@@ -267,7 +269,9 @@ class Worker:
             self._put(partial(self._show_job, fraction=done, since=now, text=said, end=end))
 
         def suspect(sizes: Mapping[str, float]) -> None:
-            if sizes:
+            nonlocal strongest
+            strongest = max(strongest, now := max(sizes.values(), default=0.0))
+            if now > MINOR * strongest:
                 self._put(partial(self._show_job, suspects=dict(sizes)))
 
         result, failure = None, None
@@ -367,8 +371,3 @@ def _news(before: Session, after: Session) -> Session:
         return after
     count = before.page.message_count
     return after.without_messages(lambda m: m.number <= count and m.severity is Severity.WARNING)
-
-
-def _refusals_of(kind: type[AbstractCommand]) -> Callable[[Message], bool]:
-    """Those of a kind of command, of which another one was taken."""
-    return lambda message: message.refused == kind.__name__

@@ -140,9 +140,6 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     assert np.allclose(read_toml(saved).values(names), wanted, atol=1e-12)
 
     screen.tab("Measure")
-    broken = {"name": "broken.csv", "mimeType": "text/csv", "buffer": b"q1[rad],x[m]\n1,none\n"}
-    screen.give("Load measurements", broken)  # takes nothing away, so nothing is asked
-    screen.until(lambda session: session.page.messages and "broken.csv" in session.page.messages[-1].text)
     for answer in ("Cancel", "Read two.csv"):
         assert app.worker.session.results.identification is found
         screen.give(

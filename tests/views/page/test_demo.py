@@ -29,9 +29,7 @@ def film(first, monkeypatch):
 
         worker.listen(pause)
         begun.append(Demo(worker, pace=0.05))
-        until(
-            lambda: worker.session.page.caption == paused_at
-        )  # where it stays, as it waits from its beginning
+        until(lambda: worker.session.page.caption == paused_at)  # where it stays
         worker.submit(SteerDemo(Steer.PAUSE))
         until(lambda: worker.session.page.is_paused)
         return begun[0], worker

@@ -1,7 +1,6 @@
 """Recordings in the rerun viewer, and their pictures drawn again from the journal.
 
-A file whose end is missing is never mended in place: whole messages are taken over into a copy, and where
-that shows less than the journal knows of, the pictures are drawn again.
+Where a file has no end, as that of a session that is running or was killed, they may lack what came last.
 """
 
 import contextlib
@@ -34,7 +33,7 @@ from workbench.views.recording.rerun_output import FileOutlet
 
 ADDRESS = "127.0.0.1"
 BEHIND = 5
-"""Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""
+"""Last commands that may have drawn no number, as the grab of a target."""
 
 
 def show_recording(
@@ -66,41 +65,33 @@ def pictures_of(
 
     `room` is where those are made that the recording does not have as they should be.
     """
-    files = []
-    for path in parts(recording.folder):
-        whole = path
-        if _last_step(path) is None:
-            whole = _mended(path, room)
-            say(f"note: {path.name} is incomplete; the complete part is shown")
-        files.append(whole)
-    last = max((step for path in files if (step := _last_step(path)) is not None), default=-1)
-    if files and last >= len(recording.lines) - BEHIND:
-        return files
+    files, last = parts(recording.folder), -1
+    for path in files:
+        if (shown := _last_step(path)) is None:
+            say(f"note: {path.name} has no end, as of a session that is running or was killed")
+            break
+        last = max(last, shown)
+    else:
+        if last >= len(recording.lines) - BEHIND:
+            return files
     say("note: the scene is redrawn from the journal")
     return [write_pictures(recording, room / "drawn.rrd")]
 
 
 def _last_step(path: Path) -> int | None:
-    """The last step that a file shows, by what every step draws; None if it can't be read to its end."""
+    """The last step that a file shows, by what nearly every step draws; None if its end is missing."""
     last = -1
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that the file has no index is what we are here for
-            for chunk in RrdReader(path).stream():
+            (reader := RrdReader(path)).store()  # which needs an end
+            for chunk in reader.stream():
                 if STEP in chunk.timeline_names and chunk.entity_path == "/predicted/position_mm":
                     steps = chunk.to_record_batch().column(STEP).to_pylist()
                     last = max(last, *steps)
     except Exception:
         return None
     return last
-
-
-def _mended(path: Path, room: Path) -> Path:
-    """A copy with all whole messages of a file that was cut off; empty if there are none."""
-    copy = room / f"mended-{path.name}"
-    if not _made(copy, "optimize", path) or not copy.exists():
-        shutil.copyfile(path, copy)
-    return copy
 
 
 def _made(out: Path, how: str, *files: Path) -> bool:
@@ -203,7 +194,7 @@ def write_pictures(recording: Recording, path: Path) -> Path:
 
 
 def moments(recording: Recording) -> Iterator[Moment]:
-    """Every step of a recording, done again."""
+    """Every step of a recording, done again by what was kept of it."""
     yield Moment(0, 0.0, recording.first)
     again = steps(recording.first, recording.entries)
     for step, (line, session) in enumerate(zip(recording.lines, again, strict=True), start=1):

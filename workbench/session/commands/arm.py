@@ -30,8 +30,8 @@ from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
 from workbench.session.start import default_plate, is_default_plate, start
-from workbench.session.state import Focus, Session, UndoStep
-from workbench.session.target_steps import check_free, instrument_for
+from workbench.session.state import Focus, Session
+from workbench.session.target_steps import begin_step, check_free, instrument_for
 
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
@@ -117,9 +117,7 @@ class LoadModel(AbstractTask[Session]):
             )
 
     def removes(self, session: Session) -> str:
-        with suppress(WorkbenchError):
-            return "" if not at_stake(session) or isinstance(self.model(), Plate) else at_stake(session)
-        return ""
+        return (lost := at_stake(session)) and ("" if isinstance(self.model(), Plate) else lost)
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
@@ -298,7 +296,7 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     begun = replace(
         begun,
         page=replace(session.page, messages=begun.page.messages),
-        history=replace(begun.history, done=UndoStep.recent((UndoStep.of(session, session),))),
+        history=replace(begun.history, done=begin_step(session, is_whole=True).history.done),
         parts={**begun.parts, **session.with_parts(GoesWith.PAGE).parts},
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"

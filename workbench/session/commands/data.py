@@ -78,10 +78,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             raise DataError(f"{text}; use 'workbench identify' for larger files")
 
     def removes(self, session: Session) -> str:
-        with suppress(WorkbenchError):
-            if not session.results.is_empty and isinstance(self.compute(session), Loaded):
-                return at_stake(session)
-        return ""
+        is_read = not session.results.is_empty and isinstance(self.compute(session), Loaded)
+        return at_stake(session) if is_read else ""
 
     def compute(self, session: Session) -> Loaded | MeasurementFile:
         progress(0.0, "reading")
@@ -310,7 +308,7 @@ def packed(folder: Path) -> tuple[str, bytes]:
 def with_other_data(session: Session, loaded: Loaded | None) -> Session:
     """As `with_data`; a calibration that goes with the old measurements is named, and undo restores it."""
     before = session.measurements.loaded
-    after = with_data(begin_step(session, session), loaded)
+    after = with_data(begin_step(session, is_whole=True), loaded)
     if before is None or session.results.is_empty:
         return after
     text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"

@@ -71,7 +71,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     def finish(self, session: Session, result: tuple[Loaded, Diagnosis]) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "diagnose")
-        session = with_comparison(begin_step(session, session).updated("results", diagnosis=found))
+        session = with_comparison(begin_step(session, is_whole=True).updated("results", diagnosis=found))
         return session.with_message(Severity.LOG, found.message)
 
 

@@ -87,7 +87,7 @@ class Identify(AbstractTask[IdentifiedRows]):
         results = replace(session.results, **more)
         geometry = results.geometry if is_same else None
         results = replace(results, identification=found, fit=fit, geometry=geometry, row=0)
-        session = begin_step(session, session).updated("playback", focus=Focus.ROW)
+        session = begin_step(session, is_whole=True).updated("playback", focus=Focus.ROW)
         session = with_comparison(replace(session, results=results).updated("measurements", unread=None))
         overlay = replace(session.choices.overlay, stage=None)
         if last is None and (rows := session.results.comparison) is not None:  # as later models then are

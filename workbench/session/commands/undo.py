@@ -14,7 +14,7 @@ class Undo(AbstractTargetStep):
     title = "Undo"
 
     def apply(self, session: Session) -> Session:
-        return _turned(session, "done", "undone") or session.with_message(Severity.INFO, "nothing to undo")
+        return _turned(session, "done", "undone")
 
 
 class Redo(AbstractTargetStep):
@@ -23,7 +23,7 @@ class Redo(AbstractTargetStep):
     title = "Redo"
 
     def apply(self, session: Session) -> Session:
-        return _turned(session, "undone", "done") or session.with_message(Severity.INFO, "nothing to redo")
+        return _turned(session, "undone", "done")
 
 
 class RestoreBest(AbstractTargetStep):
@@ -38,27 +38,22 @@ class RestoreBest(AbstractTargetStep):
         return go_to_step(begin_step(session), best)
 
 
-def _turned(session: Session, back: str, on: str) -> Session | None:
-    """The session after the last of the steps in one list, which goes over to the other; None without any."""
+def _turned(session: Session, back: str, on: str) -> Session:
+    """The session after the last of the steps in one list, which goes over to the other."""
     if not (steps := getattr(session.history, back)):
-        return None
+        return session.with_message(Severity.INFO, f"nothing to {'undo' if back == 'done' else 'redo'}")
     *left, step = steps
-    if (whole := step.session) is not None:
-        undone = (UndoStep.of(session, session),) if back == "done" else whole.history.undone
-        return _restored(session, whole, undone)
-    lists = {back: tuple(left), on: (*getattr(session.history, on), UndoStep.of(session))}
-    return go_to_step(session.updated("history", **lists), step)
-
-
-def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Session:
-    """Another robot with all that was measured and found, in the present page."""
+    now = UndoStep.of(session, is_whole=step.session is not None)
+    lists = {back: tuple(left), on: (*getattr(session.history, on), now)}
+    if (whole := step.session) is None:
+        return go_to_step(session.updated("history", **lists), step)
     of_whole = whole.with_parts(GoesWith.PLATE, GoesWith.MEASUREMENTS).parts
-    parts = {**of_whole, **now.with_parts(GoesWith.PAGE).parts}
-    session = replace(whole, page=now.page, parts=parts, history=replace(whole.history, undone=undone))
+    parts = {**of_whole, **session.with_parts(GoesWith.PAGE).parts}
     loaded = whole.measurements.loaded
     rows = "" if loaded is None else f", {loaded.name} with its results"
     text = f"back to {whole.robot.name}, plate '{whole.plate.name}'{rows}"
-    return session.with_message(Severity.INFO, text)
+    restored = replace(whole, page=session.page, parts=parts).updated("history", **lists)
+    return restored.with_message(Severity.INFO, text)
 
 
 def go_to_step(session: Session, step: UndoStep) -> Session:

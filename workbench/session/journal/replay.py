@@ -7,18 +7,12 @@ Once a command is unknown here, what it did is missing: later commands that can'
 """
 
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import part_of
-from workbench.session.command import (
-    AbstractChange,
-    AbstractChore,
-    AbstractCommand,
-    AbstractTask,
-    UnknownCommand,
-)
+from workbench.session.command import AbstractChange, AbstractTask, UnknownCommand
 from workbench.session.journal import records
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
@@ -28,29 +22,13 @@ log = logging.getLogger(__name__)
 
 def replay(session: Session, entries: Iterable[Entry]) -> Session:
     """The session that the done commands lead to from the same beginning; messages are left out."""
-    for after in steps(session, entries):
+    for after in steps(session, [replace(entry, result=None) for entry in entries]):
         session = after
     return session
 
 
-def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
-    """The session after every command, all of them computed."""
-    return _steps(session, [replace(entry, result=None) for entry in entries])
-
-
-def stored_steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
-    """Likewise, by the results that are kept; what the session asks for by itself is left to it."""
-
-    entries = [replace(e, ending=Ending.CANCELLED) if _is_left(e.command) else e for e in entries]
-    return _steps(session, entries)
-
-
-def _is_left(command: AbstractCommand) -> bool:
-    """Whether a reopened session asks for it by itself."""
-    return isinstance(command, AbstractChore) and command.is_redone
-
-
-def _steps(session: Session, entries: list[Entry]) -> Iterator[Session]:
+def steps(session: Session, entries: Sequence[Entry]) -> Iterator[Session]:
+    """The session after every command, by the results that are kept; all others are computed."""
     wanted = {entry.basis for entry in entries if isinstance(entry.command, AbstractTask)}
     bases, is_lacking = {0: session}, False
     for number, entry in enumerate(entries, start=1):

@@ -29,7 +29,7 @@ class App:
         data: Name and contents of a measurement file to begin with.
         server: Where the page is shown; None for one of its own at any free port.
         begun: The session and what follows it, such as a recording; None for a new one, not recorded.
-        demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
+        demo: Pace of the demo that plays as the first page opens, 1 for two minutes; None: no demo.
         beside: Make more views with the worker, or see to something else.
         asks: Whether a card asks first what the user has, unless a session is reopened.
     """
@@ -67,8 +67,12 @@ class App:
         if data is not None:
             self.worker.submit(load_command(*data))
             self.worker.submit(OpenTab(Tab.CALIBRATE))
-        if demo is not None:
-            self.play_demo(demo)
+        if demo is not None:  # once somebody sees it
+
+            @self.server.on_client_connect
+            def _(_: viser.ClientHandle) -> None:
+                if self.demo is None:
+                    self.play_demo(demo)
 
     def play_demo(self, pace: float = 1.0) -> None:
         """Play the demo, 1 for two minutes."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.base.assets import assets
+from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand
@@ -40,6 +41,7 @@ TICK = 0.1
 """How soon a button of the demo is heard [s]."""
 END = "Mean error at held-out poses: nominal, geometry, {}. Now your robot."
 """With what the last stage has; it stands until somebody does something."""
+RULES = "A cause has to explain the error better than every other one, also at poses that were held out …"
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
 
@@ -128,12 +130,20 @@ class Demo:
             self._stop.wait(min(left, TICK))
 
     def _wait_for_end(self) -> None:
-        """Until what was begun has ended; meanwhile the arm goes through the measured rows."""
+        """Until what was begun has ended; meanwhile the arm goes through the measured rows.
+
+        What a diagnosis thinks by then is said in turn with how it decides.
+        """
         for k in range(int(MAX_COMMAND_TIME)):
             if self._stop.is_set() or self._worker.wait(1.0):
                 return
-            if (rows := self._worker.session.results.comparison) is not None:
+            session = self._worker.session
+            if (rows := session.results.comparison) is not None:
                 self._submit(ShowRow(8 * k % len(rows)))
+            if k % 6 == 5 and session.page.job is not None and (found := session.page.job.suspects):
+                so_far = f"{capital(max(found, key=lambda name: found[name]))}: so it seems by now."
+                said = RULES if k // 6 % 2 else f"{so_far} {capital(session.page.job.text)} …"
+                self._submit(SetCaption(said))
 
     def _submit(self, command: AbstractCommand) -> None:
         if self._stop.is_set():

@@ -60,14 +60,13 @@ def serve(
         on_ready: Told the page's address as soon as it can be opened.
     """
     first = None if data is None else _content(Path(data))
-    before, stop, is_announced = signal.getsignal(signal.SIGINT), threading.Event(), False
+    before, stop = signal.getsignal(signal.SIGINT), threading.Event()
     server = bound(host, port)
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block(f"{text(sentence)} …"))
         robot, plate = read()
         signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
-        is_announced = True
         _announce(server, on_ready, open_browser)
 
         def tell(part: float, step: str) -> None:
@@ -77,7 +76,7 @@ def serve(
         from workbench.views.page.app import App
 
         if stop.is_set():  # between the steps of the start, which itself is not broken off anywhere
-            raise KeyboardInterrupt
+            return
         with one_thread():
             plate = default_circle(robot) if plate is None else plate
             begun = begin(robot, plate, tell) if begin else None
@@ -96,9 +95,6 @@ def serve(
         gc.freeze()  # no drag waits for a look through all that a start makes
         with one_thread():
             stop.wait()
-    except KeyboardInterrupt:
-        if not is_announced:
-            raise
     finally:
         signal.signal(signal.SIGINT, before)
         end()

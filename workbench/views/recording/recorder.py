@@ -29,8 +29,6 @@ INTERVAL = 0.1
 """Minimum time between two pictures in the middle of a drag, in the beginning [s]."""
 OFTEN = 1000
 """Pictures of drags after which the time between them doubles, so that a long session stays small."""
-IDLE = 1.0
-"""Time without a new moment after which the file has all that was drawn [s]."""
 MAX_WAITING = 5000
 """Moments in the queue beyond which the oldest are left out of the recording."""
 PATIENCE = 20.0
@@ -100,10 +98,6 @@ class Recorder(AbstractKeeper):
             while (moment := self._next()) is not None:
                 drawing.draw(moment)
                 self._passing, self._last = self._passing + moment.is_passing, time.monotonic()
-                with self._changed:
-                    is_busy = self._changed.wait_for(lambda: self._queue or self._closing, IDLE)
-                if not is_busy:  # who opens the file meanwhile sees the session as it is
-                    canvas.flush()
         except Exception:
             log.exception("the recording was cut short")
         finally:

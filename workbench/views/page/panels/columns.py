@@ -33,7 +33,7 @@ class ColumnsPanel(AbstractPanel):
             self._column = self.dropdown("Column", names, hint, self._heading, visible=_headings)
             hint = "Meaning of the column; a change reads the file again. - ignores the column."
             meaning = self.dropdown("is", self._meanings, hint, self._understood, visible=_headings)
-            on_change(self._column, lambda: meaning.show(self._worker.session))
+            on_change(self._column, lambda _: meaning.show(self._worker.session))
             self.form(self._choose, meaning)
             self.html(lambda s: "" if (file := file_of(s)) is None else listing(file))
 

@@ -34,6 +34,8 @@ LEVELLED = (
     "The z axis of the measuring frame is vertical, so that the base's orientation in it determines the "
     "direction of gravity."
 )
+SEEN = 2
+"""Warnings that are not folded."""
 BELOW = "margin-bottom:10px"
 
 
@@ -134,9 +136,10 @@ def _requirement(session: Session) -> str:
 
 
 def _warnings(found: Identification) -> str:
-    """How many there are, and folded what they say."""
-    listed = bullets(map(text, told := found.warnings), style=f"margin:0;color:{CAREFUL}")
-    return listed and block(folded(plural(len(told), "warning"), listed), testid="warnings")
+    """The first ones, which name wrong rows; folded, what more there is."""
+    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in found.warnings]
+    seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
+    return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 
 
 def _details(found: Identification, shown: str) -> str:

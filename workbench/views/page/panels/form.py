@@ -11,6 +11,7 @@ Panels bring all controls in line with every snapshot that they draw; SI inside,
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple, final
@@ -252,7 +253,7 @@ class AbstractControls:
 
     def sends(self, field: Control, make: Make) -> None:
         """Send a command whenever a user changes the control."""
-        on_change(field, lambda: self.send(make))
+        on_change(field, lambda event: self.send(make, event))
 
     def send(self, make: Make, event: viser.GuiEvent | None = None) -> None:
         """Send a command; what was typed wrong is shown as a message.
@@ -265,19 +266,21 @@ class AbstractControls:
             command = Tell(str(error))
         if command is None:
             return
-        if event is not None and (lost := command.removes(self.session)):
-            ask(event, "Remove the measurements?", lost, command.title, partial(self._worker.submit, command))
-        else:
-            self._worker.submit(command)
+        send = partial(self._worker.submit, command)
+        with suppress(WorkbenchError):  # a file that can't be read: its refusal says so
+            if event is not None and (lost := command.removes(self.session)):
+                ask(event, "Remove the measurements?", lost, command.title, send)
+                return
+        send()
 
 
-def on_change(field: Control, action: Callable[[], None]) -> None:
+def on_change(field: Control, action: Callable[[viser.GuiEvent], object]) -> None:
     """Call the action when a user changes the control, not when the program does."""
 
     @field.control.on_update
     async def _(event: viser.GuiEvent) -> None:
         if event.client_id is not None:
-            action()
+            action(event)
 
 
 def ask(

@@ -6,6 +6,8 @@ from jaxtyping import Float
 from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.chart import Chart, Marks, Upright
+from workbench.report.numbers import compared
+from workbench.session.comparison import ModelStage
 from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import STAGE_COLOURS, css
@@ -45,10 +47,13 @@ def result_card(session: Session) -> str:
     )
 
 
-def weighed(diagnosis: Diagnosis) -> str:
+def weighed(session: Session, diagnosis: Diagnosis) -> str:
     """Why its geometry is not quite that of Identify."""
     more = diagnosis.remaining.joint_noise and " and weights poses by the noise of the joint readings"
-    return f"The geometry is that of the diagnosis, which keeps constants near nominal{more or ''}."
+    own = f"The diagnosis keeps constants near nominal{more or ''}: its geometry alone leaves "
+    known = [s.error for s in stages(session) if s.title is ModelStage.GEOMETRY]
+    other = f", that of Identify {compared(known[0])} mm" if known else ""
+    return f"{own}{compared(diagnosis.before.judged.position_mm.mean)} mm{other}."
 
 
 def numbers(done: tuple[StageErrors, ...]) -> str:

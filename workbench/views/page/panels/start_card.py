@@ -9,6 +9,7 @@ from workbench.base.assets import built_in_robots
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot, LoadModel, holds_urdf
 from workbench.session.commands.data import MAX_FILE_BYTES, load_command, load_endings
+from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.page_state import Severity, Tab
@@ -25,7 +26,7 @@ PURPOSE = (
 )
 """What the program is for."""
 INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores the current state."
-ROWS = Door("A robot and measurements", viser.Icon.DATABASE)
+ROWS = Door("A robot and measurements", viser.Icon.DATABASE, Identify)
 ALONE = "Choose the robot: you get a plate with ten targets in front of it, to be optimised and manufactured."
 
 
@@ -101,16 +102,19 @@ class StartCard(AbstractPanel):
                 (build or _ask_for_rows)(self, gui)
 
     def show(self, session: Session) -> None:
-        if self._modal is None:
+        if self._modal is None and self._door is None:
             return
         now, before = session.measurements, self._before.measurements
-        is_read = now.loaded not in (None, before.loaded)
+        loaded = None if now.loaded is before.loaded else now.loaded
         file = None if now.unread is before.unread else now.unread
         rival = "" if file is None or file.match is None else file.match.rival  # the strip offers that arm
-        if is_read or rival or session.mode is not None:
+        if loaded is not None or rival or session.mode is not None or self._modal is None:
+            door, is_foreign = self._door, loaded is not None and loaded.is_foreign
             self._leave(self._ends_at)
-            if is_read and self._door is not None and self._door.begins is not None:
-                self._worker.submit(self._door.begins())
+            if is_foreign or rival:
+                self._door = door  # what begins waits for that arm
+            elif loaded is not None and door is not None and door.begins is not None:
+                self._worker.submit(door.begins())
             return
         old = self._before.page.message_count
         newer = (m for m in reversed(session.page.messages) if m.number > old)
@@ -157,6 +161,7 @@ class StartCard(AbstractPanel):
         self._show_demo()
 
     def _leave(self, tab: Tab) -> None:
+        self._door = None
         if self._modal is not None:
             modal, self._modal = self._modal, None
             modal.close()
