@@ -17,6 +17,8 @@ BEST, NOMINAL = 1e-4, 5e-4
 sheet's [rad or m]."""
 HELD = 1e-5
 """Standard deviation of what a calibration held, as others took its place [rad or m]."""
+LEAST_NOISE = 0.3
+"""Part of a calibration's error that is the least noise of any axis."""
 UNKNOWN = 0.05
 """Standard deviation of what nothing is known of [rad or m]: no row that shows it feels this."""
 
@@ -51,6 +53,14 @@ class LastCalibration:
             best = BEST if record.error is None else np.clip(record.error.position, HELD, BEST)
             covariance[np.ix_(at, at)] = (vectors * np.maximum(size, best**2)) @ vectors.T
         return cls(robot, begin, Prior(names, robot.values(names), np.linalg.inv(covariance)))
+
+    @property
+    def least_noise(self) -> tuple[float, float]:
+        """Part of the calibration's error that no other rows show to be less [m], [rad]."""
+        record = self.robot.calibration
+        error = (HELD, HELD) if record is None or record.error is None else record.error
+        position, rotation = LEAST_NOISE * np.nan_to_num(error, nan=HELD)
+        return float(position), float(rotation)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -40,6 +40,8 @@ from workbench.identification.rows.row_selection import check_enough
 
 SIGNIFICANT = 0.3
 """A zero known to less than this part of what it was before the rows counts as determined."""
+TELLING = 5e-3
+"""Half an interval about no shift at most, of a zero that did not move [rad or m]."""
 CHANCE = 0.01
 """Probability that some joint is reported to have moved though none has."""
 MAX_OFF = 0.02
@@ -89,7 +91,7 @@ def rezero(
     progress(0.4, "fitting all zeros")
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
     problem = knowledge.problem(ready.problem, ready.problem.start, zeros) if decides else ready.problem
-    everything = Optimum.of(problem, measured=measured)
+    everything = Optimum.of(problem, None if measured else knowledge.least_noise)
     moved, best = _moved(knowledge, everything, zeros)
     own = {s.name: s for s in _shifts(knowledge, best, moved)}
     shifts = tuple(own.get(s.name, s) for s in _shifts(knowledge, everything, zeros))
@@ -221,7 +223,7 @@ def _shifts(knowledge: LastCalibration, fit: Optimum, loose: Sequence[str]) -> t
             shift=float(shift),
             std=float(std),
             half=float(wide * std),
-            determined=bool(std < SIGNIFICANT * UNKNOWN),
+            determined=bool(std < SIGNIFICANT * UNKNOWN and wide * std < max(TELLING, abs(shift))),
         )
         for name, shift, std in sizes
     )
@@ -238,7 +240,7 @@ def _moved(
     def with_free(*names: str) -> Optimum:
         progress(0.5, "which joints moved")
         own = knowledge.problem(everything.problem, everything.x, names)
-        return Optimum.fitted(own, own.start, everything.measured)
+        return Optimum.of(own, everything.least)
 
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
     known = (s for s in _shifts(knowledge, everything, zeros) if s.determined)

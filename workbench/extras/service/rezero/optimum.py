@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy import special
 
+from workbench.extras.service.rezero.last_calibration import UNKNOWN
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.instrument_preparation import preparation_of
@@ -32,32 +33,42 @@ class Optimum:
         problem: Whitened by the noise that counts.
         x: The optimum [rad or m].
         square: Whitened squared residuals there, those of the prior included.
-        measured: Whether the noise was measured; else it is what this fit leaves.
+        least: Noise below which no fit of few rows gets, as base, tool and lengths are known no better [m],
+            [rad]; None: the noise was measured. Else it is what this fit leaves.
     """
 
     problem: Problem
     x: Float[np.ndarray, " p"]
     square: float
-    measured: bool
+    least: tuple[float, float] | None
 
     @classmethod
-    def of(cls, problem: Problem, *, measured: bool) -> "Optimum":
+    def of(cls, problem: Problem, least: tuple[float, float] | None) -> "Optimum":
         """The optimum of a problem, with the noise that it leaves unless that was measured."""
-        found = cls.fitted(problem, problem.start, measured)
-        for _ in range(0 if measured else NOISE_ROUNDS - 1):
+        found = cls.fitted(problem, problem.start, least)
+        for _ in range(0 if least is None else NOISE_ROUNDS - 1):
             now, x = found.problem, found.x
-            left = preparation_of(now.data).noise_left(now, x)
-            old = now.noise
+            left, old = preparation_of(now.data).noise_left(now, x), now.noise
+            if left is not None and not now.own_sigma.any():
+                left = left._replace(
+                    **dict(zip(("position", "rotation"), np.fmax(left[:2], least), strict=True))
+                )
             if left is None or np.allclose([*left[:2], left.own], [*old[:2], old.own], rtol=0.02, atol=1e-7):
                 break
-            found = cls.fitted(now.with_noise(left), x, measured)
+            found = cls.fitted(now.with_noise(left), x, least)
         return found
 
     @classmethod
-    def fitted(cls, problem: Problem, begin: Float[np.ndarray, " p"], measured: bool) -> "Optimum":
+    def fitted(
+        cls, problem: Problem, begin: Float[np.ndarray, " p"], least: tuple[float, float] | None
+    ) -> "Optimum":
         """The optimum of a problem with the noise that it has."""
         search = Opt2(limit=60).search(problem, begin=begin)
-        return cls(problem, search.x, 2.0 * search.history[-1], measured)
+        return cls(problem, search.x, 2.0 * search.history[-1], least)
+
+    @property
+    def measured(self) -> bool:
+        return self.least is None
 
     @cached_property
     def factor(self) -> Factor:
@@ -70,10 +81,30 @@ class Optimum:
         return max(noises.degrees_of_freedom(self.problem, self.factor), 1.0)
 
     @cached_property
+    def known(self) -> Bool[np.ndarray, " p"]:
+        """Unknowns of which the calibration tells more than that it is near."""
+        return (self.problem.prior**2).sum(0) > 2.0 / UNKNOWN**2
+
+    @cached_property
+    def freedom(self) -> int:
+        """Measured numbers beyond the unknowns of which nothing was known; 0 or less where none is left."""
+        return self.problem.count + int(self.known.sum()) - self.factor.rank
+
+    @cached_property
     def mean_square(self) -> float:
         """Squared residuals per degree of freedom: 1 where the noise is as taken."""
-        known = len(self.problem.prior)
-        return self.square / max(self.problem.count + known - self.factor.rank, 1)
+        return self.square / max(self.freedom, 1)
+
+    @cached_property
+    def left(self) -> float:
+        """What the model leaves, per degree of freedom: as `mean_square`, but for the noise that is its own."""
+        if self.measured:
+            return self.mean_square
+        jacobian, prior = self.problem.evaluate(self.x).jacobian, self.problem.prior
+        information = (rows[:, self.known].T @ rows[:, self.known] for rows in (jacobian, prior))
+        volume = np.subtract(*(np.linalg.slogdet(each)[1] for each in information))
+        scatter = -2.0 * np.log(self.problem.inverse_sigma[self.problem.inverse_sigma > 0.0]).sum()
+        return float(np.exp((self.square + scatter + volume - self.freedom) / self.problem.count))
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -96,8 +127,9 @@ class Optimum:
             Probability that chance alone makes this one so much better; and how many times as much the other
             leaves.
         """
-        same = self.fitted(other.problem.with_noise(self.problem.noise), other.x, other.measured)
-        gained = max(same.square - self.square, 0.0) / further
-        minimum = max(self.mean_square, 1e-300)
-        chance = float(special.fdtrc(further, self.spare, gained / minimum))
-        return chance, float(np.sqrt(same.mean_square / minimum))
+        if self.freedom < 1:
+            return 1.0, 1.0
+        minimum = max(self.left, 1e-300) * self.freedom
+        gained = max(other.left * other.freedom - minimum, 0.0) / further
+        chance = special.fdtrc(further, self.freedom, gained / minimum * self.freedom)
+        return float(chance), float(np.sqrt(other.left / self.left))

@@ -44,10 +44,10 @@ class _OtherExplanation(NamedTuple):
     problem: Problem
     further: int
 
-    def times(self, zeros: Optimum, least: float) -> float:
-        """How many times what it leaves the zeros leave; 0 where that is little, or chance."""
-        chance, ratio = Optimum.of(self.problem, measured=zeros.measured).against(zeros, self.further)
-        return ratio if chance < STRANGE and ratio > least else 0.0
+    def times(self, zeros: Optimum, least: float, tried: int = 1) -> float:
+        """How many times what it leaves the zeros leave; 0 where that is little, or chance in so many tries."""
+        chance, ratio = Optimum.of(self.problem, zeros.least).against(zeros, self.further)
+        return ratio if tried * chance < STRANGE and ratio > least else 0.0
 
 
 def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> tuple[str, ...]:
@@ -59,7 +59,8 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
         far: Whether these leave the rows far off: anything then speaks against them that is not chance.
     """
     least = 1.0 if far else CLEARLY_WORSE
-    tried = [(cause.times(zeros, least), cause) for cause in _causes(knowledge, zeros)]
+    causes = list(_causes(knowledge, zeros))
+    tried = [(cause.times(zeros, least, len(causes)), cause) for cause in causes]
     best = max(ratio for ratio, _ in tried)
     if best > 0.0:
         alike = sorted((each for each in tried if SIMILAR_CAUSE * each[0] >= best), key=lambda t: -t[0])
