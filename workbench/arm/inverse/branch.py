@@ -111,7 +111,7 @@ class InverseResult:
             return None
         if not self.branches:
             distance, angle = float(self.nearest.position_error), np.degrees(self.nearest.rotation_error)
-            return f"out of reach: the nearest within the limits is {in_mm(distance)} and {angle:.2g}° off"
+            return f"out of reach: the nearest posture is {in_mm(distance)} and {angle:.2g}° off"
         best = max(self.branches, key=lambda branch: branch.margin)
         (low, high), needs = best.limits.T, best.q
         beyond = np.flatnonzero((needs < low) | (needs > high)).tolist()
