@@ -108,9 +108,8 @@ class MoveTarget(AbstractChange):
         return move(session, *with_target(session, self.target, target, state), selected=self.target)
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
-        if session.drag is None or not self._is_part_of(session.drag):
-            return None
-        if not isinstance(previous, MoveTarget) or previous.key != self.key:
+        is_next = isinstance(previous, MoveTarget) and previous.key == self.key
+        if session.drag is None or not is_next or not self._is_part_of(session.drag):
             return None
         return replace(self, start=session.states[self.target])
 

@@ -107,12 +107,9 @@ def _known(fit: Fit, names: tuple[str, ...]) -> Prior | None:
 @beside("the summary", "")
 def _summary(found: Identification, fit: str) -> str:
     """Before and after in one sentence, on held-out rows where there are any."""
-    old, new = found.nominal.judged, found.runs[fit].judged
+    old, new = (compared(each.judged.position_mm.mean) for each in (found.nominal, found.runs[fit]))
     kind = "held-out" if found.runs[fit].held_out else "fitted"
-    return (
-        f"mean error on {kind} poses: {compared(old.position_mm.mean)} mm with the nominal arm, "
-        f"{compared(new.position_mm.mean)} mm with the calibrated one"
-    )
+    return f"mean error on {kind} poses: {old} mm with the nominal arm, {new} mm with the calibrated one"
 
 
 class SetWanted(AbstractChange):

@@ -131,9 +131,8 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
             f"{recording.folder.name} was recorded on another machine, or by an earlier version, and is only "
             f"shown; start with --step {len(recording.lines)} to continue it in a copy below {root}"
         )
-        shown = session.updated("page", only_shown=why)
-        shown = shown.with_message(Severity.WARNING, warning) if warning else shown
-        return StartedSession(shown, entries=recording.entries, trouble=why)
+        begun = go_on_unrecorded(restored)
+        return replace(begun, session=begun.session.updated("page", only_shown=why), trouble=why)
     if not warning:
         return branch(recording, session, root=root) if is_branch else resume(recording, session)
     text = f"{warning}; that recording is left unchanged, and the session continues in a new one"
@@ -224,9 +223,7 @@ def _now() -> datetime:
 
 
 def _why(error: Exception, place: Path) -> str:
-    if isinstance(error, OSError):
-        return (
-            f"{place.resolve()} can't be written ({error.strerror}); start in a writable folder, or give one "
-            "with --session"
-        )
-    return str(error)
+    if not isinstance(error, OSError):
+        return str(error)
+    remedy = "start in a writable folder, or give one with --session"
+    return f"{place.resolve()} can't be written ({error.strerror}); {remedy}"

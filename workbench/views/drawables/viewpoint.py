@@ -29,14 +29,9 @@ def title(session: Session) -> str:
 
 def occasion(session: Session) -> tuple[object, ...]:
     """Arm, plate and measurements as they are looked at: where one of these is another, so is the view."""
+    first, loaded = session.history.first.plate, session.measurements.loaded
     is_placed = session.results.identification is not None  # only then it is known where the rows lie
-    return (
-        session.robot,
-        session.history.first.plate,
-        session.measurements.loaded,
-        session.shows_plate,
-        is_placed,
-    )
+    return session.robot, first, loaded, session.shows_plate, is_placed
 
 
 def first_view(session: Session) -> tuple[Vector3, Vector3]:

@@ -27,7 +27,8 @@ PLOTS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
 
 def blueprint() -> rrb.Blueprint:
     bars = rrb.BarChartView(origin="bars", name="Targets by O, or rows by error [mm]", plot_legend=NO_LEGEND)
-    beside = rrb.Vertical(_plots(), bars, _document("result", "Result"), row_shares=[3, 2, 3])
+    plots = (rrb.Grid(*map(_plot, of, of.values()), grid_columns=1, name=tab) for tab, of in PLOTS.items())
+    beside = rrb.Vertical(rrb.Tabs(*plots), bars, _document("result", "Result"), row_shares=[3, 2, 3])
     left = rrb.Vertical(_document("title", "Session"), _scene(), row_shares=[1, 5])
     log = rrb.TextLogView(
         origin="log", name="Steps", columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
@@ -38,12 +39,6 @@ def blueprint() -> rrb.Blueprint:
         rrb.TimePanel(state="collapsed", timeline=STEP, play_state="following"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-    )
-
-
-def _plots() -> rrb.Tabs:
-    return rrb.Tabs(
-        *(rrb.Grid(*map(_plot, of, of.values()), grid_columns=1, name=tab) for tab, of in PLOTS.items())
     )
 
 

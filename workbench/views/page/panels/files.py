@@ -89,7 +89,13 @@ class FilesPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
             self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
-            self._add_arm()
+            self.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
+            save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
+            self.press_one("Save", SAVED, save, FORMATS, visible=_is_identified)
+            form = self.dropdown("Other format", _forms, OTHER_FORMS, visible=_is_identified)
+            save_in = lambda event: self.save(event, exported_as(form.typed), is_arm=True)  # noqa: E731
+            icon = viser.Icon.DOWNLOAD
+            self.press("Save in this format", save_in, icon, OTHER, visible=_is_identified)
         with gui.add_folder("Plate and measurements"):
             self.download("Plate to make (ZIP)", fixture_zip, PARTS)
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
@@ -99,21 +105,3 @@ class FilesPanel(AbstractPanel):
                 "One row per line, with units.",
                 disabled=lambda s: s.measurements.loaded is None,
             )
-
-    def _add_arm(self) -> None:
-        self.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
-        self.press_one(
-            "Save",
-            SAVED,
-            lambda event: self.save(event, SAVED[event.target.value]),
-            FORMATS,
-            visible=_is_identified,
-        )
-        form = self.dropdown("Other format", _forms, OTHER_FORMS, visible=_is_identified)
-        self.press(
-            "Save in this format",
-            lambda event: self.save(event, exported_as(form.typed), is_arm=True),
-            viser.Icon.DOWNLOAD,
-            OTHER,
-            visible=_is_identified,
-        )

@@ -83,10 +83,8 @@ class LegendPanel(AbstractPanel):
             aim(event.client, *first_view(self.session))
 
     def _key(self, session: Session) -> str:
-        rows, scales = session.results.comparison, cubes_scale(session)
-        if (
-            rows is not None and rows.stages and session.choices.overlay.points
-        ):  # two scales of the same colours each need a name
+        rows, scales, is_on = session.results.comparison, cubes_scale(session), session.choices.overlay.points
+        if is_on and rows is not None and rows.stages:  # two scales of the same colours each need a name
             named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
             scales += named + points(session, rows, self._links)
         content = scales + things(session, is_alone=not scales)

@@ -24,9 +24,10 @@ class RegionPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Region and requirement", expand_by_default=False):
             build_wanted(self)
-            self._build()
+            self._build_cubes()
+            self._build_cuboid()
 
-    def _build(self) -> None:
+    def _build_cubes(self) -> None:
         fields = CUBE_FIELDS.values()
         names = {"Nothing": NO_FIELD} | {field.choice: field.name for field in fields}
         meanings = [f"{field.choice}: {field.meaning}." for field in fields]
@@ -40,10 +41,8 @@ class RegionPanel(AbstractPanel):
             disabled=lambda s: s.region.view.field == NO_FIELD,
         )
         self.form(self._view, field, cut)
-        self._build_cuboid()
 
     def _build_cuboid(self) -> None:
-        """The cuboid's own form."""
         hint = "Corner of the region with the smallest coordinates."
         low = self.coordinates("From", LENGTH, hint, lambda s: s.plate.region.min)
         hint = "Corner of the region with the largest coordinates."
