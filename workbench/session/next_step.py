@@ -206,9 +206,8 @@ def _identified(session: Session) -> NextStep | None:
     if doubts := found.doubts(found.runs[session.results.fit]):
         return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
     if known.refused:
-        return NextStep(
-            f"No parameter was identified: {known.advice or known.refused}.", Tone.CAREFUL, MORE, COMPARE
-        )
+        text = f"No parameter was identified: {known.advice or known.refused}."
+        return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
     if known.is_limited:
         return NextStep(f"{errors}; {known.title} identified.", Tone.GOOD, TAKE, COMPARE)
     if times <= BEYOND_NOISE:

@@ -66,7 +66,7 @@ def pack(value: Any, shared: Mapping[str, Any]) -> bytes:
             return [kind.__name__, [plain(one) for one in value]]
         if isinstance(value, Enum):
             return ["enum", _name_of(kind), plain(value.value)]
-        return ["record", _name_of(kind), {name: plain(getattr(value, name)) for name in _fields(kind)}]
+        return ["record", _name_of(kind), {name: plain(one) for name, one in _given(value).items()}]
 
     plain([value])  # the last object is a list of it
     arrays[OBJECTS] = np.frombuffer(json.dumps(objects).encode(), np.uint8)
@@ -121,6 +121,9 @@ def _kind(name: str, base: type) -> type:
     return kind
 
 
-def _fields(kind: Any) -> list[str]:
-    """Names of what its constructor takes."""
-    return list(getattr(kind, "_fields", ())) or [f.name for f in dataclasses.fields(kind) if f.init]
+def _given(value: Any) -> dict[str, Any]:
+    """What its constructor was given, but for defaults."""
+    if hasattr(value, "_asdict"):
+        return value._asdict()
+    fields = ((f, getattr(value, f.name)) for f in dataclasses.fields(value) if f.init)
+    return {f.name: one for f, one in fields if one is not f.default}
