@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_709,
     "exports": 330,
     "session": 6_247,
-    "views": 6_950,
+    "views": 6_945,
     "cli": 1_467,
     "extras": 1,
     "extras/camera": 3_557,

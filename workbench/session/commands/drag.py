@@ -65,9 +65,8 @@ class GrabTarget(AbstractChange):
     def apply(self, session: Session) -> Session:
         if session.drag is not None:
             return session
-        drag = Drag(self.client, self.target)
-        session = begin_step(session).updated("playback", focus=Focus.TARGET)
-        return replace(session, drag=drag, selected=self.target)
+        begun = begin_step(session).updated("playback", focus=Focus.TARGET)
+        return replace(begun, drag=Drag(self.client, self.target), selected=self.target)
 
 
 class MoveTarget(AbstractChange):
@@ -102,8 +101,7 @@ class MoveTarget(AbstractChange):
             return session
         old = session.plate.targets[self.target]
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
-        before = self.start or session.states[self.target]
-        state = follow_target(session.robot, target, before)
+        state = follow_target(session.robot, target, self.start or session.states[self.target])
         move = with_targets if session.drag is not None else move_targets
         return move(session, *with_target(session, self.target, target, state), selected=self.target)
 

@@ -85,8 +85,7 @@ class LockTarget(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], locked=self.locked)
-        both = with_target(session, self.target, target, session.states[self.target])
-        return move_targets(session, *both)
+        return move_targets(session, *with_target(session, self.target, target, session.states[self.target]))
 
 
 class MovePlate(AbstractTargetStep):
@@ -147,5 +146,4 @@ class ChooseBranch(AbstractChange):
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
         state = place(session.robot, target, session.states[self.target].q)
-        both = with_target(session, self.target, target, state)
-        return move_targets(session, *both, selected=self.target)
+        return move_targets(session, *with_target(session, self.target, target, state), selected=self.target)
