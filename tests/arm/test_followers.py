@@ -7,6 +7,8 @@ from generator import move, turn
 
 from workbench import Motion, Robot, identification_jacobian, read_urdf, tool_poses, write_toml, write_urdf
 from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.inverse.solve import solve_many
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
@@ -121,3 +123,13 @@ def test_a_passive_joint_of_a_table_moves_with_others(tmp_path):
     assert {e.name for e in arm.elements if e.free} == {
         e.name.replace("joint4", "fixed1") for e in whole.elements if e.free
     }
+
+
+def test_a_passive_joint_is_solved_for_by_the_joints_that_it_follows():
+    level = {"a": 0.2, "alpha": 1.5, "type": "fixed", "follows": [2, 3], "ratio": [-1.0, -1.0]}
+    arm = Robot.from_dh([{"d": 0.3, "alpha": -1.5}, {"a": 0.8}, {"a": 0.9}, level, {"d": 0.1, "alpha": 0.3}])
+    wanted = tool_poses(arm, Motion(0.5 * np.column_stack([Q, Q[:, 0]])))
+    for pose, found in zip(wanted, solve_many(arm, wanted, task=Task.POSITION), strict=True):
+        assert found.branches
+        reached = tool_poses(arm, Motion(np.array([branch.q for branch in found.branches])))
+        np.testing.assert_allclose(reached[:, :3, 3] - pose[:3, 3], 0.0, atol=1e-7)

@@ -15,6 +15,7 @@ from jaxtyping import Float
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
+from workbench.base.errors import RobotError
 from workbench.base.types import Freedom, frozen
 from workbench.plate.poses.sampling import random_poses
 
@@ -46,7 +47,13 @@ def visible_basis(robot: Robot, names: tuple[str, ...] | None = None) -> Float[n
 
     Args:
         names: What is identified; the robot's default free constants if None.
+
+    Raises:
+        RobotError: nothing is.
     """
+    if not (robot.default_free if names is None else names):
+        where = "write free = true at its elements, or [base] or [tool] free = true"
+        raise RobotError(f"robot '{robot.name}' has nothing free to identify: {where}")
     q = random_poses(robot, GENERIC_POSES, rng=np.random.default_rng(0))
     generic = linearise(robot, q, names=names)
     rank = generic.rank()

@@ -52,7 +52,7 @@ def plain_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     """A name for every configuration by its signs alone, without numbering."""
     constant = _agreement(arm)
     if constant == 0.0:
-        wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))
+        wrapped = np.where(arm.sliding, x, np.angle(np.exp(1j * x)))
         return ["".join("+" if v >= 0 else "-" for v in row) for row in wrapped]
     side, bend, _, determinant = _quantities(arm, x)
     wrist = constant * determinant * np.where(bend >= 0, 1.0, -1.0)
@@ -66,7 +66,7 @@ def plain_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
 @lru_cache(maxsize=256)
 def _agreement(arm: ReducedArm) -> float:
     """The sign that makes both definitions of the wrist agree in most configurations; 0 without structure."""
-    if arm.dof not in (5, 6) or arm.slides.any():
+    if arm.dof not in (5, 6) or arm.slides.any() or len(arm.slides) > arm.dof:
         return 0.0
     x = np.random.default_rng(0).uniform(-np.pi, np.pi, (512, arm.dof))
     tool, axes, _ = arm.geometry(x[:1])

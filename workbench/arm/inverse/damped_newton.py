@@ -106,7 +106,7 @@ def refine(
     _refine_many(
         arm.constants,
         arm.slides,
-        arm.couplings,
+        arm.shares,
         np.array(targets, float, order="C"),
         np.array(target_of, np.int64),
         int(task),
@@ -168,31 +168,31 @@ def _missing(tool, target, task, r, m):
 
 @inner
 @no_type_check
-def _normal_equations(tool, axes, points, slides, couplings, r, task, w2, j, own, h, g):
+def _normal_equations(tool, axes, points, slides, shares, r, task, w2, j, own, h, g):
     """JᵀJ (its lower half) and Jᵀr, with rotations weighted by w² (w2) and projected for the task.
 
-    `j` holds Jᵀ; entries outside the task must be zero before. `own` is workspace.
+    `own` holds every axis's part of `j`, Jᵀ; entries outside the task must be zero before.
     """
-    n = slides.shape[0]
-    for k in range(n):
+    for k in range(slides.shape[0]):
         a, b, c = axes[k, 0], axes[k, 1], axes[k, 2]
         if slides[k]:
-            j[k] = a, b, c, 0.0, 0.0, 0.0
+            own[k] = a, b, c, 0.0, 0.0, 0.0
             continue
         x, y, z = tool[0, 3] - points[k, 0], tool[1, 3] - points[k, 1], tool[2, 3] - points[k, 2]
-        j[k, 0], j[k, 1], j[k, 2] = b * z - c * y, c * x - a * z, a * y - b * x
+        own[k, 0], own[k, 1], own[k, 2] = b * z - c * y, c * x - a * z, a * y - b * x
         if task == 6:
-            j[k, 3], j[k, 4], j[k, 5] = a, b, c
+            own[k, 3], own[k, 4], own[k, 5] = a, b, c
         elif task == 5:
             along = a * tool[0, 2] + b * tool[1, 2] + c * tool[2, 2]
-            j[k, 3] = a - along * tool[0, 2]
-            j[k, 4] = b - along * tool[1, 2]
-            j[k, 5] = c - along * tool[2, 2]
-    if len(couplings):
-        own[:] = j
-        for k in range(len(couplings)):
-            j[int(couplings[k, 1])] += couplings[k, 2] * own[int(couplings[k, 0])]
-    for a in range(n):
+            own[k, 3] = a - along * tool[0, 2]
+            own[k, 4] = b - along * tool[1, 2]
+            own[k, 5] = c - along * tool[2, 2]
+    j[:] = 0.0
+    for k in range(len(shares)):
+        into, axis = int(shares[k, 1]), int(shares[k, 0])
+        for i in range(6):
+            j[into, i] += shares[k, 2] * own[axis, i]
+    for a in range(len(g)):
         x, y, z, u, v, w = j[a, 0], j[a, 1], j[a, 2], w2 * j[a, 3], w2 * j[a, 4], w2 * j[a, 5]
         g[a] = x * r[0] + y * r[1] + z * r[2] + u * r[3] + v * r[4] + w * r[5]
         for b in range(a + 1):
@@ -229,13 +229,11 @@ def _solve_damped(h, g, damping, held, low, step):
 
 @njit(cache=True, error_model="numpy")
 @no_type_check
-def _refine_many(
-    constants, slides, couplings, targets, target_of, task, weight, limits, iterations, xs, errors
-):
-    n = slides.shape[0]
-    tool, axes, points = np.empty((3, 4)), np.empty((n, 3)), np.empty((n, 3))
-    r, m, own = np.empty(6), np.empty((3, 3)), np.empty((n, 6))
-    j = np.zeros((n, 6))  # entries outside the task stay zero
+def _refine_many(constants, slides, shares, targets, target_of, task, weight, limits, iterations, xs, errors):
+    m, n = slides.shape[0], limits.shape[0]
+    tool, axes, points = np.empty((3, 4)), np.empty((m, 3)), np.empty((m, 3))
+    r, turn, j = np.empty(6), np.empty((3, 3)), np.empty((n, 6))
+    own = np.zeros((m, 6))  # entries outside the task stay zero
     h, g, low = np.empty((n, n)), np.empty(n), np.empty((n, n))
     step, new, held = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
     w2 = weight * weight
@@ -243,13 +241,13 @@ def _refine_many(
         x, target = xs[row], targets[target_of[row]]
         for k in range(n):
             x[k] = min(max(x[k], limits[k, 0]), limits[k, 1])
-        forward(constants, slides, couplings, x, tool, axes, points)
-        distance, angle = _missing(tool, target, task, r, m)
+        forward(constants, slides, shares, x, tool, axes, points)
+        distance, angle = _missing(tool, target, task, r, turn)
         cost = distance**2 + w2 * angle**2
         relative, idle, count = 1e-3, 0, 0
         while count < iterations and idle < 4 and (distance > 1e-13 or angle > 1e-13):
             count += 1
-            _normal_equations(tool, axes, points, slides, couplings, r, task, w2, j, own, h, g)
+            _normal_equations(tool, axes, points, slides, shares, r, task, w2, j, own, h, g)
             size = 0.0
             for k in range(n):
                 size += h[k, k] / n
@@ -266,16 +264,16 @@ def _refine_many(
                 scale = min(1.0, 0.7 / max(longest, 1e-300))
                 for k in range(n):
                     new[k] = min(max(x[k] + scale * step[k], limits[k, 0]), limits[k, 1])
-                forward(constants, slides, couplings, new, tool, axes, points)
-                distance, angle = _missing(tool, target, task, r, m)
+                forward(constants, slides, shares, new, tool, axes, points)
+                distance, angle = _missing(tool, target, task, r, turn)
                 trial = distance**2 + w2 * angle**2
                 if trial < cost:
                     better = True
                     break
                 relative *= 10.0
             if not better:
-                forward(constants, slides, couplings, x, tool, axes, points)
-                distance, angle = _missing(tool, target, task, r, m)
+                forward(constants, slides, shares, x, tool, axes, points)
+                distance, angle = _missing(tool, target, task, r, turn)
                 break
             idle = idle + 1 if trial > 0.9999 * cost else 0
             cost = trial

@@ -82,7 +82,7 @@ def random_starts(
     arm: ReducedArm, shape: tuple[int, ...], rng: np.random.Generator, limits: Float[np.ndarray, "n 2"]
 ) -> np.ndarray:
     """Uniform joint coordinates within limits; one turn, or the arm's length, for joints without limits."""
-    span = np.where(arm.slides, arm.length, np.pi)
+    span = np.where(arm.sliding, arm.length, np.pi)
     low = np.where(np.isfinite(limits[:, 0]), limits[:, 0], np.minimum(-span, limits[:, 1] - 2 * span))
     high = np.where(np.isfinite(limits[:, 1]), limits[:, 1], np.maximum(low + 2 * span, span))
     return rng.uniform(low, high, (*shape, arm.dof))
@@ -168,6 +168,6 @@ def distinct(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarra
 
 def _place(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 2*n"]:
     """Configurations as points: the same one after full turns, lengths in units of the arm's."""
-    plain = np.where(arm.slides, x / arm.length, x)
+    plain = np.where(arm.sliding, x / arm.length, x)
     turned = np.concatenate([np.cos(x), np.sin(x)], 1)
     return np.where(np.tile(arm.repeats, 2), turned, np.concatenate([plain, 0.0 * plain], 1))
