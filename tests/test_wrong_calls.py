@@ -199,9 +199,9 @@ def test_choices_are_taken_as_people_write_them(given, meant):
 
 def test_names_files_and_frames_stand_for_robots_and_data(tmp_path):
     csv = wb.write_measurements(rows(), tmp_path / "rows.csv")
-    exact = wb.evaluate(arm(), wb.read_measurements(csv)).errors
+    exact = wb.evaluate(arm(), wb.read_measurements(csv)).errors.position_mm
     for robot, data in (("aria", csv), (arm(), str(csv)), (arm(), pd.read_csv(csv))):
-        assert wb.evaluate(robot, data).errors == exact
+        assert wb.evaluate(robot, data).errors.position_mm == exact
     assert len(wb.FitChoices(held_out=str(csv)).held_out) == N
     assert len(wb.score("aria", "table2", sigma="0.2mm,0.02deg").plate) == 10
 
