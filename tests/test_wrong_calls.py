@@ -16,6 +16,7 @@ from refusals import refuses
 
 import workbench as wb
 from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.robot_toml import robot_to_table
 from workbench.base.errors import DataError, FileError, OptionError, RobotError, ShapeError
 from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import Observes
@@ -46,15 +47,15 @@ def right():
     folder = Path(mkdtemp())
     aria, plate = wb.load_robot("aria"), wb.load_plate("table2")
     _, rows = wb.measure_poses(aria, 40, seed=1)
-    q = rows.q[:5]
+    q, pointed = rows.q[:5], aria.with_frames(tool=wb.Frame(np.array([0.0, 0.0, 0.1])))
     wb.write_measurements(rows, folder / "rows.csv")
     wb.write_urdf(aria, folder / "arm.urdf")
-    return {
+    found = {
         "tool_poses": (aria, q),
         "link_frames": (aria, q),
         "identification_jacobian": (aria, q),
         "solve": (aria, aria.predict(q)[0]),
-        "follow": (aria, aria.predict(q), q[0]),
+        "follow": (aria, aria.predict(q)[0], q[0]),
         "measure_poses": (aria, 5),
         "measure_plate": (aria, plate),
         "read_measurements": (folder / "rows.csv",),
@@ -77,30 +78,49 @@ def right():
         "map_motors": (aria, rows.take(np.arange(9))),
         "rezero": (aria, rows),
         "tcp": (aria, rows),
-        "frame": (aria, rows),
+        "frame": (pointed, wb.Dataset(q[:3], contact=["origin", "x", "xy"])),
         "try_plate": (aria, plate.with_joints(wb.score(aria, plate).measured.q, ("auto",) * 10)),
         "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
-        "find_convention": ((), ()),
-        "read_rig": (None, folder / "target.toml"),
-        "read_pixels": (folder / "pixels.csv", None),
         "verify": (aria, rows),
     }
+    if "find_convention" in dir(wb):
+        ur5 = wb.load_robot("ur5")
+        table = [
+            {k: v for k, v in row.items() if k in ("theta", "d", "a", "alpha")}
+            for row in robot_to_table(ur5)["joint"]
+        ]
+        found["find_convention"] = (
+            wb.table_readings(table),
+            wb.measure_poses(ur5, 4, actual=ur5, instrument="ideal")[1],
+        )
+    if "read_rig" in dir(wb):
+        from tests.extras.damaged.damaged_files import CAMERA, PIXELS, TARGET
+
+        camera, target, pixels = (folder / name for name in ("camera.toml", "target.toml", "pixels.csv"))
+        for path, text in ((camera, CAMERA), (target, TARGET), (pixels, PIXELS)):
+            path.write_text(text)
+        found |= {"read_rig": (camera, target), "read_pixels": (pixels, wb.read_rig(camera, target))}
+    return found
 
 
-CHEAP = {"try_plate": {"arms": 1, "poses": 20}}
-"""Options of verbs that take long otherwise."""
+OPTIONS = {
+    "try_plate": {"arms": 1, "poses": 20},
+    "compensate": {"nominal": "aria"},
+    "read_pixels": {"dof": 2},
+}
+"""Of verbs that take long otherwise, or need one."""
 
 
 def calls(verb, args):
     """Right arguments with one of them wrong."""
-    cheap = CHEAP.get(verb.__name__, {})
+    options = OPTIONS.get(verb.__name__, {})
     names = [p.name for p in signature(verb).parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
     for place, name in enumerate(names):
         for wrong in WRONG:
             if place < len(args):
-                yield (*args[:place], wrong, *args[place + 1 :]), cheap
+                yield (*args[:place], wrong, *args[place + 1 :]), options
             else:
-                yield args, cheap | {name: wrong}
+                yield args, options | {name: wrong}
 
 
 def ends(call, *args, **options):
@@ -117,9 +137,12 @@ def test_a_wrong_argument_is_refused_in_words(name, tmp_path, monkeypatch):
     if name not in dir(wb):
         pytest.skip("of an extra that is not installed")
     monkeypatch.chdir(tmp_path)  # where "foo" may be written
-    for args, options in calls(getattr(wb, name), right()[name]):
+    verb = getattr(wb, name)
+    with running(cancel=lambda: True), suppress(Cancelled):
+        verb(*right()[name], **OPTIONS.get(name, {}))
+    for args, options in calls(verb, right()[name]):
         try:
-            ends(getattr(wb, name), *args, **options)
+            ends(verb, *args, **options)
         except Exception as error:
             pytest.fail(f"{name}{args}, {options}: {error!r}")
 
@@ -176,9 +199,9 @@ def test_choices_are_taken_as_people_write_them(given, meant):
 
 def test_names_files_and_frames_stand_for_robots_and_data(tmp_path):
     csv = wb.write_measurements(rows(), tmp_path / "rows.csv")
-    exact = wb.evaluate(arm(), wb.read_measurements(csv)).errors
+    exact = wb.evaluate(arm(), wb.read_measurements(csv)).errors.position_mm
     for robot, data in (("aria", csv), (arm(), str(csv)), (arm(), pd.read_csv(csv))):
-        assert wb.evaluate(robot, data).errors == exact
+        assert wb.evaluate(robot, data).errors.position_mm == exact
     assert len(wb.FitChoices(held_out=str(csv)).held_out) == N
     assert len(wb.score("aria", "table2", sigma="0.2mm,0.02deg").plate) == 10
 

@@ -34,7 +34,7 @@ MUTATIONS = tuple(Mutation(*parts) for parts in (
     ("base/se3.py", "np.linalg.det(u) * np.linalg.det(vt)", "1.0", "base/se3 mirrored"),
     ("arm/chain.py", "= y * w - z * v, x", "= y * w + z * v, x", "arm/chain twists_are"),
     ("arm/conventions.py", '("alpha", "beta", "a", ', '("alpha", "a", "beta", ',
-     "arm/conventions printed_equation"),
+     "arm/conventions links_multiply"),
     ("arm/conventions.py", "entry.alpha)) < P", "entry.alpha)) > P", "arm/conventions four_constants"),
     ("arm/statics/wrenches.py", "(y * f[2] - z * f[1])", "(y * f[2] + z * f[1])", "arm/statics built_in"),
     ("arm/effects/joint_compliance.py", "diagonal(-own(", "diagonal(own(", "arm/effects load_effects"),

@@ -46,8 +46,6 @@ the saved arm relative to the geometry's."""
 CERTAIN, PROBABLE, DRIVEN = 0.01, 0.05, 0.9
 """Greatest shares of arms with a false cause, and least share of those whose driver is named."""
 
-Change = Callable[["VirtualRows"], None]
-
 
 @dataclass
 class VirtualRows:

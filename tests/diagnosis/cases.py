@@ -48,8 +48,6 @@ class Case:
         sigma: Noise per axis [m, rad].
         draws: How many draws it took until one could be told apart.
         seen: Whether the measured rows show it beside geometry and any rival, as they do under no conditions.
-        open_rows: Noise-free rows that were left out because nobody can tell on which side of its play a
-            joint rests in them.
     """
 
     kind: str
@@ -67,7 +65,6 @@ class Case:
     sigma: tuple[float, float]
     draws: int
     seen: bool = True
-    open_rows: int = 0
 
 
 @dataclass(frozen=True)

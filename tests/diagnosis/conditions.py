@@ -108,7 +108,6 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
         robot=robot_of(stated, arm, given.free),
         data=data,
         exact=case.exact.take(~is_open),
-        open_rows=int(is_open.sum()),
         state=state,
         misseated=(),
         sigma=given.sigma,

@@ -41,12 +41,6 @@ def diagnosed(name, held_out=0.2):
     return made, diagnose(made.robot, made.data, held_out=held_out)
 
 
-@pytest.fixture
-def slipped():
-    """An arm whose reflector slipped half-way."""
-    return diagnosed("slip")
-
-
 @pytest.mark.parametrize(
     ("name", "seed"),
     [

@@ -23,8 +23,6 @@ PAGE = Path(__file__).parents[3] / "assets" / "docs" / "hobby.md"
 HALF = 0.5
 """Size of the print, relative to that of `board_on_tool`: squares of 15 mm."""
 COUNT = 20
-
-
 EYE = look([0.62, 0.08, 0.3], [0.25, 0.0, 0.15])
 BOARD = pose([-0.0375, -0.0525, 0.06], [0.0, 0.0, 0.0])
 MIDDLE = np.array([0.0375, 0.0525, 0.0, 1.0])

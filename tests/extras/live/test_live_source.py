@@ -8,7 +8,6 @@ from dataclasses import replace
 from time import monotonic, sleep
 
 import numpy as np
-import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -24,20 +23,6 @@ from workbench.session.state import Focus
 Q = (0.1, 0.9, 1.2, 0.3, 0.4, 0.5)
 
 
-class Lines:
-    """Lines that come when they are put."""
-
-    def __init__(self):
-        self._lines: queue.Queue = queue.Queue()
-
-    def put(self, *lines):
-        for line in lines:
-            self._lines.put(line)
-
-    def __iter__(self):
-        return iter(self._lines.get, None)
-
-
 def until(worker, holds):
     """The session once something is true of it."""
     end = monotonic() + 60.0
@@ -45,13 +30,6 @@ def until(worker, holds):
         assert monotonic() < end, "it did not happen"
         sleep(0.01)
     return worker.session
-
-
-@pytest.fixture
-def lines():
-    made = Lines()
-    yield made
-    made.put(None)
 
 
 def line(q, time, **more):

@@ -3,11 +3,10 @@
 import io
 import socket
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
@@ -24,19 +23,11 @@ def test_one_line():
     np.testing.assert_allclose(sample.rotation, [[1, 0, 0], [0, -0.28, -0.96], [0, 0.96, -0.28]], atol=1e-14)
     assert sample.capture
     assert not sample.q.flags.writeable
-    assert parse_sample(format_sample(sample), line=1).rotation == pytest.approx(sample.rotation)
+    again = parse_sample(format_sample(replace(sample, time=1.0 / 3.0)), line=1)
+    assert (again.time, again.q.tolist(), again.position.tolist()) == (1.0 / 3.0, [0.1, 0.2], [1, 2, 3])
+    assert again.rotation == pytest.approx(sample.rotation)
     bare = parse_sample('{"time": 1, "q": [0], "xyz": null}', line=1)
     assert (bare.position, bare.rotation, bare.capture) == (None, None, False)
-
-
-@given(
-    st.floats(-1e6, 1e6),
-    st.lists(st.floats(-10, 10), min_size=1, max_size=7),
-    st.lists(st.floats(-3, 3), min_size=3, max_size=3),
-)
-def test_numbers_come_through(time, q, xyz):
-    sample = parse_sample(format_sample(Sample(time=time, q=np.array(q), position=np.array(xyz))), line=1)
-    assert (sample.time, sample.q.tolist(), sample.position.tolist()) == (time, q, xyz)
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
@@ -13,24 +13,17 @@ from workbench.data.readers import read_trajectory
 from workbench.data.writer import write_measurements
 
 
-@pytest.fixture
-def way(run):
-    """A path of ARIA's, with its poses in the robot's base."""
+def test_a_compensated_path_is_corrected_where_only_positions_count(run, refused):
+    """A path of ARIA's, with its poses in the robot's base and without."""
     q = np.linspace([0.1, 0.4, -1.2, 0.2, 0.5, 0.1], [0.4, 0.5, -1.0, 0.4, 0.7, 0.3], 60)
-    return write_path("aria", q)
-
-
-def write_path(name, q):
-    poses = tool_poses(load_robot(name).with_frames(base=type(load_robot(name).base)()), Motion(q))
-    rows, time = np.arange(len(q)), np.linspace(0.0, 8.0, len(q))
-    write_measurements(Dataset(q, poses[:, :3, 3], poses[:, :3, :3], row=rows, time=time), "c.csv")
-    return read_trajectory("c.csv", joints=q.shape[1])
-
-
-def test_a_compensated_path_is_corrected_where_only_positions_count(run, refused, way):
+    poses, time = (
+        tool_poses(load_robot("aria").with_frames(base=Frame()), Motion(q)),
+        np.linspace(0.0, 8.0, 60),
+    )
+    write_measurements(Dataset(q, poses[:, :3, 3], poses[:, :3, :3], time=time), "c.csv")
     refused((), "compensate", "c.csv", "--robot", "ur5", "--nominal", "aria", "--out", "k.csv", status=1)
     head = ",".join(["time[s]", *(f"q{k}[deg]" for k in range(1, 7))])
-    table = np.column_stack([way.time, np.rad2deg(way.q)])
+    table = np.column_stack([time, np.rad2deg(q)])
     np.savetxt("d.csv", table, delimiter=",", header=head, comments="", fmt="%.17g")
     for name in "cd":
         options = ("compensate", f"{name}.csv", "--robot", "aria-table4", "--nominal", "aria")
