@@ -93,7 +93,7 @@ WRONG = {
     "flag": [1, "yes"],
     "place": [3.0, (1.0, 2.0), "here", [[1.0], [2.0, 3.0], 4.0]],
     "call": [3],
-    "length": ["0.5", "0.5 deg", np.nan, np.inf],
+    "length": ["0.5", "0.5 deg", -0.1, 1e99, np.nan, np.inf],
     "names": [(3,), {"a": 1}],
     "table": [["a"], {"a": "b"}],
 }

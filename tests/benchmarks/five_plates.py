@@ -40,7 +40,7 @@ def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple
     given = load_plate("table2")
     machined = given.made_as_drawn.production
     if "Table 2".startswith(wanted):
-        yield "Table 2", given.made(machined), SEATS
+        yield "Table 2", replace(given, production=machined), SEATS
     if "optimised".startswith(wanted):
         yield "optimised", optimise_plate(robot, given, production=machined, places=places).plate, SEATS
     if "sockets".startswith(wanted):

@@ -25,8 +25,8 @@ def test_score_of_table_2(run, tmp_path):
         (("score", "nowhere.toml"), "nowhere.toml"),
         (("score", "table2", "--unknown", "wrist"), "--unknown must be base"),
         (("score", "table2", "--noise", "5"), "--noise: '5' has no unit"),
-        (("optimise", "table2", "--out", "x.toml", "--tilt=-3deg"), "--tilt must be 0 to 65°"),
-        (("yield", "table2", "--joint-noise=-1deg"), "--joint-noise must be at least 0"),
+        (("optimise", "table2", "--out", "x.toml", "--tilt", "70deg"), "--tilt must be 0 to 65°"),
+        (("yield", "table2", "--joint-noise=-1deg"), "--joint-noise must be an angle of 0 rad or more"),
     ],
 )
 def test_one_sentence_for_bad_input(refused, options, message):

@@ -96,8 +96,6 @@ def test_tall_blocks_are_less_well_known():
     position, rotation = production.sigma(np.array([height]))[0]
     assert position == pytest.approx(np.sqrt((moved**2).mean()), rel=0.01)
     assert rotation == pytest.approx(draws[:, 3:].std(), rel=0.01)
-    with refuses(OptionError, option="tolerance"):
-        Production(tolerance=(-1e-5, 0.0))
 
 
 def test_play_of_a_probe_on_two_pins():

@@ -42,7 +42,7 @@ def test_table_2_is_built_in():
     assert len(plate) == 10
     assert plate.name == "Table 2"
     assert plate.poses.shape == (10, 4, 4)
-    assert plate.branches == ("auto",) * 10
+    assert {t.branch for t in plate.targets} == {"auto"}
     # Rx(-150°): the tool's z axis points down, tilted towards +y
     assert np.allclose(plate.poses[0, :3, 2], [0.0, 0.5, -np.sqrt(3) / 2])
     assert "table2" in built_in_plates()
@@ -99,16 +99,17 @@ def test_round_trip(name, targets, xyz, rpy, sized, tmp_path_factory):
         ("region = 3\n", "must be a table"),
         ("region = { min = [0, 0, 0] }\n", "no max"),
         ("region = { min = [0, 0, 0], max = [1, 0, 1] }\n", "empty along y"),
-        ("region = { min = [0, 0, 0], max = [1, 1, 1], cube = -1 }\n", "positive"),
+        ("region = { min = [0, 0, 0], max = [1, 1, 1], cube = -1 }\n", "0 m or more"),
         ("region = { min = [0, 0], max = [1, 1, 1] }\n", "region: min must be an array of shape"),
         (REGION + "colour = 'red'\n", "unknown key 'colour'"),
         (REGION + "size = [1, 1, 0]\n", "must be positive"),
         (REGION + "xyz = [1, 1, nan]\n", "finite"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nrpy = [-150, 0, 0]\n", "looks like degrees"),
         (REGION + "[[target]]\nrpy = [0, 0, 0]\n", "target]] 1 has no xyz"),
+        (REGION + "[[target]]\nxyz = [0, 0, 1e99]\n", "at most 60 m"),  # coal would crash
         (REGION + "[[target]]\nxyz = [0, 0, '1']\n", "finite number, not '1'"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nkind = 'hole'\n", "'seat', 'socket' or 'point'"),
-        (REGION + "[[target]]\nxyz = [0, 0, 1]\nsigma = [1e-4, -1]\n", "at least 0"),
+        (REGION + "[[target]]\nxyz = [0, 0, 1]\nsigma = [1e-4, -1]\n", "0 or more"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nsigma = 3\n", "sigma"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nbranch = 3\n", "branch"),
         (REGION + "[[target]]\nxyz = [0, 0, 1]\nq = []\n", "q must be a list of numbers"),

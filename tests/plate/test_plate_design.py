@@ -20,7 +20,7 @@ from workbench.session.start import default_circle
 
 def test_a_target_s_own_error_adds_to_the_reading_s(aria, plate):
     """Table 2 with five sockets, made to a tolerance: rows of six and of three, each over its deviation."""
-    made = plate.made(Production(tolerance=(5e-5, 1e-4)))
+    made = replace(plate, production=Production(tolerance=(5e-5, 1e-4)))
     kinds = [Kind.SEAT] * 5 + [Kind.SOCKET] * 5
     made = replace(made, targets=tuple(replace(t, kind=k) for t, k in zip(made.targets, kinds, strict=True)))
     q = any_joints(aria, 10, seed=1)

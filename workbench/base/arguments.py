@@ -10,7 +10,6 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from functools import cache, wraps
 from inspect import Parameter, cleandoc, signature
-from math import isfinite
 from numbers import Real
 from pathlib import Path
 from types import UnionType
@@ -51,6 +50,8 @@ else:
 
 
 _SEVERAL = Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD
+LARGEST = 1e30
+"""Sizes above this are refused: their squares and products overflow [m or rad]."""
 MAX_SHOWN = 12
 """Numbers of an array that a message quotes."""
 
@@ -253,20 +254,22 @@ Seed = Annotated[int, Reads("a whole number of at least 0", not_negative)]
 
 def _size_of(quantity: Quantity) -> Callable[[Any, Given], Any]:
     def read(value: Any, given: Given) -> Any:
-        value = parse_quantity(value, quantity) if isinstance(value, str) else value
-        if isinstance(value, float) and not isfinite(value):
-            raise ValueError
-        return value
+        size = parse_quantity(value, quantity) if isinstance(value, str) else value
+        if isinstance(size, int | float) and not 0.0 <= size < LARGEST:
+            raise ValueError  # NaN, too
+        return size
 
     return read
 
 
-Length = Annotated[float, Reads('a length in m, or text such as "0.5mm"', _size_of(Quantity.LENGTH))]
-Angle = Annotated[float, Reads('an angle in rad, or text such as "0.02deg"', _size_of(Quantity.ANGLE))]
+Length = Annotated[
+    float, Reads('a length of 0 m or more, or text such as "0.5mm"', _size_of(Quantity.LENGTH))
+]
+Angle = Annotated[float, Reads('an angle of 0 rad or more, or text such as "2deg"', _size_of(Quantity.ANGLE))]
 LengthAndAngle = Annotated[
     tuple[Length, Angle],
     Reads(
-        'a length in m and an angle in rad, such as (1e-4, 3e-4), or text such as "0.1mm,0.02deg"',
+        'a length in m and an angle in rad, 0 or more, such as (1e-4, 3e-4) or "0.1mm,0.02deg"',
         lambda value, given: value,
     ),
 ]
@@ -282,18 +285,14 @@ Sigma = Annotated[
 
 def pair_of(value: Any) -> tuple[float, ...] | None:
     """A length, or a length and an angle: in SI, or as text such as `0.05mm,0.01deg`; None for the rest."""
-    if isinstance(value, str):
-        parts = value.split(",")
-        kinds = (Quantity.LENGTH, Quantity.ANGLE)
-        try:
-            value = tuple(parse_quantity(text, kind) for text, kind in zip(parts, kinds, strict=False))
-        except UnitError:
-            return None
-        return value if len(parts) == len(value) else None
-    if not isinstance(value, tuple | list):
-        value = [value]
-    is_pair = len(value) in (1, 2) and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)
-    return tuple(float(v) for v in value) if is_pair else None
+    parts = value.split(",") if isinstance(value, str) else value
+    parts = parts if isinstance(parts, tuple | list) else [parts]
+    pairs = zip(parts, (Quantity.LENGTH, Quantity.ANGLE)[: len(parts)], strict=True)
+    try:
+        sizes = [parse_quantity(p, kind) if isinstance(p, str) else _number(p, {}) for p, kind in pairs]
+    except (UnitError, ValueError):
+        return None
+    return tuple(map(float, sizes)) or None
 
 
 def _documented(text: str | None, record: type | None) -> str | None:

@@ -41,14 +41,15 @@ def optimise(
     from workbench.plate.design import optimise_plate
     from workbench.plate.optimiser.constraints import Constraints
     from workbench.plate.optimiser.target_blocks import Blocks
+    from workbench.plate.plate_toml import plate_path
     from workbench.plate.report.design import design_json
 
-    opt.check_writable(out)
+    opt.check_writable(plate_path(out))
     base, tool = opt.unknown_frames(unknown)
     given = plate_made(plate, tolerance=tolerance, play=play)
     faces: dict[str, Any] = {"max_tilt": max_tilt}  # texts are read where they are used
     margins: dict[str, Any] = {"clearance": clearance, "errors": errors, "spacing": spacing}
-    margins["floor"] = None if floor == "none" else floor
+    margins["floor"] = None if floor == "none" else opt.quantity(floor, "floor")
     how: dict[str, Any] = {"kind": kind, "sigma": sigma, "seed": seed, "base": base, "tool": tool}
     with opt.progress_bar("optimise"):
         found = optimise_plate(

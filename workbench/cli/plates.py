@@ -28,10 +28,10 @@ PlayOption = Annotated[
 ]
 
 
-def plate_made(source: str, **given: str | None):
+def plate_made(source: str, **given: Any):
     """A plate with the tolerance and the play that are given, the rest as in its file."""
     plate = wb.load_plate(source)
-    changed: dict[str, Any] = {name: text for name, text in given.items() if text is not None}
+    changed = {name: text for name, text in given.items() if text is not None}
     return replace(plate, production=replace(plate.production, **changed))
 
 

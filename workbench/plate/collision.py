@@ -48,7 +48,7 @@ def obstacles(robot: Robot, plate: Plate, blocks_of: Iterable[int] | None = None
         return {}
     place, chosen = plate.pose.tobytes(), range(len(plate)) if blocks_of is None else blocks_of
     blocks = {f"the block of target {i + 1}": _block(place, plate.targets[i].pose.tobytes()) for i in chosen}
-    lowest, height = min(plate.xyz[2], *(t.xyz[2] for t in plate.targets)), table_height(robot)
+    lowest, height = min([plate.xyz[2], *(t.xyz[2] for t in plate.targets)]), table_height(robot)
     table = {} if height is None or lowest < height else {"the table": below(height)}
     return {"the plate": _slab(place, plate.size.tobytes()), **blocks, **table}
 

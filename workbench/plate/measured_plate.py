@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.arguments import LengthAndAngle, Like, checked_arguments
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError
 from workbench.base.types import frozen
 from workbench.base.units import parse_heading
 from workbench.data.readers.fields import Fields, fields_of
@@ -68,9 +68,6 @@ def read_measured_targets(
     Args:
         uncertainty: Standard deviations of the machine where the file has none [m], [rad].
     """
-    if min(uncertainty) < 0.0:
-        wrong = f"uncertainty must not be negative, got {uncertainty} m and rad"
-        raise OptionError(wrong, option="uncertainty", found=uncertainty)
     table = read_table(Path(path))
     numbers = _numbers(table)
     fields = fields_of(table)
@@ -85,7 +82,7 @@ def read_measured_targets(
             row = int(np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))[0])
             raise fields.error(f"target {numbers[row]} has no {what}; fill it in, or remove the row", row)
     upright = np.broadcast_to(np.eye(3), (len(places), 3, 3))
-    sigma, assumed = _sigma(fields, uncertainty)
+    sigma, assumed = _sigma(fields, uncertainty, (True, rotation is not None))
     silent = () if rotation is not None else (f"{fields.source} gives positions without orientations",)
     decided = tuple(note for note in fields.notes if not note.lower().startswith("'target'"))
     return MeasuredTargets(
@@ -117,7 +114,7 @@ def _numbers(table: Table) -> tuple[int, ...]:
 
 
 def _sigma(
-    fields: Fields, uncertainty: tuple[float, float]
+    fields: Fields, uncertainty: tuple[float, float], measured: tuple[bool, bool]
 ) -> tuple[Float[np.ndarray, "rows 2"], tuple[str, ...]]:
     """Root mean square of the axes' standard deviations of every row, and what was assumed of the machine."""
     sigma, assumed = np.tile(uncertainty, (fields.rows, 1)), []
@@ -128,7 +125,7 @@ def _sigma(
         known = np.isfinite(given).all(axis=0) & bool(keys)
         if known.any():
             sigma[known, column] = np.sqrt(np.mean(given[:, known] ** 2, axis=0))
-        assumed += [] if known.all() else [text]
+        assumed += [text] if measured[column] and not known.all() else []
     note = f"{fields.source} does not state the machine's accuracy; assuming {', '.join(assumed)} (one σ)"
     return frozen(sigma), (note,) if assumed else ()
 

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.plausible_units import MAX_DISTANCE
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import LengthAndAngle, admit
 from workbench.base.array_checks import as_pose
-from workbench.base.errors import OptionError, ShapeError
+from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
 from workbench.plate.tolerances import EXACT, PIN_PLAY, USUAL, Production
@@ -34,6 +35,15 @@ class Kind(StrEnum):
     SEAT = "seat"
     SOCKET = "socket"
     POINT = "point"
+
+
+def _check_lengths(record: Any, *names: str) -> None:
+    """Refuse lengths that no plate before an arm has, such as those in millimetres."""
+    for name in names:
+        value = getattr(record, name)
+        if value is not None and (size := float(np.abs(value).max())) > MAX_DISTANCE:
+            wrong = f"{name} must be in m and at most {MAX_DISTANCE:g} m, got {size:g} m"
+            raise OptionError(wrong, option=name, found=value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +70,7 @@ class Target:
 
     def __post_init__(self):
         admit(self)
-        if self.sigma is not None and min(self.sigma) < 0.0:
-            raise OptionError(
-                f"standard deviations of a target must be at least 0, got {self.sigma}",
-                option="sigma",
-                found=self.sigma,
-            )
+        _check_lengths(self, "xyz")
 
     @classmethod
     def at(cls, pose: Matrix4, **fields: Any) -> "Target":
@@ -103,12 +108,18 @@ class Plate:
 
     def __post_init__(self):
         admit(self)
+        _check_lengths(self, "xyz", "size")
         if self.size is not None and not min(self.size.tolist()) > 0.0:
             raise OptionError(
                 f"length, width and thickness of a plate must be positive, got {self.size.tolist()} m",
                 option="size",
                 found=self.size,
             )
+
+    def check_targets(self) -> None:
+        """Refuse a plate without any."""
+        if not self.targets:
+            raise DataError(f"plate '{self.name}' has no targets; add [[target]] tables", column="target")
 
     def check_joints(self, robot: Robot) -> None:
         """Refuse joint positions of targets that are of an arm with another number of joints."""
@@ -141,10 +152,6 @@ class Plate:
     def has_seats(self) -> bool:
         return any(target.kind is Kind.SEAT for target in self.targets)
 
-    @cached_property
-    def branches(self) -> tuple[str, ...]:
-        return tuple(t.branch for t in self.targets)
-
     @property
     def heights(self) -> Float[np.ndarray, " targets"]:
         """Of the targets above the plate's top [m]."""
@@ -162,8 +169,8 @@ class Plate:
     @cached_property
     def play(self) -> Float[np.ndarray, "targets 2"]:
         """Standard deviations of the probe in each target from its play: position [m], rotation [rad]."""
-        seats = [[t.kind is Kind.SEAT] for t in self.targets]
-        return frozen(np.where(seats, self.production.play_sigma, 0.0).reshape(-1, 2))
+        seats = np.array([t.kind is Kind.SEAT for t in self.targets]).reshape(-1, 1)
+        return frozen(np.where(seats, self.production.play_sigma, 0.0))
 
     @property
     def target_sigma(self) -> Float[np.ndarray, "targets 2"]:
@@ -185,11 +192,6 @@ class Plate:
         known = f"{count} known to {1e3 * position:.2g} mm{turns} (one σ)"
         others = ", ".join(parts if is_stated else parts[1:])
         return f"{known}; {others}" if others else known
-
-    def made(self, production: Production) -> "Plate":
-        """The same plate with other tolerances."""
-        targets = tuple(replace(target, sigma=None) for target in self.targets)
-        return replace(self, production=production, targets=targets)
 
     @property
     def made_as_drawn(self) -> "Plate":

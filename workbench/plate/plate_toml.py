@@ -95,7 +95,12 @@ def plate_text(plate: Plate) -> str:
 
 def write_plate(plate: Plate, path: Path | str) -> Path:
     """Write a plate's file, whole or not at all."""
-    return write_text(check_ending(path, "a plate is", ".toml"), plate_text(plate))
+    return write_text(plate_path(path), plate_text(plate))
+
+
+def plate_path(path: Path | str) -> Path:
+    """Where a plate is written, with the ending that says so."""
+    return check_ending(path, "a plate is", ".toml")
 
 
 def built_in_plates() -> dict[str, Path]:

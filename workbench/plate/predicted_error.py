@@ -122,17 +122,17 @@ def position_weight(
     robot: Robot,
     q_region: Float[np.ndarray, "rows n"],
     names: tuple[str, ...],
-    weights: Float[np.ndarray, " p"] | None = None,
+    weights: Float[np.ndarray, " p"],
 ) -> Float[np.ndarray, "p p"]:
     """W with trace(W C) = mean square position error over the poses [m² per product of two units].
 
     Args:
         robot: Geometry at which the poses are linearised.
         q_region: Joint positions of poses that matter [rad or m].
-        weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
+        weights: Scaling of the parameters, as in `Linearisation.weights`: C is of scaled ones.
     """
     whole = _twists(robot, q_region.tobytes(), q_region.shape, names)[1][0]
-    return whole if weights is None else whole * np.outer(weights, weights)
+    return whole * np.outer(weights, weights)
 
 
 def blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarray]]:

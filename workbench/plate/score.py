@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 import workbench.plate.report.plates  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Like, Seed, Sigma, checked_arguments
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.data.arguments import RobotLike
@@ -111,8 +111,6 @@ def score(
         evaluation_poses: For which the error is predicted [rad or m]; those of the plate's region if None.
         seed: Of the mixes of branches that are tried.
     """
-    if not len(plate):
-        raise DataError(f"plate '{plate.name}' has no targets; add [[target]] tables", column="target")
     if evaluation_poses is not None and not (len(evaluation_poses) and np.isfinite(evaluation_poses).all()):
         raise OptionError(
             "evaluation_poses must be at least one row of finite joint positions",

@@ -152,9 +152,6 @@ def _hidden(
     errors: tuple[float, float],
 ) -> tuple[Robot, tuple[str, ...]]:
     """The arm to measure, with what is hidden in it, and a sentence on each effect."""
-    if not (0.0 <= errors[0] < np.inf and 0.0 <= errors[1] < np.inf):
-        wrong = f"errors must be at least 0, got {errors[0]:g} m and {errors[1]:g} rad"
-        raise OptionError(wrong, option="errors", found=errors)
     if actual is None:
         actual = virtual_arm(robot, rng=rng, length=errors[0], angle=errors[1])
     hidden, notes = hidden_effects(actual, effects, rng=rng)

@@ -114,6 +114,7 @@ class Measurable:
 
 def measurable(robot: Robot, plate: Plate) -> Measurable:
     """The targets that the arm reaches clear of plate and blocks, in a branch that the target means."""
+    plate.check_targets()
     every, away = _solutions(robot, plate)
     meant = [
         tuple(b for b in found if target.branch in (AUTO, b.name) or target.q is not None) or found

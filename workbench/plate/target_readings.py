@@ -41,7 +41,7 @@ def sigma_of(kind: Kind, given: tuple[float, float | None] | None = None) -> tup
     """Standard deviations of a reading [m], [rad]: as far as given, else those usual for a kind of target."""
     position, rotation = given or (POSITIONS[kind], None)
     sigma = position, SEAT[1] if rotation is None else rotation
-    if not min(sigma) > 0.0:
+    if not min(sigma) > 1e-30:  # whose square is 0 to a computer
         wrong = "the instrument's standard deviations must be positive"
         raise OptionError(wrong, option="sigma", found=sigma)
     return sigma

@@ -23,7 +23,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.arguments import LengthAndAngle, Reads, admit
-from workbench.base.errors import OptionError
 
 SEAT_PIN, INDEX_PIN, INDEX_OFFSET = 0.006, 0.003, 0.015
 """Diameters of the probe's pins in a seat's centre and in its index hole, and their distance [m]."""
@@ -53,10 +52,6 @@ class Production:
 
     def __post_init__(self):
         admit(self)
-        for name, (length, angle) in vars(self).items():
-            if min(length, angle) < 0.0:
-                wrong = f"{name} must not be negative, got {1e3 * length:g} mm, {np.rad2deg(angle):g}°"
-                raise OptionError(wrong, option=name, found=(length, angle))
 
     def sigma(self, heights: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 2"]:
         """Standard deviations of targets at such heights above the plate: position [m], rotation [rad]."""

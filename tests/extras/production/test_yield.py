@@ -169,6 +169,8 @@ def test_what_can_not_be_tried(aria, plate):
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
     with refuses(DataError, "target 1 is out of reach"):
         try_plate(aria, away)
+    with refuses(DataError, column="target"):
+        try_plate(aria, replace(plate, targets=()))
 
 
 @pytest.mark.slow
@@ -183,7 +185,9 @@ def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, a
     assert predicted["given_position_rms_mm"] / predicted["position_rms_mm"] > 1.1
     assert min(t["clearance_mm"] for t in best["targets"]) >= 10.0 - 1e-6
     best_plate = read_plate(tmp_path / "best.toml")
-    plates = [each.made(best_plate.production) for each in (wb.load_plate("table2"), best_plate)]
+    plates = [
+        replace(each, production=best_plate.production) for each in (wb.load_plate("table2"), best_plate)
+    ]
     monkeypatch.setattr(Trial, "sources", ())  # whatever is to blame
     found = [try_plate(aria, p, arms=150, poses=60, towards=plates[0], seed=2) for p in plates]
     table2, optimised = (rms(each) for each in found)

@@ -71,8 +71,9 @@ def cluster(
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
     from workbench.extras.poses.cluster_report import cluster_blocks, cluster_json
     from workbench.extras.poses.clustering import cluster_region
+    from workbench.plate.plate_toml import plate_path
 
-    opt.check_writable(out)
+    opt.check_writable(None if out is None else plate_path(out))
     arm = wb.load_robot(robot)
     side: dict[str, Any] = {} if cube is None else {"cube": cube}  # texts are read where they are used
     fixture = None if plate is None else wb.load_plate(plate)

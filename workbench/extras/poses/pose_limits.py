@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.joint import NotNegative
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
@@ -47,26 +48,24 @@ class PoseLimits:
         solid: A plate whose solid the arm must not touch; none if None.
 
     Raises:
-        OptionError: a cone that is not positive, or a negative spread, margin or dexterity.
+        OptionError: a cone that is 0, or anything negative.
     """
 
     region: Region | None = None
     towards: Float[np.ndarray, "orientations 3 3"] | None = None
     cone: Angle = np.pi
     margin: Angle = 0.0
-    dexterity: float = 0.0
+    dexterity: NotNegative = 0.0
     spread: Length = 0.0
     clearance: Length | None = None
     solid: Plate | None = None
 
     def __post_init__(self):
         admit(self)
-        if min(self.spread, self.margin, self.dexterity) < 0 or not self.cone > 0:
-            raise OptionError(
-                f"a cone of {np.rad2deg(self.cone):g}°, margin {np.rad2deg(self.margin):g}° and spread "
-                f"{1e3 * self.spread:g} mm are out of range: none may be negative, the cone must be positive",
-                option="limits",
-            )
+        if not self.cone > 0:
+            raise OptionError("cone must be positive, got 0", option="cone", found=self.cone)
+        if self.towards is not None and not len(self.towards):
+            raise OptionError("towards must have an orientation at least, got none", option="towards")
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which poses keep every limit of single poses."""

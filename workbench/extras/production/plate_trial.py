@@ -250,10 +250,9 @@ def try_plate(
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random: the result depends on the arguments alone, not on where it is computed.
     """
-    counts, sizes = {"arms": arms, "poses": poses}, {"errors": min(errors), "joint_sigma": joint_sigma}
-    for name, found in (counts | sizes).items():
-        if found < (least := int(name in counts)):
-            raise OptionError(f"{name} must be at least {least}, got {found:g}", option=name, found=found)
+    for name, count in (("arms", arms), ("poses", poses)):
+        if count < 1:
+            raise OptionError(f"{name} must be at least 1, got {count}", option=name, found=count)
     check_tried(robot, plate)
     sigma = sigma_of(usual_kind(plate), sigma)
     planned = [target.q for target in plate.targets if target.q is not None]
@@ -292,6 +291,7 @@ def try_plate(
 
 def check_tried(robot: Robot, plate: Plate) -> None:
     """Refuse a plate that virtual arms can't be tried on."""
+    plate.check_targets()
     if plate.has_seats and robot.dof < 6:
         raise DataError(
             f"robot '{robot.name}' has {robot.dof} joints and can't sit in a seat; "

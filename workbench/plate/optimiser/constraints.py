@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse.branch import LIMIT_MARGIN
+from workbench.arm.joint import NotNegative
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Length, LengthAndAngle, admit
 from workbench.base.errors import DataError, OptionError
@@ -38,19 +39,15 @@ class Constraints:
     """
 
     clearance: Length = 0.010
-    limit_margin: float = LIMIT_MARGIN
+    limit_margin: NotNegative = LIMIT_MARGIN
     errors: LengthAndAngle = LIKELY_ERRORS
     spacing: Length = 0.08
     edge: Length = float(0.5 * np.sqrt(2.0) * SIDE)
     retreat: Length = 0.05
-    floor: Length | None = 0.0
+    floor: float | None = 0.0
 
     def __post_init__(self):
         admit(self)
-        for what in ("clearance", "limit_margin", "errors", "spacing", "edge", "retreat"):
-            minimum = float(np.min(getattr(self, what)))
-            if not minimum >= 0.0:
-                raise OptionError(f"{what} must be at least 0, got {minimum:g}", option=what, found=minimum)
 
 
 def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:

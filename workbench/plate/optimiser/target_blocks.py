@@ -47,7 +47,7 @@ class Blocks:
         low, high = self.heights
         if not 0.0 < low <= high:
             raise OptionError(f"block heights must be positive and in order, got {low:g} to {high:g} m")
-        if not 0.0 <= self.max_tilt <= STEEPEST:
+        if self.max_tilt > STEEPEST:
             limit, found = np.rad2deg([STEEPEST, self.max_tilt])
             raise OptionError(f"max_tilt must be 0 to {limit:.0f}°, got {found:g}°", option="max_tilt")
 
