@@ -12,7 +12,6 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import progress
-from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import beside, with_drivers
@@ -93,17 +92,12 @@ class Prepared(AbstractSplit):
         if not self.scale:
             return problem, found
         free = [e.name for e in problem.robot.elements if e.name in {*problem.names, self.scale}]
-        wide, known = problem.again(free=free), problem.without_deviation()
-        at = [wide.names.index(name) for name in problem.names]
-        prior, centre = np.zeros((len(known.prior), len(wide.names))), wide.start.copy()
-        prior[:, at], centre[at] = known.prior, known.prior_centre
-        wide = replace(wide, prior=frozen(prior), prior_centre=frozen(centre), shares=problem.shares)
-        wide = wide if problem.deviation is None else wide.with_deviation(problem.deviation)
+        wide = problem.again(free=free).with_shares().with_deviation(problem.deviation or np.inf)
         x, is_held = wide.at(problem.named(found.x)), np.array([name == self.scale for name in wide.names])
         jacobian, line = wide.evaluate(x).jacobian, is_held.astype(float)
         line[~is_held] = -np.linalg.lstsq(jacobian[:, ~is_held], jacobian[:, is_held], rcond=1e-9)[0][:, 0]
         own = line[wide.geometry]
-        x -= line * (own @ (x - centre)[wide.geometry]) / (own @ own)
+        x -= line * (own @ (x - wide.start)[wide.geometry]) / (own @ own)
         return wide, replace(found, x=x, factor=None)
 
     def errors(self, robot: Robot, instrument: Mapping[str, float]) -> Validation:
@@ -236,7 +230,7 @@ def prepare(
         problem=problem,
         near=near,
         new_sessions=new,
-        scale=length or "",
+        scale=length if prior is None and length else "",
         identifiability=identifiability,
     )
 
