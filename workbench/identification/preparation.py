@@ -171,7 +171,6 @@ def prepare(
     Args:
         held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
     """
-    robot.check_joints(data.q, data.source)
     check_joint_noise(choices.noise, robot.dof)
     progress(0.0, "checking the rows")
     complete = with_drivers(robot, checked(robot, data))
@@ -257,7 +256,6 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     train, held = hold_out(used, other if held_rows is None else held_rows, choices.seed)
     held_out_data, again = used.take(held), list[str]()
     if isinstance(other, Dataset):
-        robot.check_joints(other.q, other.source)
         other = with_drivers(robot, checked(robot, other))
         other = of_rows(other, choose_rows(robot, other, {}, choices.region, None)[0])
         held_out_data, again = without_fitted_rows(other, used)
