@@ -62,6 +62,7 @@ def test_unreadable_options(file):
         (b"%PDF-1.7\n1 0 obj", "PDF"),
         (zipped(("a.txt", "hello")), "archive"),
         (b"%YAML:1.0\n---\nA: !!opencv-matrix\n", "handeye"),
+        (b"Trajectories\n100\n,,Tool:m1\nFrame,Sub Frame,X\n1,0,2.5\n", "Vicon"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "xlsx"),
         (b"\x89HDF\r\n\x1a\n" + bytes(9), "MATLAB v5"),
         pytest.param(b"MATLAB 5.0 MAT-file" + bytes(200), "MATLAB", marks=pytest.mark.extra("logs")),

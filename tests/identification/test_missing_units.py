@@ -83,6 +83,8 @@ FORMS = {
     "axes": lambda q, t: ([*joints("q"), *NOAP.split()], q, t[:, :3].reshape(-1, 12)),
     "poses of six": lambda q, t: ([*joints("q"), *numbered("tcp_pose_", 6)], q, t[:, :3, 3],
                                   Rotation.from_matrix(t[:, :3, :3]).as_rotvec()),
+    "a position of six": lambda q, t: ([*joints("J"), *numbered("position_", 6, 1)], *degrees(q, t, "xyz")),
+    "Mecademic": lambda q, t: ([*joints("theta"), *"Xm Ym Zm alpha beta gamma".split()], *degrees(q, t, "XYZ")),
     "poses of seven": lambda q, t: ([*joints("q"), *numbered("pose_", 7, 1)], q, t[:, :3, 3], quat(t)),
     "w first, called x": lambda q, t: ([*joints("J"), *"xyz", "qx", "qy", "qz", "qw"],
                                        q, t[:, :3, 3], np.roll(quat(t), 1, axis=1)),

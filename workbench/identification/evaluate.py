@@ -27,7 +27,6 @@ def evaluate(
         reading: What rows mean that fit far better in another reading, as in `FitChoices`.
     """
     robot, data = as_read(robot, data, reading, notes_rival=True)
-    robot.check_joints(data.q, data.source)
     data = with_drivers(robot, checked(robot, data))
     used = data.take(data.included)
     if not len(used):

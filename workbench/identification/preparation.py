@@ -12,7 +12,6 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import progress
-from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import beside, with_drivers
@@ -93,17 +92,12 @@ class Prepared(AbstractSplit):
         if not self.scale:
             return problem, found
         free = [e.name for e in problem.robot.elements if e.name in {*problem.names, self.scale}]
-        wide, known = problem.again(free=free), problem.without_deviation()
-        at = [wide.names.index(name) for name in problem.names]
-        prior, centre = np.zeros((len(known.prior), len(wide.names))), wide.start.copy()
-        prior[:, at], centre[at] = known.prior, known.prior_centre
-        wide = replace(wide, prior=frozen(prior), prior_centre=frozen(centre), shares=problem.shares)
-        wide = wide if problem.deviation is None else wide.with_deviation(problem.deviation)
+        wide = problem.again(free=free).with_shares().with_deviation(problem.deviation or np.inf)
         x, is_held = wide.at(problem.named(found.x)), np.array([name == self.scale for name in wide.names])
         jacobian, line = wide.evaluate(x).jacobian, is_held.astype(float)
         line[~is_held] = -np.linalg.lstsq(jacobian[:, ~is_held], jacobian[:, is_held], rcond=1e-9)[0][:, 0]
         own = line[wide.geometry]
-        x -= line * (own @ (x - centre)[wide.geometry]) / (own @ own)
+        x -= line * (own @ (x - wide.start)[wide.geometry]) / (own @ own)
         return wide, replace(found, x=x, factor=None)
 
     def errors(self, robot: Robot, instrument: Mapping[str, float]) -> Validation:
@@ -177,7 +171,6 @@ def prepare(
     Args:
         held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
     """
-    robot.check_joints(data.q, data.source)
     check_joint_noise(choices.noise, robot.dof)
     progress(0.0, "checking the rows")
     complete = with_drivers(robot, checked(robot, data))
@@ -236,7 +229,7 @@ def prepare(
         problem=problem,
         near=near,
         new_sessions=new,
-        scale=length or "",
+        scale=length if prior is None and length else "",
         identifiability=identifiability,
     )
 
@@ -263,7 +256,6 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
     train, held = hold_out(used, other if held_rows is None else held_rows, choices.seed)
     held_out_data, again = used.take(held), list[str]()
     if isinstance(other, Dataset):
-        robot.check_joints(other.q, other.source)
         other = with_drivers(robot, checked(robot, other))
         other = of_rows(other, choose_rows(robot, other, {}, choices.region, None)[0])
         held_out_data, again = without_fitted_rows(other, used)

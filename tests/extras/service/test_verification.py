@@ -84,6 +84,8 @@ def test_poses_of_the_calibration_are_left_out(arm):
     calibrated, rows, fresh = arm
     found = wb.verify(calibrated, fresh.joined(rows))
     assert len(found.pose) == 70
+    jaw = replace(fresh, q=np.insert(fresh.q, fresh.joints, np.linspace(0.0, 0.4, 70), axis=1))
+    assert wb.verify(calibrated, jaw).position == found.position
     assert mentions(found.warnings[0], "30 rows")
     with pytest.raises(DataError, match="used"):
         wb.verify(calibrated, rows)

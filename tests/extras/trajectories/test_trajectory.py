@@ -96,6 +96,8 @@ def test_poses_are_followed_in_one_branch(arms):
     assert tool_poses(found.commanded.nominal, Motion(found.commanded.q)) == pytest.approx(poses, abs=1e-8)
     np.testing.assert_allclose(tool_poses(found.commanded.calibrated, Motion(found.q)), poses, atol=1e-8)
     assert np.abs(np.diff(found.q, axis=0)).max() < 0.1
+    few = command_poses(model, nominal, poses[[0, 59]]).q  # a joint moves by 0.77 rad between them
+    np.testing.assert_allclose(few, found.commanded.q[[0, 59]], atol=1e-6)
     points = correct(command_poses(model, nominal, poses, positions_only=True))
     at = tool_poses(points.commanded.calibrated, Motion(points.q))
     np.testing.assert_allclose(at[:, :3, 3], poses[:, :3, 3], atol=1e-8)

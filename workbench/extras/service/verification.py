@@ -202,7 +202,7 @@ def verify(
     Raises:
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
-    robot, data = as_read(robot, data, notes_rival=True)
+    robot, data = as_read(robot, data.said, notes_rival=True)
     robot.check_joints(data.q, data.source)
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
     data, warnings = _fresh(robot, data)

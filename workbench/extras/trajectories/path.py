@@ -26,13 +26,13 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.types import JointRows, Matrix4, Poses, frozen
+from workbench.base.types import JointRows, Poses, frozen
 from workbench.identification.errors.comparable_arms import ComparedArms, comparable
 
 JUMP = 0.5
 """Change of a joint between two rows above which it is a jump to another branch [rad or m]."""
-BETWEEN = 16
-"""Steps in which two rows are joined that are too far apart for one."""
+MAX_POSES = 1000
+"""Poses of a path with those between its rows, by which rows that are far apart are reached."""
 
 MET = {
     Task.POSITION_AXIS: (
@@ -131,8 +131,9 @@ def _in_best_branch(robot: Robot, poses: Poses, task: Task) -> tuple[JointRows, 
     best, name = np.zeros((0, robot.dof)), ""
     starts = sorted(inverse.solve(robot, poses[0], task=task).within_limits, key=quality, reverse=True)
     arm, limits = compile_arm(robot), robot.limits
-    for pieces, start in product((1, BETWEEN), starts):
-        q = followed(arm, poses, start.q, task=task, limits=limits, jump=JUMP, pieces=pieces)
+    for times, start in product(dict.fromkeys((1, max(1, MAX_POSES // len(poses)))), starts):
+        path = poses if times == 1 else _denser(poses, times)
+        q = followed(arm, path, start.q, task=task, limits=limits, jump=JUMP)[::times]
         if len(q) > len(best):
             best, name = q, start.name
         if len(q) == len(poses):
@@ -162,38 +163,29 @@ def followed(
     task: Task,
     limits: Float[np.ndarray, "m 2"],
     jump: float = np.inf,
-    pieces: int = 1,
 ) -> Float[np.ndarray, "rows m"]:
-    """Joints of a reduced arm row by row, each from the one before, as far as the rows are reached; where
-    that is far, by way of poses between.
+    """Joints of a reduced arm row by row, each from the one before, as far as the rows are reached.
 
     Args:
         jump: Change of a joint above which a row counts as not reached [rad or m].
-        pieces: Steps in which a row that is too far is reached.
     """
-    rows, x, before = [], start[None], poses[0]
+    rows, x = [], start[None]
     for pose in poses:
-        for number in dict.fromkeys((1, pieces)):
-            y, is_near = x, True
-            for share in np.arange(1, number + 1) / number:
-                aim = _between(before, pose, share) if share < 1.0 else pose
-                step = refine(arm, aim[None], y, task=task, limits=limits)
-                is_near &= bool(step.converged[0]) and np.abs(step.q - y).max() <= jump
-                y = step.q
-            if is_near:
-                break
-        if not is_near:
+        step = refine(arm, pose[None], x, task=task, limits=limits)
+        if not step.converged[0] or np.abs(step.q - x).max() > jump:
             break
-        x, before = y, pose
+        x = step.q
         rows.append(x[0])
     return np.array(rows).reshape(-1, len(start))
 
 
-def _between(one: Matrix4, other: Matrix4, share: float) -> Matrix4:
-    """The pose at a share of the way from one to another."""
-    turn = se3.matrix_to_rotvec(other[:3, :3] @ one[:3, :3].T)
-    place = one[:3, 3] + share * (other[:3, 3] - one[:3, 3])
-    return se3.pose(se3.rotvec_to_matrix(share * turn) @ one[:3, :3], place)
+def _denser(poses: Poses, times: int) -> Poses:
+    """So many poses for each one, those between two on the straight way from one to the other."""
+    turn = se3.matrix_to_rotvec(poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2))
+    share, way = np.arange(times)[:, None] / times, np.diff(poses[:, :3, 3], axis=0)
+    turned = se3.rotvec_to_matrix(share * turn[:, None]) @ poses[:-1, None, :3, :3]
+    between = se3.pose(turned, poses[:-1, None, :3, 3] + share * way[:, None])
+    return np.concatenate([between.reshape(-1, 4, 4), poses[-1:]])
 
 
 def named(row: int, time: Times) -> str:

@@ -77,10 +77,8 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
 
 def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
     """Postures at the first point, far from each other, whose direction is nearest to the requested one."""
-    arm, pose = (
-        compile_arm(robot),
-        se3.pose(np.column_stack([*np.linalg.svd(wanted[None])[2][1:], wanted]), point),
-    )
+    across = np.linalg.svd(wanted[None])[2][1:]
+    arm, pose = compile_arm(robot), se3.pose(np.column_stack([*across, wanted]), point)
     near = nearby_starts(arm, pose[None], Task.POSITION_AXIS, STARTS, is_limited=True)[0]
     met = refine(arm, pose[None], near, task=Task.POSITION, limits=robot.limits)
     postures = met.q[met.converged]

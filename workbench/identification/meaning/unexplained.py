@@ -85,8 +85,8 @@ def parts_in_order(robot: Robot, data: Dataset) -> str:
 
 
 def sorted_as_text(robot: Robot, data: Dataset) -> str:
-    """That rows fit, which do so in no reading, where joints or places are put from the order of their numbers
-    as text, as of P1, P10, P11, P2, into that of the others; empty if they don't."""
+    """That rows fit once joints or places, in the order of their numbers as text, like P1, P10, P11, P2, are
+    put into that of the others; empty if they don't."""
     as_text = np.array(sorted(range(len(data)), key=lambda k: str(k + 1)))
     for order in (as_text, np.argsort(as_text)):
         if len(data) > MIN_PART and _fits(robot, one := replace(data, q=data.q[order])):
