@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_067,
     "plate": 5_015,
     "identification": 9_206,
-    "diagnosis": 6_709,
+    "diagnosis": 6_693,
     "exports": 330,
     "session": 6_247,
     "views": 6_945,

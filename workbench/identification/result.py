@@ -159,15 +159,19 @@ class Run(AbstractReported, AbstractValidation):
     @cached_property
     @beside("implausible corrections", ())
     def implausible(self) -> tuple[str, ...]:
-        """Corrections too large for manufacturing errors: constants, largest first, else the flange, as where
-        an error is spread over many of them."""
-        found = []
+        """Corrections too large for manufacturing errors: constants, largest first, unless they cancel; else
+        the flange, as where an error is spread over many of them."""
+        found, far, nominal = [], dict[str, float](), self.fit.problem.robot
         for p, value, std in zip(self.fit.parameters, self.fit.x.tolist(), self.fit.std, strict=True):
             maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
             moved = value - p.nominal
             if p.is_geometry and abs(moved) > max(maximum, CERTAIN * std):
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
                 found.append((abs(moved) / maximum, f"{p.text} {size}"))
+                far[p.name] = value
+        off = off_nominal(nominal.with_values(far), nominal, sampled(nominal)) if len(far) > 1 else None
+        if off and off.position < IMPLAUSIBLE_LENGTH and off.rotation < IMPLAUSIBLE_ANGLE:
+            found = []
         return tuple(text for _, text in sorted(found, reverse=True)) or self._far_flange()
 
     def _far_flange(self) -> tuple[str, ...]:

@@ -51,7 +51,9 @@ MIN_GAIN = 8.0
 MAX_FREEDOM = 6
 """Coefficients by which a process may be freer than its law; one that does worse yet can't be that law."""
 MAX_REST = 0.05
-"""Share of an error that a process may explain beside its law."""
+"""Share of an error that a process may explain beside its law; scatter of its joints as well, if certain …"""
+MAX_SCATTER = 0.5
+"""… and else: then it is as large as the law."""
 MIN_GAIN_SHARE = 0.01
 """Share of the largest law's evidence below which a process may be what its linear model leaves."""
 MAX_LAG_REST = 0.5
@@ -81,6 +83,7 @@ class Challenge:
             the best one through others or of another driver: each as free as the other.
         rivals: The best ones elsewhere, together as many as the law has joints.
         rest: Share of the error that processes over its own driver explain beside it.
+        scatter: Share of it and of what its joints scatter more than most that is of this.
         driver: Its driver.
         is_simplest: Whether it has one coefficient a joint and the rivals have more, and nothing over its
             driver adds to it.
@@ -90,13 +93,14 @@ class Challenge:
     apart: float
     rivals: tuple[Follower, ...]
     rest: float
+    scatter: float
     driver: Driver
     is_simplest: bool
 
     @property
     def is_complete(self) -> bool:
         """Whether the law is all that the error has of its driver."""
-        return self.rest <= MAX_REST
+        return self.rest <= MAX_REST and self.scatter <= MAX_SCATTER
 
     @property
     def cap(self) -> float:
@@ -108,13 +112,16 @@ class Challenge:
         open_for = (-1.0 if self.is_simplest else 1.0) * np.log(PROBABLE)
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
             return 1.0
-        return np.inf if min(self.lead, self.apart) >= np.log(CERTAIN_LAW) else PROBABLE
+        is_sure = min(self.lead, self.apart) >= np.log(CERTAIN_LAW) and self.scatter <= MAX_REST
+        return np.inf if is_sure else PROBABLE
 
     @property
     def doubt(self) -> str:
         """Why it isn't certain, as a clause; empty if nothing speaks against it."""
-        if not self.is_complete:
+        if self.rest > MAX_REST:
             return f"{100 * self.rest:.0f} % of the error over its driver is something else"
+        if self.scatter > MAX_REST:
+            return f"a joint of it scatters besides, by {100 * self.scatter:.0f} % of its error"
         if self.cap < np.inf and not self.rivals:
             return "it adds little to the other effects"
         if self.cap < np.inf:
@@ -283,13 +290,14 @@ class DriverEvidence:
         beside = max((o for f in alike if (o := self._beside.get(f))), key=lambda o: o.gain, default=None)
         minimum = max(MIN_GAIN, MIN_GAIN_SHARE * own)
         more = kin if beside is None or beside.gain <= minimum else (*kin, beside.term)
-        rest = max(self._share(left, law, more) if more else 0.0, self._scatter(law))
+        rest = self._share(left, law, more) if more else 0.0
         is_simple = len({n for t in law for n in t.candidate.names}) <= max(len(joints), 1)
         jumps = (r.shape is Shape.JUMP and not r.candidate.effect.insertion for r in rivals)
         as_simple = [is_jump or len(r.candidate.names) == 1 for is_jump, r in zip(jumps, rivals, strict=True)]
         is_simplest = is_simple and not more and not (rivals and all(as_simple))
         there = max(there, own - 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count)))
-        return Challenge(own - max(gain, free), there - gain, rivals, rest, driver, is_simplest)
+        lead, apart = own - max(gain, free), there - gain
+        return Challenge(lead, apart, rivals, rest, self._scatter(law), driver, is_simplest)
 
     @property
     def _model(self) -> Model:
