@@ -44,11 +44,11 @@ BUDGETS = {
     "data": 5_067,
     "plate": 5_023,
     "identification": 9_206,
-    "diagnosis": 6_709,
+    "diagnosis": 6_685,
     "exports": 330,
     "session": 6_247,
     "views": 6_950,
-    "cli": 1_467,
+    "cli": 1_464,
     "extras": 1,
     "extras/camera": 3_557,
     "extras/controllers": 706,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_957,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_194
+READING_SET = 18_136
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from workbench.base import se3
 from workbench.extras.camera.observation import POSE, Placed
 from workbench.extras.camera.rig import owner_in, rig_of
 from workbench.identification.fit import Fit
-from workbench.identification.instrument_preparation import Identifiability
+from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
 from workbench.report.json import Json
 from workbench.report.result_fields import ResultField, ResultFields
@@ -49,62 +48,75 @@ STEP = ResultFields(
 """Of a `Step`."""
 
 
-def identifiability(
-    steps: tuple[Step, ...], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
-) -> Identifiability:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Identifiability(AbstractIdentifiability):
     """What was decided.
 
     Args:
         steps: Every step that was tried.
         taken: Number of the one that holds.
         noise: How corners scatter, and how far the tool is off in every picture.
-        doubts: What the pictures contradict.
-        more: Further fields.
     """
-    title, lack = steps[taken].name, f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
-    reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
-    advice = [] if doubts or not any(each.refused for each in steps) else [TAKE_MORE]
-    unknown = "it has no constant that these pictures could determine"
-    refused = "" if taken else "; ".join([*reasons, *advice]) or unknown
-    decided = {
-        "step": title,
-        "identified": bool(taken),
-        "refused": refused,
-        "measure_next": "".join(advice),
-        "steps": STEP.each(steps),
-        "noise": {"pixel_px": np.sqrt(2.0) * noise.own, **noise.json()},
-    }
-    return Identifiability(
-        title=title,
-        refused=refused,
-        advice="".join(advice),
-        notes=(
+
+    steps: tuple[Step, ...]
+    taken: int
+    noise: Noise
+
+    @property
+    def step(self) -> Step:
+        return self.steps[self.taken]
+
+    @classmethod
+    def of(
+        cls, steps: tuple[Step, ...], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
+    ) -> "Identifiability":
+        step, lack = steps[taken], f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
+        reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
+        advice = "" if doubts or not any(each.refused for each in steps) else TAKE_MORE
+        reasons += [advice] if advice else []
+        unknown = "it has no constant that these pictures could determine"
+        notes = [
             *(f"{each.name} not taken: {each.refused}" for each in steps if each.refused),
-            *advice,
+            *([advice] if advice else []),
             f"noise from the pictures: corners {np.sqrt(2.0) * noise.own:.2f} px; what the model lacks of "
             f"the tool's pose {lack} about each axis",
-        ),
-        doubts=doubts,
-        found=_pose_sentences,
-        json=partial(_json, decided),
-        **more,
-    )
-
-
-def _json(decided: Json, fit: Fit) -> Json:
-    apart = [vars(corner) for corner in rig_of(fit.problem.data).rejected]
-    return {"camera": decided | {"poses": _poses(fit), "set_apart": apart}}
-
-
-def _pose_sentences(fit: Fit) -> Iterator[str]:
-    """Where each camera and the target are."""
-    for name, pose in _poses(fit).items():
-        xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
-        rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])
-        yield (
-            f"{name} on the {pose['mounted']}: xyz {xyz} mm ± {max(pose['xyz_std_mm']):.2g}, "
-            f"rpy {rpy}° ± {max(pose['rotation_std_deg']):.2g} (one standard error)"
+        ]
+        return cls(
+            title=step.name,
+            refused="" if taken else "; ".join(reasons) or unknown,
+            advice=advice,
+            notes=tuple(notes),
+            doubts=doubts,
+            steps=steps,
+            taken=taken,
+            noise=noise,
+            **more,
         )
+
+    def found(self, fit: Fit) -> Iterator[str]:
+        """Where each camera and the target are."""
+        for name, pose in _poses(fit).items():
+            xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
+            rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])
+            yield (
+                f"{name} on the {pose['mounted']}: xyz {xyz} mm ± {max(pose['xyz_std_mm']):.2g}, "
+                f"rpy {rpy}° ± {max(pose['rotation_std_deg']):.2g} (one standard error)"
+            )
+
+    def json(self, fit: Fit) -> Json:
+        return {
+            "camera": {
+                "step": self.title,
+                "identified": bool(self.taken),
+                "refused": self.refused,
+                "measure_next": self.advice,
+                "steps": STEP.each(self.steps),
+                "noise": {"pixel_px": np.sqrt(2.0) * self.noise.own, **self.noise.json()},
+                "poses": _poses(fit),
+                "set_apart": [vars(corner) for corner in rig_of(fit.problem.data).rejected],
+            }
+        }
 
 
 def _poses(fit: Fit) -> Json:

@@ -18,13 +18,12 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS
-from workbench.extras.camera.findings import Step, identifiability
+from workbench.extras.camera.findings import Identifiability, Step
 from workbench.extras.camera.likelihood import MIN_SIZE, WIDTH, Likeliest, Likelihood
 from workbench.extras.camera.rig import rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
-from workbench.identification.instrument_preparation import Identifiability
 from workbench.identification.problem import Noise, Problem
 
 ALONE, ZEROS, GEOMETRY = "camera and target alone", "joint zeros", "geometry"
@@ -106,7 +105,7 @@ def select_camera_step(
     if len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
         sigma = last.likelihood.mean(WIDTH) * last.likelihood.groups[0]
         considered = Considered(last.problem.with_noise(taken.problem.noise), sigma)
-    decided = identifiability(
+    identifiability = Identifiability.of(
         tuple(steps),
         number,
         taken.found.noise,
@@ -114,7 +113,7 @@ def select_camera_step(
         actual=None if taken.free else taken.found.noise,
         considered=considered,
     )
-    return taken.problem, decided
+    return taken.problem, identifiability
 
 
 def _shares(problem: Problem, names: Collection[str]) -> Float[np.ndarray, " p"]:
