@@ -50,7 +50,7 @@ BUDGETS = {
     "views": 6_950,
     "cli": 1_464,
     "extras": 1,
-    "extras/camera": 3_557,
+    "extras/camera": 3_553,
     "extras/controllers": 706,
     "extras/hobby": 748,
     "extras/katana": 998,

@@ -1,6 +1,6 @@
 """What pictures identified, for people and for files: the steps of the decision, and poses."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -51,48 +51,9 @@ STEP = ResultFields(
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Identifiability(AbstractIdentifiability):
-    """What was decided.
+    """What was decided, as the JSON result has it."""
 
-    Args:
-        steps: Every step that was tried.
-        taken: Number of the one that holds.
-        noise: How corners scatter, and how far the tool is off in every picture.
-    """
-
-    steps: tuple[Step, ...]
-    taken: int
-    noise: Noise
-
-    @property
-    def step(self) -> Step:
-        return self.steps[self.taken]
-
-    @classmethod
-    def of(
-        cls, steps: tuple[Step, ...], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
-    ) -> "Identifiability":
-        step, lack = steps[taken], f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
-        reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
-        advice = "" if doubts or not any(each.refused for each in steps) else TAKE_MORE
-        reasons += [advice] if advice else []
-        unknown = "it has no constant that these pictures could determine"
-        notes = [
-            *(f"{each.name} not taken: {each.refused}" for each in steps if each.refused),
-            *([advice] if advice else []),
-            f"noise from the pictures: corners {np.sqrt(2.0) * noise.own:.2f} px; what the model lacks of "
-            f"the tool's pose {lack} about each axis",
-        ]
-        return cls(
-            title=step.name,
-            refused="" if taken else "; ".join(reasons) or unknown,
-            advice=advice,
-            notes=tuple(notes),
-            doubts=doubts,
-            steps=steps,
-            taken=taken,
-            noise=noise,
-            **more,
-        )
+    decided: Json
 
     def found(self, fit: Fit) -> Iterator[str]:
         """Where each camera and the target are."""
@@ -105,18 +66,41 @@ class Identifiability(AbstractIdentifiability):
             )
 
     def json(self, fit: Fit) -> Json:
-        return {
-            "camera": {
-                "step": self.title,
-                "identified": bool(self.taken),
-                "refused": self.refused,
-                "measure_next": self.advice,
-                "steps": STEP.each(self.steps),
-                "noise": {"pixel_px": np.sqrt(2.0) * self.noise.own, **self.noise.json()},
-                "poses": _poses(fit),
-                "set_apart": [vars(corner) for corner in rig_of(fit.problem.data).rejected],
-            }
-        }
+        apart = [vars(corner) for corner in rig_of(fit.problem.data).rejected]
+        return {"camera": self.decided | {"poses": _poses(fit), "set_apart": apart}}
+
+
+def identifiability(
+    steps: Sequence[Step], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
+) -> Identifiability:
+    """What the steps that were tried decide, of which one holds, and how corners and tool scatter."""
+    title, lack = steps[taken].name, f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
+    reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
+    advice = [] if doubts or not any(each.refused for each in steps) else [TAKE_MORE]
+    unknown = "it has no constant that these pictures could determine"
+    refused = "" if taken else "; ".join([*reasons, *advice]) or unknown
+    decided = {
+        "step": title,
+        "identified": bool(taken),
+        "refused": refused,
+        "measure_next": "".join(advice),
+        "steps": STEP.each(steps),
+        "noise": {"pixel_px": np.sqrt(2.0) * noise.own, **noise.json()},
+    }
+    return Identifiability(
+        title=title,
+        refused=refused,
+        advice="".join(advice),
+        notes=(
+            *(f"{each.name} not taken: {each.refused}" for each in steps if each.refused),
+            *advice,
+            f"noise from the pictures: corners {np.sqrt(2.0) * noise.own:.2f} px; what the model lacks of "
+            f"the tool's pose {lack} about each axis",
+        ),
+        doubts=doubts,
+        decided=decided,
+        **more,
+    )
 
 
 def _poses(fit: Fit) -> Json:

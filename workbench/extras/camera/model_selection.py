@@ -18,7 +18,7 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS
-from workbench.extras.camera.findings import Identifiability, Step
+from workbench.extras.camera.findings import Identifiability, Step, identifiability
 from workbench.extras.camera.likelihood import MIN_SIZE, WIDTH, Likeliest, Likelihood
 from workbench.extras.camera.rig import rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
@@ -105,15 +105,15 @@ def select_camera_step(
     if len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
         sigma = last.likelihood.mean(WIDTH) * last.likelihood.groups[0]
         considered = Considered(last.problem.with_noise(taken.problem.noise), sigma)
-    identifiability = Identifiability.of(
-        tuple(steps),
+    decided = identifiability(
+        steps,
         number,
         taken.found.noise,
         doubts=(doubt,) if doubt else (),
         actual=None if taken.free else taken.found.noise,
         considered=considered,
     )
-    return taken.problem, identifiability
+    return taken.problem, decided
 
 
 def _shares(problem: Problem, names: Collection[str]) -> Float[np.ndarray, " p"]:
