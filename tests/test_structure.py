@@ -44,13 +44,13 @@ BUDGETS = {
     "data": 5_067,
     "plate": 5_015,
     "identification": 9_206,
-    "diagnosis": 6_693,
+    "diagnosis": 6_685,
     "exports": 330,
     "session": 6_247,
     "views": 6_945,
-    "cli": 1_465,
+    "cli": 1_464,
     "extras": 1,
-    "extras/camera": 3_557,
+    "extras/camera": 3_553,
     "extras/controllers": 706,
     "extras/hobby": 748,
     "extras/katana": 998,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_956,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_194
+READING_SET = 18_136
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -130,9 +130,6 @@ class FitChoices:
         admit(self)
 
 
-DEFAULT_CHOICES = FitChoices()
-
-
 def choices_as_read(robot: Robot, choices: FitChoices) -> FitChoices:
     """The choices with the rows of another file, if those are held out, in the reading that is theirs."""
     held = choices.held_out

@@ -27,7 +27,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
 from workbench.identification.errors.expected_deviation import expected_deviation
 from workbench.identification.errors.row_errors import Errors, Spread, count_measured, row_errors
-from workbench.identification.fit_choices import DEFAULT_CHOICES, FitChoices, Sessions
+from workbench.identification.fit_choices import FitChoices, Sessions
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -73,7 +73,7 @@ class FrameChoice:
 def choose_frames(
     robot: Robot,
     data: Dataset,
-    choices: FitChoices = DEFAULT_CHOICES,
+    choices: FitChoices = FitChoices(),  # noqa: B008 frozen
     *,
     free: tuple[str, ...] | None = None,
     effects: tuple[str, ...] = (),

@@ -19,13 +19,8 @@ from workbench.parts import parts
 from workbench.report.json import Json
 
 
-def nothing(fit: Fit) -> Json:
-    return {}
-
-
-@final
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Identifiability:
+class AbstractIdentifiability:
     """What of the arm some rows may identify, and why; by default all that is free.
 
     Args:
@@ -36,8 +31,6 @@ class Identifiability:
         doubts: Given properties of the instrument that the rows contradict.
         actual: Actual scatter of the readings, where all were weighted equally.
         considered: Uncertain constants that were held at nominal.
-        found: Sentences on the identified arm and instrument.
-        json: These findings and the decisions, as entries of the JSON result.
     """
 
     title: str = ""
@@ -47,13 +40,24 @@ class Identifiability:
     doubts: tuple[str, ...] = ()
     actual: Noise | None = None
     considered: Considered | None = None
-    found: Callable[[Fit], Iterable[str]] = nothing
-    json: Callable[[Fit], Json] = nothing
 
     @property
     def is_limited(self) -> bool:
         """Whether the kind of reading decides: it then checks and weighs its rows by itself."""
         return self.title != ""
+
+    def found(self, fit: Fit) -> Iterable[str]:
+        """Sentences on the identified arm and instrument."""
+        return ()
+
+    def json(self, fit: Fit) -> Json:
+        """These findings and the decisions, as entries of the JSON result."""
+        return {}
+
+
+@final
+class Unlimited(AbstractIdentifiability):
+    """All that is free."""
 
 
 class AbstractPreparation:
@@ -75,14 +79,14 @@ class AbstractPreparation:
 
     def decide(
         self, robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem]
-    ) -> tuple[Problem, Identifiability]:
+    ) -> tuple[Problem, AbstractIdentifiability]:
         """The problem of what the rows may identify; weighed where that is limited.
 
         Args:
             free: Constants of the arm that may be freed at all.
             build: Makes a problem from robot, data and `free`.
         """
-        return build(robot, data, free=free), Identifiability()
+        return build(robot, data, free=free), Unlimited()
 
     def comparable(self, held: Dataset, fitted: Dataset) -> Dataset:
         """Held-out rows; those that share nothing with the fitted ones are excluded with the reason."""

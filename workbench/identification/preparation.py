@@ -31,7 +31,7 @@ from workbench.identification.errors.row_errors import (
 )
 from workbench.identification.fit_choices import FitChoices, Sessions
 from workbench.identification.frames import choose_frames, visible_parts
-from workbench.identification.instrument_preparation import Identifiability, preparation_of
+from workbench.identification.instrument_preparation import AbstractIdentifiability, preparation_of
 from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -76,7 +76,7 @@ class Prepared(AbstractSplit):
     problem: Problem
     near: Float[np.ndarray, " p"] | None
     new_sessions: tuple[str, ...]
-    identifiability: Identifiability
+    identifiability: AbstractIdentifiability
     scale: str = ""
 
     def with_scale(self, problem: Problem, found: SearchOutcome) -> tuple[Problem, SearchOutcome]:

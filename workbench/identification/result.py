@@ -30,7 +30,7 @@ from workbench.identification.errors.row_errors import (
 )
 from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
-from workbench.identification.instrument_preparation import Identifiability
+from workbench.identification.instrument_preparation import AbstractIdentifiability, Unlimited
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.preparation import Prepared
@@ -246,9 +246,9 @@ class Identification(AbstractReported, AbstractSplit):
         return noise if np.isfinite(noise.position) else noise._replace(position=assumed)
 
     @property
-    def identifiability(self) -> Identifiability:
+    def identifiability(self) -> AbstractIdentifiability:
         """What of the arm the rows may identify, and why."""
-        return Identifiability() if self.ready is None else self.ready.identifiability
+        return Unlimited() if self.ready is None else self.ready.identifiability
 
     @cached_property
     @beside("errors of outliers", ())

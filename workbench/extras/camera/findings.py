@@ -1,9 +1,8 @@
 """What pictures identified, for people and for files: the steps of the decision, and poses."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from workbench.base import se3
 from workbench.extras.camera.observation import POSE, Placed
 from workbench.extras.camera.rig import owner_in, rig_of
 from workbench.identification.fit import Fit
-from workbench.identification.instrument_preparation import Identifiability
+from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
 from workbench.report.json import Json
 from workbench.report.result_fields import ResultField, ResultFields
@@ -49,18 +48,32 @@ STEP = ResultFields(
 """Of a `Step`."""
 
 
-def identifiability(
-    steps: tuple[Step, ...], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
-) -> Identifiability:
-    """What was decided.
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Identifiability(AbstractIdentifiability):
+    """What was decided, as the JSON result has it."""
 
-    Args:
-        steps: Every step that was tried.
-        taken: Number of the one that holds.
-        noise: How corners scatter, and how far the tool is off in every picture.
-        doubts: What the pictures contradict.
-        more: Further fields.
-    """
+    decided: Json
+
+    def found(self, fit: Fit) -> Iterator[str]:
+        """Where each camera and the target are."""
+        for name, pose in _poses(fit).items():
+            xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
+            rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])
+            yield (
+                f"{name} on the {pose['mounted']}: xyz {xyz} mm ± {max(pose['xyz_std_mm']):.2g}, "
+                f"rpy {rpy}° ± {max(pose['rotation_std_deg']):.2g} (one standard error)"
+            )
+
+    def json(self, fit: Fit) -> Json:
+        apart = [vars(corner) for corner in rig_of(fit.problem.data).rejected]
+        return {"camera": self.decided | {"poses": _poses(fit), "set_apart": apart}}
+
+
+def identifiability(
+    steps: Sequence[Step], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
+) -> Identifiability:
+    """What the steps that were tried decide, of which one holds, and how corners and tool scatter."""
     title, lack = steps[taken].name, f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
     reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
     advice = [] if doubts or not any(each.refused for each in steps) else [TAKE_MORE]
@@ -85,26 +98,9 @@ def identifiability(
             f"the tool's pose {lack} about each axis",
         ),
         doubts=doubts,
-        found=_pose_sentences,
-        json=partial(_json, decided),
+        decided=decided,
         **more,
     )
-
-
-def _json(decided: Json, fit: Fit) -> Json:
-    apart = [vars(corner) for corner in rig_of(fit.problem.data).rejected]
-    return {"camera": decided | {"poses": _poses(fit), "set_apart": apart}}
-
-
-def _pose_sentences(fit: Fit) -> Iterator[str]:
-    """Where each camera and the target are."""
-    for name, pose in _poses(fit).items():
-        xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
-        rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])
-        yield (
-            f"{name} on the {pose['mounted']}: xyz {xyz} mm ± {max(pose['xyz_std_mm']):.2g}, "
-            f"rpy {rpy}° ± {max(pose['rotation_std_deg']):.2g} (one standard error)"
-        )
 
 
 def _poses(fit: Fit) -> Json:

@@ -18,13 +18,12 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS
-from workbench.extras.camera.findings import Step, identifiability
+from workbench.extras.camera.findings import Identifiability, Step, identifiability
 from workbench.extras.camera.likelihood import MIN_SIZE, WIDTH, Likeliest, Likelihood
 from workbench.extras.camera.rig import rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
-from workbench.identification.instrument_preparation import Identifiability
 from workbench.identification.problem import Noise, Problem
 
 ALONE, ZEROS, GEOMETRY = "camera and target alone", "joint zeros", "geometry"
@@ -107,7 +106,7 @@ def select_camera_step(
         sigma = last.likelihood.mean(WIDTH) * last.likelihood.groups[0]
         considered = Considered(last.problem.with_noise(taken.problem.noise), sigma)
     decided = identifiability(
-        tuple(steps),
+        steps,
         number,
         taken.found.noise,
         doubts=(doubt,) if doubt else (),

@@ -13,12 +13,13 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
+from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.likelihood import Likelihood, Pictures
 from workbench.extras.camera.model_selection import select_camera_step
 from workbench.extras.camera.resection import with_parts_in_view
 from workbench.extras.camera.rig import PictureReadings, owner_in, rig_of, with_rig
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.instrument_preparation import AbstractPreparation, Identifiability
+from workbench.identification.instrument_preparation import AbstractPreparation
 from workbench.identification.problem import Noise, Problem
 
 MIN_TURN, ENOUGH_TURN = np.deg2rad((3.0, 30.0))
