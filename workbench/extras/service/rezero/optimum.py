@@ -7,8 +7,10 @@ with k further unknowns and ν numbers to spare.
 Source: Seber & Wild, Nonlinear Regression, 1989, §5.3.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import compress
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -96,17 +98,6 @@ class Optimum:
         return self.square / max(self.freedom, 1)
 
     @cached_property
-    def left(self) -> float:
-        """What the model leaves, per degree of freedom: as `mean_square`, but for the noise that is its own."""
-        if self.measured:
-            return self.mean_square
-        jacobian, prior = self.problem.evaluate(self.x).jacobian, self.problem.prior
-        information = (rows[:, self.known].T @ rows[:, self.known] for rows in (jacobian, prior))
-        volume = np.subtract(*(np.linalg.slogdet(each)[1] for each in information))
-        scatter = -2.0 * np.log(self.problem.inverse_sigma[self.problem.inverse_sigma > 0.0]).sum()
-        return float(np.exp((self.square + scatter + volume - self.freedom) / self.problem.count))
-
-    @cached_property
     def values(self) -> dict[str, float]:
         return self.problem.named(self.x)
 
@@ -129,7 +120,21 @@ class Optimum:
         """
         if self.freedom < 1:
             return 1.0, 1.0
-        minimum = max(self.left, 1e-300) * self.freedom
-        gained = max(other.left * other.freedom - minimum, 0.0) / further
-        chance = special.fdtrc(further, self.freedom, gained / minimum * self.freedom)
-        return float(chance), float(np.sqrt(other.left / self.left))
+        names = [n for n in other.problem.names if n in set(compress(self.problem.names, self.known))]
+        prior = self.problem.prior[:, [self.problem.names.index(n) for n in names]]
+        mine, others = (max(fit._left(names, prior.T @ prior), 1e-300) for fit in (self, other))
+        gained = max(others * other.freedom - mine * self.freedom, 0.0) / further
+        return float(special.fdtrc(further, self.freedom, gained / mine)), float(np.sqrt(others / mine))
+
+    def _left(self, known: Sequence[str], information: Float[np.ndarray, "k k"]) -> float:
+        """Squared residuals per degree of freedom as `mean_square`, but for noise that differs between models.
+
+        It is that of the likelihood in which constants of which there is this information are integrated over.
+        """
+        if self.measured:
+            return self.mean_square
+        problem, at = self.problem, [self.problem.names.index(n) for n in known]
+        rows = problem.evaluate(self.x).jacobian[: problem.size, at]
+        volume = np.subtract(*np.linalg.slogdet([information + rows.T @ rows, information])[1])
+        scatter = -2.0 * np.log(problem.inverse_sigma[problem.inverse_sigma > 0.0]).sum()
+        return float(np.exp((self.square + scatter + volume - self.freedom) / problem.count))

@@ -19,7 +19,7 @@ from workbench.identification.problem import Problem
 
 STRANGE = 1e-4
 """Probability of chance below which another cause is believed …"""
-CLEARLY_WORSE = 2.5
+CLEARLY_WORSE = 1.75
 """… if the zeros leave this many times what it leaves."""
 SIMILAR_CAUSE = 1.5
 """Causes that leave less than this many times what the best leaves are alternatives to it."""
