@@ -265,15 +265,15 @@ def recalibrated(request, tmp_path_factory):
     actual = nominal.perturbed(rng, length=1e-3, angle=2e-3)
     path = robot_of(nominal, folder, free='"auto"').save(folder / f"arm.{request.param}")
 
-    def rows(count, shift=0.0, *, noise=2e-5, turned=True):
+    def rows(count, shift=0.0, *, noise=2e-5, turn=1e-4, turned=True):
         q = rng.uniform(-2.0, 2.0, (count, nominal.dof))
         pose = actual.pose(q + shift)
-        turn = se3.rotvec_to_matrix(rng.normal(0.0, 1e-4, (count, 3)))
+        turns = se3.rotvec_to_matrix(rng.normal(0.0, turn, (count, 3)))
         return wb.Dataset(
             q=q,
             source="rows.csv",
             position=pose[:, :3, 3] + rng.normal(0.0, noise, (count, 3)),
-            rotation=pose[:, :3, :3] @ turn if turned else None,
+            rotation=pose[:, :3, :3] @ turns if turned else None,
         )
 
     saved = wb.identify(wb.load_robot(str(path)), rows(60)).robot.save(folder / "calibrated.toml")
@@ -290,6 +290,15 @@ def test_a_tenth_of_a_degree_is_found_on_tables_and_urdfs(recalibrated, joint, t
     assert shift.shift == pytest.approx(np.deg2rad(0.1), abs=shift.half)
     assert shift.half < np.deg2rad(0.03)
     assert found.error.after.position_mm.mean < 0.06
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 7])
+def test_few_poses_with_exact_orientations_contradict_no_zeros(recalibrated, count):
+    """What fits one of two channels to nothing is no evidence against the zeros."""
+    arm, rows = recalibrated
+    found = wb.rezero(arm, rows(count, np.deg2rad([0, 0.12, 0, 0.08, 0, 0]), turn=0.0))
+    assert [s.joint for s in found.shifts if s.moved] == [1, 3]
+    assert not found.doubts
 
 
 def test_rows_that_stay_far_off_are_refused(recalibrated):

@@ -19,6 +19,7 @@ from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
+from workbench.base.types import Freedom
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, LastCalibration
@@ -96,9 +97,7 @@ def rezero(
     own = {s.name: s for s in _shifts(knowledge, best, moved)}
     shifts = tuple(own.get(s.name, s) for s in _shifts(knowledge, everything, zeros))
     shifts = tuple(replace(s, moved=s.name in moved and abs(s.shift) > s.half) for s in shifts)
-    kept = {n: knowledge.value(n) for n in knowledge.names}
-    kept |= {s.name: kept[s.name] + s.shift for s in shifts if s.moved}
-    found = _aligned(best, best.problem.robot_at(best.x).with_values(kept))
+    found, shifts = _written(knowledge, best, shifts)
     error = BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found))
     still = _still_off(robot, best, error.after, _errors(ready, best, best.problem.robot_at(best.x)))
     reasons = ready.identifiability.doubts
@@ -195,7 +194,8 @@ def _counted(robot: Robot, data: Dataset) -> Dataset:
 def _near(robot: Robot, data: Dataset) -> Robot:
     """The arm with zeros that fit the rows on base and tool as they are in its file, if any do.
 
-    A joint that is far off would else be taken for a base that stands elsewhere.
+    A joint that is far off would else be taken for a base that stands elsewhere. Frames are as given where
+    zeros alone explain rows that can't tell both frames beside them.
     """
     robot.check_joints(data.q, data.source)
     if data.readings is not None:  # they may show no base
@@ -206,8 +206,16 @@ def _near(robot: Robot, data: Dataset) -> Robot:
         return robot
     search = Opt2(limit=60).search(problem)
     off = problem.physical(problem.residual(search.x))[problem.component_channels == 0]
-    near = not len(off) or np.sqrt(3.0 * (off**2).mean()) < MAX_OFF * robot.reach
-    return problem.robot_at(search.x) if near and np.isfinite(search.x).all() else robot
+    off = np.sqrt(3.0 * (off**2).mean()) if len(off) else 0.0
+    unknown = len(robot.joint_offsets) + sum(map(len, visible_parts(problem.data, problem.known)))
+    known = NOMINAL if robot.calibration is None else (robot.calibration.error or [NOMINAL])[0]
+    if problem.count <= unknown and off < STILL_OFF * known:
+        frames = {"base": robot.base, "tool": robot.tool}
+        given = {k: replace(f, free=Freedom.FIXED) for k, f in frames.items() if f.free is Freedom.AUTO}
+        robot = robot.with_frames(**given)
+        problem = problem.again(robot=robot)
+    near = off < MAX_OFF * robot.reach and np.isfinite(search.x).all()
+    return problem.robot_at(search.x) if near else robot
 
 
 def _shifts(knowledge: LastCalibration, fit: Optimum, loose: Sequence[str]) -> tuple[JointShift, ...]:
@@ -250,6 +258,30 @@ def _moved(
         if not others or everything.against(held, len(others))[0] > CHANCE:
             return tuple(moved), held
         moved.append(min(others, key=lambda name: with_free(*moved, name).square))
+
+
+def _written(
+    knowledge: LastCalibration, fit: Optimum, shifts: tuple[JointShift, ...]
+) -> tuple[Robot, tuple[JointShift, ...]]:
+    """The calibrated arm with the zeros that moved where they suit the rows best, and how far they moved so.
+
+    The arm keeps its lengths and angles, which are accurate together where the calibration recorded their
+    covariance: zeros that go with others would then leave the rows farther off.
+    """
+    robot, moved = knowledge.robot, {s.name: s.shift for s in shifts if s.moved}
+    kept = {n: knowledge.value(n) + moved.get(n, 0.0) for n in knowledge.names}
+    found = _aligned(fit, fit.problem.robot_at(fit.x).with_values(kept))
+    found = found.with_frames(
+        base=replace(found.base, free=robot.base.free), tool=replace(found.tool, free=robot.tool.free)
+    )
+    if not moved or robot.calibration is None or not robot.calibration.covariance.size:
+        return found, shifts
+    problem = fit.problem.again(robot=found, free=tuple(moved))
+    found = problem.robot_at(Opt2(limit=60).search(problem).x)
+    off = dict(zip(moved, found.values(tuple(moved)) - robot.values(tuple(moved)), strict=True))
+    now = tuple(replace(s, shift=float(off.get(s.name, s.shift))) for s in shifts)
+    now = tuple(replace(s, moved=s.moved and abs(s.shift) > s.half) for s in now)
+    return (found, now) if all(s.moved for s in now if s.name in moved) else _written(knowledge, fit, now)
 
 
 def _aligned(fit: Optimum, robot: Robot) -> Robot:

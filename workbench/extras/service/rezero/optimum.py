@@ -1,8 +1,9 @@
 """A problem at its optimum, and the F test between two of them.
 
-    F = ((Q₀ − Q) / k) / (Q / ν),     Q the squared residuals, whitened by the noise of the freer model
+    F = ((Q₀ − Q) / k) / (Q / ν),     Q = ν exp((−2 ln L − ν) / N)
 
-with k further unknowns and ν numbers to spare.
+with k further unknowns, ν numbers of N to spare, and L the likelihood of a model with its own noise: Q is
+the squared residuals where the noise is one number and nothing is known of the constants.
 
 Source: Seber & Wild, Nonlinear Regression, 1989, §5.3.
 """
@@ -48,13 +49,14 @@ class Optimum:
     def of(cls, problem: Problem, least: tuple[float, float] | None) -> "Optimum":
         """The optimum of a problem, with the noise that it leaves unless that was measured."""
         found = cls.fitted(problem, problem.start, least)
-        for _ in range(0 if least is None else NOISE_ROUNDS - 1):
+        for _ in range(NOISE_ROUNDS - 1):
+            if least is None:
+                break
             now, x = found.problem, found.x
             left, old = preparation_of(now.data).noise_left(now, x), now.noise
             if left is not None and not now.own_sigma.any():
-                left = left._replace(
-                    **dict(zip(("position", "rotation"), np.fmax(left[:2], least), strict=True))
-                )
+                position, rotation = np.fmax(left[:2], least)
+                left = left._replace(position=position, rotation=rotation)
             if left is None or np.allclose([*left[:2], left.own], [*old[:2], old.own], rtol=0.02, atol=1e-7):
                 break
             found = cls.fitted(now.with_noise(left), x, least)
@@ -127,9 +129,8 @@ class Optimum:
         return float(special.fdtrc(further, self.freedom, gained / mine)), float(np.sqrt(others / mine))
 
     def _left(self, known: Sequence[str], information: Float[np.ndarray, "k k"]) -> float:
-        """Squared residuals per degree of freedom as `mean_square`, but for noise that differs between models.
-
-        It is that of the likelihood in which constants of which there is this information are integrated over.
+        """As `mean_square`, but for noise that differs between models: by the likelihood in which constants
+        of which there is this information are integrated over.
         """
         if self.measured:
             return self.mean_square

@@ -45,7 +45,7 @@ class _OtherExplanation(NamedTuple):
     further: int
 
     def times(self, zeros: Optimum, least: float, tried: int = 1) -> float:
-        """How many times what it leaves the zeros leave; 0 where that is little, or chance in so many tries."""
+        """How many times what it leaves the zeros leave; 0 where that is little or chance in as many."""
         chance, ratio = Optimum.of(self.problem, zeros.least).against(zeros, self.further)
         return ratio if tried * chance < STRANGE and ratio > least else 0.0
 
