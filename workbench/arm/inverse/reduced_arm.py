@@ -36,7 +36,6 @@ class ReducedArm:
         constants: C_0 … C_m, base and tool included.
         slides: Whether each axis translates.
         shares: Entries of D, row by row: axis, joint and ratio.
-        own: Axis of each joint.
         limits: Minimum and maximum coordinate of each joint [rad or m].
         length: Length of the stretched arm [m]: the unit that makes its Jacobian dimensionless.
     """
@@ -46,14 +45,13 @@ class ReducedArm:
     constants: Float[np.ndarray, "links 4 4"]
     slides: Bool[np.ndarray, " m"]
     shares: Float[np.ndarray, "s 3"]
-    own: Int[np.ndarray, " n"]
     limits: Float[np.ndarray, "n 2"]
     length: float
 
     @property
     def dof(self) -> int:
         """Number of joints."""
-        return len(self.own)
+        return self.chain.dof
 
     @cached_property
     def drives(self) -> Float[np.ndarray, "m n"]:
@@ -66,7 +64,7 @@ class ReducedArm:
     @property
     def sliding(self) -> Bool[np.ndarray, " n"]:
         """Whether each joint translates."""
-        return self.slides[self.own]
+        return self.chain.axes[self.chain.driven] > Axis.RZ
 
     @cached_property
     def repeats(self) -> Bool[np.ndarray, " n"]:
@@ -92,14 +90,13 @@ class ReducedArm:
 @lru_cache(maxsize=64)
 def compile_arm(robot: Robot) -> ReducedArm:
     """The robot's reduced arm."""
-    chain, places, shares, own, axis = robot.chain, list[int](), list[tuple[int, int, float]](), [], None
+    chain, places, shares, axis = robot.chain, list[int](), list[tuple[int, int, float]](), None
     for place, element in enumerate(chain.elements):
         if element.joint is not None or (element.follows is not None and element.axis is not axis):
             places.append(place)
             axis = element.axis
         if element.joint is not None:
-            own.append(len(places) - 1)
-            shares.append((own[-1], element.joint, 1.0))
+            shares.append((len(places) - 1, element.joint, 1.0))
         elif element.follows is not None:
             shares.append((len(places) - 1, element.follows, element.ratio))
         axis = axis if element.axis is axis else None
@@ -114,7 +111,6 @@ def compile_arm(robot: Robot) -> ReducedArm:
         constants=frozen(np.array(fixed)),
         slides=frozen(axes > Axis.RZ),
         shares=frozen(np.array(shares)),
-        own=frozen(np.array(own)),
         limits=robot.limits,
         length=max(robot.reach, 1e-3),
     )
