@@ -173,12 +173,10 @@ def number_in(cell: str) -> float:
 def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Sequence[str]]]:
     """Names of numbers of poses, tcp_pose_0 … 6, t11 … t34 or t0 … t15, and their keys.
 
-    The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of a
-    'position' are a pose where joints stand beside it.
+    The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of `position`
+    alone are a pose where joints stand beside it.
     """
-    poses = (
-        ("pose", "position") if any(_JOINT_KEY.fullmatch(meaning(n) or "") for n in columns) else ("pose",)
-    )
+    beside_joints = any(_JOINT_KEY.fullmatch(meaning(name) or "") for name in columns)
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:
@@ -193,7 +191,8 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
                 break
         if stem in ("t", "m", "h") and all(rows[:12]) and not any(rows[12:]):
             yield rows[:12], _MATRIX
-        if stem.endswith(poses) and count in _POSES and set(own) == set(numbers[:count]):
+        is_pose = stem.endswith("pose") or (stem == "position" and beside_joints)
+        if is_pose and count in _POSES and set(own) == set(numbers[:count]):
             yield rows[:count], _POSES[count]
 
 
