@@ -66,7 +66,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     if fields.told_twice:
         raise DataError(fields.told_twice)
     fields = fields if beside is not None else joined_alone(fields)
-    q = joint_columns(fields, joints)
+    q = joint_columns(fields, joints, some=True)
     excluded = excluded_rows(fields)
     if beside is None and (other := with_distances(with_markers(fields, q, excluded))) is not fields:
         return assemble(other, joints=joints)
@@ -176,8 +176,9 @@ def with_distances(fields: Fields) -> Fields:
     return replace(taken, values=values, notes=notes)
 
 
-def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]:
-    """Joint positions [rad or m] from q1 … qN."""
+def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Float[np.ndarray, "rows n"]:
+    """Joint positions [rad or m] from q1 … qN; with `some` also if there are more, as measured rows tell
+    which of them move joints."""
     numbers = fields.numbers(r"q(\d+)")
     wanted = joints if isinstance(joints, int | None) else len(joints)
     if not numbers:
@@ -188,7 +189,7 @@ def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]
             + (f"; {POSE_PAIRS}" if paired else unread_text(fields, "q1[deg]"))
         )
     _counted(fields, numbers, "joint", "q{}")
-    if wanted is not None and len(numbers) < wanted:  # the rows tell which of more move joints
+    if wanted is not None and (len(numbers) < wanted or (len(numbers) > wanted and not some)):
         there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
         how = f"choose the robot that has them{unread_text(fields, f'q{numbers[-1] + 1}[deg]')}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"

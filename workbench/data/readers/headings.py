@@ -68,6 +68,7 @@ _ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
 _JOINT_KEY = re.compile(r"q\d+")
+_NOT_MEASURED = re.compile(r"time|payload|temperature|torque\d+|session|group|exclude")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
 _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
 """Places and orientations in six or seven numbers; the rows tell which these are."""
@@ -174,9 +175,10 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
     """Names of numbers of poses, tcp_pose_0 … 6, t11 … t34 or t0 … t15, and their keys.
 
     The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of `position`
-    alone are a pose where joints stand beside it.
+    are a pose where joints stand beside it, and nothing that was measured.
     """
-    beside_joints = any(_JOINT_KEY.fullmatch(meaning(name) or "") for name in columns)
+    others = {key for name in columns if (key := meaning(name)) and not _NOT_MEASURED.fullmatch(key)}
+    beside_joints = bool(others) and all(map(_JOINT_KEY.fullmatch, others))
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:
