@@ -11,6 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from workbench.arm.effects.events import WarmUp
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.base.progress import progress
@@ -90,10 +91,23 @@ class CauseSearch:
         return ask("the drivers", lambda: DriverEvidence.of(self.last, self.ready.data), None)
 
     def lasting(self) -> Model:
-        """The last model without what is of no use for other rows."""
-        if not self.last.model or self.drivers is None:
-            return self.last.model
-        return self.drivers.lasting(undecided(self.drivers))
+        """The last model without what is of no use for other rows.
+
+        The arm after a warm-up that any smooth function of the time explains as well is that function beyond
+        its rows, which nobody knows. What has no name must predict the rows that judge it.
+        """
+        model, drivers = self.last.model, self.drivers
+        if not model or drivers is None:
+            return model
+        warm_ups = [(t,) for t in model if isinstance(t.candidate.effect, WarmUp)]
+        judged = zip(warm_ups, drivers.challenges(warm_ups), strict=True)
+        if lost := [term for (term,), challenge in judged if challenge.cap <= 1.0]:
+            return drop(model, lost)
+        kept = drivers.lasting(undecided(drivers))
+        named = drop(kept, [t for t in kept if is_nameless(t)])
+        if len(kept) < len(model) or len(named) == len(kept) or not len(self.ready.held_out_data):
+            return kept
+        return named if self.errors(named).main.mean <= self.after.judged.main.mean else kept
 
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
