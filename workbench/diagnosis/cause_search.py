@@ -104,10 +104,9 @@ class CauseSearch:
         if lost := [term for (term,), challenge in judged if challenge.cap <= 1.0]:
             return drop(model, lost)
         kept = drivers.lasting(undecided(drivers))
-        named = drop(kept, [t for t in kept if is_nameless(t)])
-        if len(kept) < len(model) or len(named) == len(kept) or not len(self.ready.held_out_data):
-            return kept
-        return named if self.errors(named).main.mean <= self.after.judged.main.mean else kept
+        named = drop(kept, [*filter(is_nameless, kept)])
+        is_better = len(kept) < len(model) or self.errors(named).main.mean > self.after.judged.main.mean
+        return kept if is_better else named
 
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
