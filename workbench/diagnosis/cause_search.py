@@ -94,14 +94,18 @@ class CauseSearch:
         """The last model without what is of no use for other rows.
 
         The arm after a warm-up that any smooth function of the time explains as well is that function beyond
-        its rows, which nobody knows. What has no name must predict the rows that judge it.
+        its rows, which nobody knows; so is that after a second one of a joint, as any function is a sum of
+        such. What has no name must predict the rows that judge it.
         """
         model, drivers = self.last.model, self.drivers
         if not model or drivers is None:
             return model
-        warm_ups = [(t,) for t in model if isinstance(t.candidate.effect, WarmUp)]
-        judged = zip(warm_ups, drivers.challenges(warm_ups), strict=True)
-        if lost := [term for (term,), challenge in judged if challenge.cap <= 1.0]:
+        found = {t: e for t in model if isinstance(e := t.candidate.effect, WarmUp)}
+        caps = [challenge.cap for challenge in drivers.challenges([(t,) for t in found])]
+        is_second = (
+            any(o.joints == e.joints and o.pace < e.pace for o in found.values()) for e in found.values()
+        )
+        if lost := [t for t, cap, more in zip(found, caps, is_second, strict=True) if more or cap <= 1.0]:
             return drop(model, lost)
         kept = drivers.lasting(undecided(drivers))
         named = drop(kept, [*filter(is_nameless, kept)])
