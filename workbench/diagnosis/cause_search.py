@@ -11,6 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from workbench.arm.effects.events import WarmUp
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.base.progress import progress
@@ -90,10 +91,26 @@ class CauseSearch:
         return ask("the drivers", lambda: DriverEvidence.of(self.last, self.ready.data), None)
 
     def lasting(self) -> Model:
-        """The last model without what is of no use for other rows."""
-        if not self.last.model or self.drivers is None:
-            return self.last.model
-        return self.drivers.lasting(undecided(self.drivers))
+        """The last model without what is of no use for other rows.
+
+        The arm after a warm-up that any smooth function of the time explains as well is that function beyond
+        its rows, which nobody knows; so is that after a second one of a joint, as any function is a sum of
+        such. What has no name must predict the rows that judge it.
+        """
+        model, drivers = self.last.model, self.drivers
+        if not model or drivers is None:
+            return model
+        found = {t: e for t in model if isinstance(e := t.candidate.effect, WarmUp)}
+        caps = [challenge.cap for challenge in drivers.challenges([(t,) for t in found])]
+        is_second = (
+            any(o.joints == e.joints and o.pace < e.pace for o in found.values()) for e in found.values()
+        )
+        if lost := [t for t, cap, more in zip(found, caps, is_second, strict=True) if more or cap <= 1.0]:
+            return drop(model, lost)
+        kept = drivers.lasting(undecided(drivers))
+        named = drop(kept, [*filter(is_nameless, kept)])
+        is_better = len(kept) < len(model) or self.errors(named).main.mean > self.after.judged.main.mean
+        return kept if is_better else named
 
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:

@@ -9,6 +9,7 @@ from jaxtyping import Bool
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.usable_arm import events_of
 from workbench.base.advice import ask
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.accepted_terms import distinct, place_of
@@ -66,26 +67,27 @@ def saved_model(search: CauseSearch) -> SavedModel:
 
 
 def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
-    """The arm without effects that leaves least of the rows for which the saved arm is valid; None if the fit
-    has no effects.
+    """The arm without effects that leaves least of the rows; None if the fit has none but events, after which
+    the arm has none.
 
-    Either fitted to these rows as `identify` does, or to the predictions of the arm with effects. Masses and
-    gravity are as given: they were unknowns for the sake of the effects of load alone.
+    Either fitted to them as `identify` does, beside the events, or to the predictions of the arm with
+    effects. Masses and gravity are as given: they were unknowns for the sake of the effects of load alone.
 
     Args:
         fit: An arm with effects.
         alone: Geometry alone, which says how far the rows are from it.
     """
     problem, arm = fit.problem, fit.calibrated
-    if not arm.effects:
+    events = events_of(arm)
+    if len(events) == len(arm.effects):
         return None
     angles = (p for p in problem.parameters if p.name.startswith("gravity"))
     given = problem.robot if all(p.is_inertia for p in angles) else arm
     saved, known = SavedArm(arm, problem.data), {**problem.known, **problem.instrument(fit.x)}
-    rows, bare = saved.valid_for(problem.data), problem.robot.with_effects()
-    noise = alone.problem.noise
-    plain = problem.again(robot=bare, data=rows, effects=(), inertia=False, noise=noise)
-    fitted = identified(plain).calibrated
+    rows, bare = saved.valid_for(problem.data), problem.robot.with_effects(*events)
+    names, noise = [n for e in events for n in e.names], alone.problem.noise
+    plain = problem.again(robot=bare, effects=names, inertia=False, noise=noise)
+    fitted = SavedArm(identified(plain).calibrated, problem.data).robot
     left = {}
     for geometry in (fitted.weighed_as(given), saved.formats["URDF"].weighed_as(given)):
         mine = SavedArm(arm.recorded(geometry=geometry), rows)
