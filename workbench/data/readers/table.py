@@ -308,11 +308,9 @@ def _fitted(grid: Grid, index: int, width: int) -> list[str]:
         return _padded(row, width)  # spreadsheets leave trailing cells out
     if len(row) >= width and not any(row[width:]):
         return row[:width]
-    raise grid.error(
-        f"this row has {len(row)} fields but {width} are named: add or remove fields, or delete the row; a "
-        "comma that marks decimals can't separate fields too, and a file holds one table",
-        index,
-    )
+    wrong = f"this row has {len(row)} fields but {width} are named"
+    why = "a comma that marks decimals can't separate fields too, and a file holds one table"
+    raise grid.error(f"{wrong}: add or remove fields, or delete the row; {why}", index)
 
 
 def _first_data_row(rows: list[list[str]]) -> int:

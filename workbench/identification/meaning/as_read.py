@@ -211,7 +211,7 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
     if (rows := usable(turned)) is None or rows.rotation is None:
         return data
     search = ReadingSearch(robot, rows)
-    (found,) = search.place([RowReading.plain(robot)], search.conventions)
+    (found,) = search.place([RowReading.plain(robot)])
     if not (found.is_plain and search.suffices(found)):
         return data
     return _read_as(found.apply(turned), f"angles left out: {found.orientation}, {found.size}; read so")
