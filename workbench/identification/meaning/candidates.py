@@ -81,10 +81,10 @@ class Families:
 
     @cached_property
     def parallel(self) -> tuple[tuple[int, int], ...]:
-        """Neighbours that turn about parallel axes."""
-        axes = chains.joint_twists(self.robot.bare.chain, np.zeros((1, self.dof)))[1][0, 3:].T
-        cosine = np.abs((axes[1:] * axes[:-1]).sum(1))
-        return tuple((k, k + 1) for k in np.flatnonzero(cosine > PARALLEL).tolist())
+        """Joints that turn, one after the other, about parallel axes, whatever follows or slides between."""
+        chain, turning = self.robot.bare.chain, np.flatnonzero(~self.slides).tolist()
+        axes = chains.twists(chain, np.zeros((1, self.dof)), chain.driven)[1][0, 3:].T
+        return tuple((a, b) for a, b in pairwise(turning) if abs(axes[a] @ axes[b]) > PARALLEL)
 
     @cached_property
     def _signs(self) -> tuple[Float[np.ndarray, "s n n"], Float[np.ndarray, " s"]]:
@@ -112,6 +112,7 @@ class Families:
                 for s, t in product((1.0, -1.0), repeat=2):
                     add(1.5 * COUPLING, (b, a, s), (c, b, t))
                     add(1.5 * COUPLING, (b, a, s), (c, b, t), (c, a, s * t))
+                    add(1.5 * COUPLING, (c, a, s), (c, b, t))
         if n > 4 and not self.slides[-3:].any():
             for k, j in ((n - 1, n - 2), (n - 2, n - 1), (n - 2, n - 3)):
                 if (min(j, k), max(j, k)) not in self.parallel:
