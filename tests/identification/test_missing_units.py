@@ -58,7 +58,6 @@ def numbered(name, count, first=0):
 UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 TF = [f"/tf/tool/{n}" for n in (*(f"translation/{a}" for a in "xyz"), *(f"rotation/{a}" for a in "xyzw"))]
 T44, NOAP = [f"T{i}{j}" for i in "1234" for j in "1234"], "nx ox ax px ny oy ay py nz oz az pz"
-MECADEMIC = "Xm Ym Zm alpha beta gamma"
 FORMS = {
     "a controller": lambda q, t: ([*joints("J"), *"XYZABC"], np.degrees(q), 1e3 * t[:, :3, 3], 0 * q[:, 3:]),
     "ROS": lambda q, t: (["timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw", *joints("joint_")],

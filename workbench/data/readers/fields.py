@@ -153,9 +153,10 @@ def to_numbers(table: Table, column: int | str, *, signs: bool = False) -> Float
         values = np.array([float(cell) for cell in cells], dtype=float)
     except ValueError:
         values = np.array([number_in(cell) for cell in cells], dtype=float)
-        for row in (k for k in np.flatnonzero(np.isnan(values)) if not MISSING.fullmatch(cells[k].strip())):
+        odd = np.flatnonzero(np.isnan(values)).tolist()
+        for row in (k for k in odd if not MISSING.fullmatch(cells[k].strip())):
             text = "is not a number: write it without unit or thousands separators, or leave it blank"
-            raise table.error(f"'{cells[row][:40]}' {text}", index, int(row)) from None
+            raise table.error(f"'{cells[row][:40]}' {text}", index, row) from None
     if (beyond := np.abs(values) > MAX_NUMBER).any():
         row = int(np.argmax(beyond))
         wrong = "is infinite or beyond any length or angle: correct it, or leave the cell blank"

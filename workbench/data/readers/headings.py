@@ -67,7 +67,6 @@ _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "si
 _ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
-_JOINT_KEY = re.compile(r"q\d+")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
 _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
 """Places and orientations in six or seven numbers; the rows tell which these are."""
@@ -176,7 +175,7 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
     The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of `position`
     alone are a pose where joints stand beside it.
     """
-    beside_joints = any(_JOINT_KEY.fullmatch(meaning(name) or "") for name in columns)
+    beside_joints = any(re.fullmatch(r"q\d+", meaning(name) or "") for name in columns)
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:
