@@ -133,20 +133,6 @@ def test_gaps_in_words_headings_that_stand_again_or_in_two_rows_and_their_words(
     assert "Target" not in text or data.point.tolist() == ["A", "A", "B"]
 
 
-PROGRAMS = (
-    "def main():\n  movej(posj(1.0, 2.0))\n",
-    "/PROG  A\n   1:J P[1] FINE ;\n",
-    ".PROGRAM a()\n  JMOVE #p1\n",
-)
-
-
-@pytest.mark.parametrize("text", PROGRAMS)
-def test_a_program_is_called_one(tmp_path, text):
-    (tmp_path / "weld.drl").write_text(text)
-    with refuses(FileError, "RAPID", "KRL", "URScript"):
-        read_measurements(tmp_path / "weld.drl")
-
-
 def test_external_axes_come_before_the_arm_and_each_of_several_distances_is_a_row(tmp_path):
     (tmp_path / "t.csv").write_text("A1[deg],E1[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n90,7,,\n")
     data = read_measurements(tmp_path / "t.csv", joints=2)

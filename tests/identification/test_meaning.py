@@ -14,9 +14,11 @@ from scipy.spatial.transform import Rotation
 from slow import slow
 
 from workbench import load_plate, load_robot, measure_plate
+from workbench.arm.frame import Frame
 from workbench.arm.inverse.solve import Task, follow_many
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError
+from workbench.arm.signs_and_offsets import with_couplings
+from workbench.base.errors import DataError, UnitError
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.simulation.simulate import virtual_arm
@@ -100,12 +102,27 @@ def test_orientations_are_read_in_their_convention(kind):
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
         ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
         ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
+        (
+            "scara",
+            True,
+            lambda d: replace(d, q=d.q + np.outer(d.q[:, 0] + d.q[:, 1], [0, 0, 0, 1])),
+            "joint 4 = q4 - q1 - q2",
+        ),
     ],
 )
 def test_units_axes_and_a_slide_that_mirrors(name, with_rotation, change, text):
     robot, data = measured(name, with_rotation=with_rotation)
     found = arm_match(robot, change(data))
     assert (found.is_foreign, found.has_reading, mentions(found.text, text)) == (True, True, True)
+
+
+def test_an_arm_whose_joints_follow_is_coupled_and_one_that_slides_takes_mm():
+    robot, data = measured("puma", with_rotation=False)
+    with refuses(DataError, "joint 3 = q3 + q2"):
+        as_read(with_couplings(robot, -np.eye(6, k=-1) * (np.arange(6) == 2)[:, None]), data)
+    robot, data = measured("scara", with_rotation=False)
+    with refuses(UnitError, "m or mm for q3"):
+        as_read(robot, replace(data, missing_units="J1: rad or deg"))
 
 
 def test_the_pose_of_the_base_in_the_tool_and_the_column_of_a_jaw():
@@ -189,7 +206,12 @@ def test_a_near_twin_a_free_frame_and_two_rows_are_told():
     found = evaluate(twin, rows)
     assert mentions(found.notes[-1], "UR10e fits to", "choose the robot 'ur10e'")
     assert mentions(found.warnings[0], "--frames fit")
-    assert not evaluate(arm, rows, fit_frames=True).warnings
+    held = arm.with_frames(base=Frame(), tool=Frame())  # as of a file with free = false
+    assert not any(evaluate(each, rows, fit_frames=True).warnings for each in (arm, held))
+    with refuses(DataError, "correct [base] in its file"):
+        identify(held, rows)
+    with refuses(DataError, "correct [base] and [tool]"):
+        identify(held, replace(rows, position=arm.predict(q)[:, :3] @ [0.3, 0.4, 0.0, 1.0] + [2.0, 0.0, 0.0]))
     assert mentions(evaluate(small, rows).warnings[0], "hardly this arm's")
     assert not read_rows(small, rows).blind
     assert mentions(evaluate(arm, rows.take(np.arange(2)), fit_frames=True).warnings[0], "2 rows can't tell")

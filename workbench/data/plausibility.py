@@ -95,10 +95,8 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
     for joint, (low, high) in enumerate(limits):
         outside = rows[(q[:, joint] < low - SLACK) | (q[:, joint] > high + SLACK)]
         if len(outside):
-            notes.append(
-                f"joint {joint + 1} is outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s), "
-                f"first in data row {outside[0]}"
-            )
+            where = f"outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s)"
+            notes.append(f"joint {joint + 1} is {where}, first in data row {outside[0]}")
     still = (np.flatnonzero(np.ptp(q, axis=0) < NO_DIFFERENCE) + 1).tolist()
     if len(q) > 1 and still:
         why = "their errors can't be distinguished from their neighbours'"

@@ -291,20 +291,21 @@ def _check_known_base(
     base, tool = visible_parts(data, known)
     if not base or not (off := _rms(held, data, known)) > CLEAR_SHARE_OF_REACH * robot.reach:
         return
-    free = tool if robot.tool.free is not Freedom.FIXED else ()
-    freer = replace(freedom, base=base, tool=freedom.tool or free)
-    aligned = align(robot, data, freer, noise=noise, known=known)
-    best, measured, unknown = _rms(aligned, data, known), count_measured(data), len(base) + len(freer.tool)
-    if off > MAX_BASE_ERROR_RATIO * best:
+    own = freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
+    for moved, parts in dict.fromkeys((("[base]", own), ("[base] and [tool]", tool))):
+        aligned = align(robot, data, replace(freedom, base=base, tool=parts), noise=noise, known=known)
+        best, measured, unknown = _rms(aligned, data, known), count_measured(data), len(base) + len(parts)
+        if not off > MAX_BASE_ERROR_RATIO * best:
+            continue
         if measured <= unknown:
             few = f"{plural(len(data), 'row')} can't tell the {unknown} unknowns of base and tool"
             need = unknown * len(data) // measured + 1
             raise DataError(f"{data.source}: {few}; measure at least {need} poses", column="base")
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
-            f"{data.source}: the nominal arm is off by {1e3 * off:.0f} mm with the base as given, by "
-            f"{1e3 * best:.1f} mm with a free one ({where}); choose the robot that was measured, or "
-            "correct [base] in its file, or set free = true there",
+            f"{data.source}: the nominal arm is off by {1e3 * off:.0f} mm with {moved} as given, by "
+            f"{1e3 * best:.1f} mm with another ({where}); choose the robot that was measured, or "
+            f"correct {moved} in its file, or set free = true there",
             column="base",
         )
 

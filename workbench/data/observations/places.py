@@ -73,7 +73,6 @@ class ContactObservation(AbstractPlaceObservation):
 
     word = "contact"
     unused_text = "contacts"
-
     channels = (Channel.POSITION,) * 3
 
     @classmethod
@@ -97,7 +96,6 @@ class PlaneObservation(AbstractPlaceObservation):
 
     word = "contact"
     unused_text = "contacts with planes"
-
     channels = (Channel.POSITION,)
 
     @classmethod
@@ -132,7 +130,6 @@ class DistanceObservation(AbstractPlaceObservation):
     columns = ("distance",)
     word = "anchor"
     unused_text = "distances"
-
     channels = (Channel.POSITION,)
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:

@@ -17,7 +17,6 @@ class PoseObservation(AbstractObservation):
     columns = ("position", "rotation")
     poses: Float[np.ndarray, "rows 4 4"]
     sees_tool_rotation = True
-
     channels = (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
 
     @classmethod
@@ -38,7 +37,6 @@ class PointObservation(AbstractObservation):
 
     columns = ("position",)
     position: Float[np.ndarray, "rows 3"]
-
     channels = (Channel.POSITION,) * 3
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:

@@ -124,9 +124,8 @@ def with_lists(grid: Grid) -> Grid:
         found = [_ENTRY.findall(m[1]) if (m := _LIST.fullmatch(cell)) else [] for cell in cells]
         if len(sizes := {len(f) for f, cell in zip(found, cells, strict=True) if cell}) == 1 < max(sizes):
             names = _headings(name, (size := max(sizes),)) if quantities_of(meaning_of(name) or "q1") else []
-            lists |= (
-                {k: (names, [[e.strip("'\"[]()") for e in f] or [""] * size for f in found])} if names else {}
-            )
+            if names:
+                lists[k] = names, [[e.strip("'\"[]()") for e in f] or [""] * size for f in found]
     plain = {meaning_of(name) for k, name in enumerate(head) if k not in lists} - {None}
     lists = {k: own for k, own in lists.items() if not plain & set(map(meaning_of, own[0]))}
     if not lists or len(cells) < len(body):
@@ -172,10 +171,8 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     """Headings of the columns of an array; none if it is no set of columns."""
     name, said = parse_heading(name)
     plain, _, ending = name.lower().rpartition("_")
-    plain, unit = (
-        (plain, ending) if not said and ending in ("deg", "rad", "mm", "m") else (name.lower(), said)
-    )
-    unit = f"[{unit}]" if unit else ""
+    is_unit = not said and ending in ("deg", "rad", "mm", "m")
+    plain, unit = (plain, f"[{ending}]") if is_unit else (name.lower(), f"[{said}]" if said else "")
     if shape in _MATRICES and not is_commanded(name):
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:

@@ -221,11 +221,9 @@ def unread_text(fields: Fields, key: str) -> str:
 def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
     """Refuse columns that are not counted 1, 2, 3 …"""
     if (lacking := next((k for k, number in enumerate(numbers, 1) if number != k), None)) is not None:
-        raise FileError(
-            f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: call them {name.format(1)}, "
-            f"{name.format(2)}, … without a gap",
-            path=fields.source,
-        )
+        wanted = f"call them {name.format(1)}, {name.format(2)}, … without a gap"
+        text = f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: {wanted}"
+        raise FileError(text, path=fields.source)
 
 
 def joint_units(fields: Fields) -> tuple[str, ...]:

@@ -128,9 +128,8 @@ def of_joints_and_others(naming: Naming) -> tuple[Naming, Naming]:
         lists[not _JOINT.fullmatch(last)].append(item)
     are_joints = [any(_JOINT.fullmatch(one.name) for one in (p.left, *p.right)) for p in naming.pairs]
     pairs = ([p for p, own in zip(naming.pairs, are_joints, strict=True) if own is k] for k in (True, False))
-    joints, others = (
-        replace(naming, items=tuple(i), pairs=tuple(p)) for i, p in zip(lists, pairs, strict=True)
-    )
+    both = zip(lists, pairs, strict=True)
+    joints, others = (replace(naming, items=tuple(i), pairs=tuple(p)) for i, p in both)
     return joints, others
 
 

@@ -152,16 +152,13 @@ def to_numbers(table: Table, column: int | str, *, signs: bool = False) -> Float
             raise ValueError
         values = np.array([float(cell) for cell in cells], dtype=float)
     except ValueError:
-        values = np.array([_number(table, index, row, cell) for row, cell in enumerate(cells)], dtype=float)
+        values = np.array([number_in(cell) for cell in cells], dtype=float)
+        odd = np.flatnonzero(np.isnan(values)).tolist()
+        for row in (k for k in odd if not MISSING.fullmatch(cells[k].strip())):
+            text = "is not a number: write it without unit or thousands separators, or leave it blank"
+            raise table.error(f"'{cells[row][:40]}' {text}", index, row) from None
     if (beyond := np.abs(values) > MAX_NUMBER).any():
         row = int(np.argmax(beyond))
         wrong = "is infinite or beyond any length or angle: correct it, or leave the cell blank"
         raise table.error(f"'{cells[row][:40]}' {wrong}", index, row)
     return values
-
-
-def _number(table: Table, index: int, row: int, cell: str) -> float:
-    if np.isnan(value := number_in(cell)) and not MISSING.fullmatch(cell.strip()):
-        text = "is not a number: write it without unit or thousands separators, or leave it blank"
-        raise table.error(f"'{cell[:40]}' {text}", index, row)
-    return value

@@ -67,7 +67,6 @@ _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "si
 _ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
-_JOINT_KEY = re.compile(r"q\d+")
 _NOT_MEASURED = re.compile(r"time|payload|temperature|torque\d+|session|group|exclude")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
 _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
@@ -178,7 +177,7 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
     are a pose where joints stand beside it, and nothing that was measured.
     """
     others = {key for name in columns if (key := meaning(name)) and not _NOT_MEASURED.fullmatch(key)}
-    beside_joints = bool(others) and all(map(_JOINT_KEY.fullmatch, others))
+    beside_joints = bool(others) and all(re.fullmatch(r"q\d+", key) for key in others)
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:

@@ -200,7 +200,7 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     below = grid.rows[body] if body < len(grid.rows) else []
     filled = [_bare_unit(cell) for cell in below if cell and cell not in ("-", "–")]
     if filled and all(map(is_unit, filled)):
-        units = [_bare_unit(cell) for cell in _padded(below, len(headings))]
+        units = [_bare_unit(cell) for cell in _fitted(grid, body, len(headings))]
         notes.append(f"units are taken from line {grid.lines[body]}, below the headings")
         body += 1
     if head:
@@ -308,11 +308,9 @@ def _fitted(grid: Grid, index: int, width: int) -> list[str]:
         return _padded(row, width)  # spreadsheets leave trailing cells out
     if len(row) >= width and not any(row[width:]):
         return row[:width]
-    raise grid.error(
-        f"this row has {len(row)} fields but {width} are named: add or remove fields, or delete the row; a "
-        "comma that marks decimals can't separate fields too, and a file holds one table",
-        index,
-    )
+    wrong = f"this row has {len(row)} fields but {width} are named"
+    why = "a comma that marks decimals can't separate fields too, and a file holds one table"
+    raise grid.error(f"{wrong}: add fields (- for none) or remove some, or delete the row; {why}", index)
 
 
 def _first_data_row(rows: list[list[str]]) -> int:

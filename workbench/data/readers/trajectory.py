@@ -53,9 +53,8 @@ def read_trajectory(
     fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints)
     filled = {k: v for k, v in fields.values.items() if v.dtype.kind != "f" or not np.isnan(v).all()}
     if blank := [fields.headings.get(k, k) for k in fields.values if k not in filled]:
-        fields = replace(
-            fields, values=filled, notes=(*fields.notes, f"columns of blank cells: {listed(blank)}")
-        )
+        said = f"columns of blank cells: {listed(blank)}"
+        fields = replace(fields, values=filled, notes=(*fields.notes, said))
     for key, values in filled.items():
         if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
             text = "the cell is blank: fill it in, as a trajectory must not have gaps"

@@ -101,9 +101,6 @@ def _sentence(robot: Robot, effect: AbstractEffect) -> str:
     units = ["" if unit == "1" else f" {unit}" for unit in effect.units(robot.chain)]
     known = zip(effect.names, effect.coefficients, units, strict=True)
     sizes = ", ".join(f"{name} {value:.3g}{unit}" for name, value, unit in known)
-    settings = "".join(
-        f", {name} {value}"
-        for name in effect.settings()
-        if isinstance(value := getattr(effect, name), str | int) and not isinstance(value, bool)
-    )
-    return f"hidden effect '{effect.name}'{settings}: {sizes}"
+    values = ((name, getattr(effect, name)) for name in effect.settings())
+    words = (f", {name} {v}" for name, v in values if isinstance(v, str | int) and not isinstance(v, bool))
+    return f"hidden effect '{effect.name}'{''.join(words)}: {sizes}"

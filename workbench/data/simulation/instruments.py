@@ -39,8 +39,6 @@ FOUR_MARKERS = frozen(
     np.array([[0.06, 0.0, 0.0], [-0.04, 0.05, 0.0], [-0.03, -0.06, 0.0], [0.0, 0.0, 0.05]], float)
 )
 """Places of the markers on the tool where nothing else is said [m]: no two distances are alike to 1 mm."""
-
-
 _CORNERS = np.deg2rad([90.0, 210.0, 330.0])
 THREE_MARKERS = frozen(0.06 * np.column_stack([np.cos(_CORNERS), np.sin(_CORNERS), np.zeros(3)]))
 """Three markers about the tool point, which is their mean (Katana §3.3) [m]."""

@@ -187,11 +187,8 @@ class Mukca(AbstractFileLayout):
 
     def read(self, path: Path, naming: Naming | None) -> Fields:
         if _POSE.fullmatch(path.name):
-            raise FileError(
-                "these poses are the controller's own forward kinematics, not measurements: read the "
-                "folder with hole_0.csv and hole_1.csv",
-                path=str(path),
-            )
+            why = "these poses are the controller's own forward kinematics, not measurements"
+            raise FileError(f"{why}: read the folder with hole_0.csv and hole_1.csv", path=str(path))
         files = [path] if path.is_file() else _sockets(path)
         if not files:
             raise FileError("there are no hole_0.csv or hole_1.csv in this folder", path=str(path))

@@ -196,7 +196,7 @@ def verify(
         data: Measurements of fresh poses; rows whose joints the calibration used by its record in the robot's
             file, rows that the file excludes, and rows without a measured position are left out.
         wanted: What every row has to keep; a number is a position error [m].
-        fit_frames: Whether base and tool are fitted first, where they are free: the instrument was moved.
+        fit_frames: Whether base and tool are fitted first, as of `evaluate`: the instrument was moved.
         seed: Of the bootstrap.
 
     Raises:

@@ -14,7 +14,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.calibrated_region import region_text
-from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, quality
@@ -50,22 +49,16 @@ class Commanded:
     """A commanded path.
 
     Args:
-        calibrated: Usable part of the calibrated arm, in its own base frame.
-        nominal: The arm as the controller computes it, likewise.
+        arms: The calibrated arm, and that which the controller computes with.
         poses: Commanded poses of the tool, robot's base frame.
         q: Joint positions that the controller sends without correction [rad or m].
-        task: Part of the poses that the number of joints can meet.
-        expected: Error of the arm used, where it was measured; None if unknown.
         time: Time of every row [s], for messages; None if there is none.
     """
 
-    calibrated: Robot
-    nominal: Robot
+    arms: ComparedArms
     poses: Float[np.ndarray, "rows 4 4"]
     q: Float[np.ndarray, "rows n"]
-    task: Task
     notes: tuple[str, ...]
-    expected: Expected | None = None
     time: Float[np.ndarray, " rows"] | None = None
 
 
@@ -101,15 +94,8 @@ def command_poses(
     positions_only: bool | None = None,
     time: Times = None,
 ) -> Commanded:
-    """A path from poses in the robot's base frame, in the best branch that goes all the way.
-
-    Args:
-        calibrated: The arm that moves.
-        nominal: The arm as the controller computes it.
-        poses: Poses of the tool [m].
-        positions_only: As of `command_joints`.
-        time: Time of every row [s], for messages.
-    """
+    """A path from poses of the tool [m] in the robot's base frame, in the best branch that goes all the way;
+    arguments as `command_joints`."""
     arms = comparable(calibrated, nominal, positions_only=positions_only)
     q, branch = _in_best_branch(arms.nominal, poses, arms.task)
     place = ", ".join(f"{1e3 * value:.4g}" for value in calibrated.tool.xyz)
@@ -143,16 +129,8 @@ def _in_best_branch(robot: Robot, poses: Poses, task: Task) -> tuple[JointRows, 
 
 def _commanded(arms: ComparedArms, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
     met = [MET[arms.task]] if arms.task in MET else []
-    return Commanded(
-        calibrated=arms.calibrated,
-        nominal=arms.nominal,
-        poses=frozen(poses),
-        q=frozen(q),
-        task=arms.task,
-        notes=(*arms.away, *arms.notes, *notes, *met),
-        expected=arms.expected,
-        time=time,
-    )
+    said = (*arms.away, *arms.notes, *notes, *met)
+    return Commanded(arms=arms, poses=frozen(poses), q=frozen(q), notes=said, time=time)
 
 
 def followed(
@@ -209,11 +187,11 @@ def refuse(wrong: np.ndarray, time: Times, why: Callable[..., str]) -> None:
 def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = None) -> None:
     """Refuse rows outside a robot's limits."""
     (low, high), shown, unit = shown_joints(robot, robot.limits.T), shown_joints(robot, q), shown_units(robot)
-
-    def why(row: int, joint: int) -> str:
-        return (
+    refuse(
+        (q < robot.limits[:, 0] - LIMIT_SLACK) | (q > robot.limits[:, 1] + LIMIT_SLACK),
+        time,
+        lambda row, joint: (
             f" needs joint {joint + 1} at {shown[row, joint]:.5g}{unit[joint]}, but its limits are "
             f"{low[joint]:.5g} and {high[joint]:.5g}{unit[joint]}; change the path"
-        )
-
-    refuse((q < robot.limits[:, 0] - LIMIT_SLACK) | (q > robot.limits[:, 1] + LIMIT_SLACK), time, why)
+        ),
+    )

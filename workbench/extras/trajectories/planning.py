@@ -88,13 +88,13 @@ def plan(
     time = np.linspace(0.0, duration, rows)
     wanted = _above(curve) if axis is None else axis / np.linalg.norm(axis)
     command = _commanded(robot, curve, wanted, time)
-    poses = frozen(tool_poses(command.nominal, Motion(command.q)))
+    poses = frozen(tool_poses(command.arms.nominal, Motion(command.q)))
     off = np.rad2deg(np.arccos(np.clip(poses[:, :3, 2] @ wanted, -1.0, 1.0)).max())
     at_rest = [(1, np.zeros(robot.dof)), (2, np.zeros(robot.dof))]
     spline = make_interp_spline(time, command.q, k=5, bc_type=(at_rest, at_rest))
     velocity, acceleration = (frozen(spline(time, order)) for order in (1, 2))
     return Planned(
-        robot=command.nominal,
+        robot=command.arms.nominal,
         time=frozen(time),
         poses=poses,
         motion=Motion(command.q, time=time, velocity=velocity, acceleration=acceleration),
@@ -134,9 +134,9 @@ def _orientations(curve: Curve, axis: Vector3, rows: int) -> Rotations:
 
 def _clear(command: Commanded) -> bool:
     """Whether a path leaves margin for its correction."""
-    jacobian = task_jacobian(compile_arm(command.nominal), command.q, command.task)
+    jacobian = task_jacobian(compile_arm(command.arms.nominal), command.q, command.arms.task)
     singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
-    margin = margins(command.q, command.nominal.limits).min()
+    margin = margins(command.q, command.arms.nominal.limits).min()
     return bool(margin > LIMIT_MARGIN and singular.min() > MIN_SINGULAR)
 
 

@@ -1,5 +1,6 @@
 """An arm and rows as a fit should take them: as given, as found, or not at all."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
@@ -7,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.arm.joint_units import sliding
+from workbench.arm.joint_units import sliding_numbers
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -211,7 +212,7 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
     if (rows := usable(turned)) is None or rows.rotation is None:
         return data
     search = ReadingSearch(robot, rows)
-    (found,) = search.place([RowReading.plain(robot)], search.conventions)
+    (found,) = search.place([RowReading.plain(robot)])
     if not (found.is_plain and search.suffices(found)):
         return data
     return _read_as(found.apply(turned), f"angles left out: {found.orientation}, {found.size}; read so")
@@ -219,8 +220,12 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
 
 def _with_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> Dataset:
     """Rows of a file that lacks units, in those that the rows tell; refused if they tell none."""
-    if meaning is None or any(sliding(robot)):
-        raise UnitError(data.missing_units, unit="")
+    slides = [f"q{k + 1}" for k in sliding_numbers(robot)]
+    if meaning is None or slides:
+        wanted = f"rad or deg, m or mm for {', '.join(slides)}" if slides else "rad or deg"
+        text = data.missing_units.replace("rad or deg", wanted)
+        text = re.sub(r"\[(deg|rad)\]", "[mm]", text) if "q1" in slides and "q1[" in text else text
+        raise UnitError(text, unit="")
     if not meaning.is_found or meaning.best.other:
         tried = "" if meaning.is_found else f"; the rows tell none: the nearest leaves {meaning.best.size}"
         raise UnitError(f"{data.missing_units}{tried}", unit="")

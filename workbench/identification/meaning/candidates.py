@@ -71,31 +71,27 @@ class Families:
     robot: Robot
     columns: int
 
-    @property
-    def dof(self) -> int:
-        return self.robot.dof
-
     @cached_property
     def slides(self) -> Bool[np.ndarray, " n"]:
         return np.array(sliding(self.robot), bool)
 
     @cached_property
     def parallel(self) -> tuple[tuple[int, int], ...]:
-        """Neighbours that turn about parallel axes."""
-        axes = chains.joint_twists(self.robot.bare.chain, np.zeros((1, self.dof)))[1][0, 3:].T
-        cosine = np.abs((axes[1:] * axes[:-1]).sum(1))
-        return tuple((k, k + 1) for k in np.flatnonzero(cosine > PARALLEL).tolist())
+        """Joints that turn, one after the other, about parallel axes, whatever follows or slides between."""
+        chain, turning = self.robot.bare.chain, np.flatnonzero(~self.slides).tolist()
+        axes = chains.twists(chain, np.zeros((1, self.robot.dof)), chain.driven)[1][0, 3:].T
+        return tuple((a, b) for a, b in pairwise(turning) if abs(axes[a] @ axes[b]) > PARALLEL)
 
     @cached_property
     def _signs(self) -> tuple[Float[np.ndarray, "s n n"], Float[np.ndarray, " s"]]:
         """All signs, as diagonal matrices, with their complexity."""
-        signs = np.array(list(product((1.0, -1.0), repeat=self.dof)))
-        return signs[:, :, None] * np.eye(self.dof), _flips(signs)
+        signs = np.array(list(product((1.0, -1.0), repeat=self.robot.dof)))
+        return signs[:, :, None] * np.eye(self.robot.dof), _flips(signs)
 
     @cached_property
     def couplings(self) -> list[tuple[float, np.ndarray]]:
         """Complexity and matrix of each coupling."""
-        n, found = self.dof, list[tuple[float, np.ndarray]]()
+        n, found = self.robot.dof, list[tuple[float, np.ndarray]]()
 
         def add(cost: float, *entries: tuple[int, int, float]) -> None:
             matrix = np.eye(n)
@@ -112,6 +108,7 @@ class Families:
                 for s, t in product((1.0, -1.0), repeat=2):
                     add(1.5 * COUPLING, (b, a, s), (c, b, t))
                     add(1.5 * COUPLING, (b, a, s), (c, b, t), (c, a, s * t))
+                    add(1.5 * COUPLING, (c, a, s), (c, b, t))
         if n > 4 and not self.slides[-3:].any():
             for k, j in ((n - 1, n - 2), (n - 2, n - 1), (n - 2, n - 3)):
                 if (min(j, k), max(j, k)) not in self.parallel:
@@ -125,15 +122,15 @@ class Families:
     @property
     def plain(self) -> ColumnReadings:
         """The columns as they stand; of more columns than joints each choice in their order."""
-        chosen = [np.eye(self.columns)[list(c)] for c in combinations(range(self.columns), self.dof)]
+        chosen = [np.eye(self.columns)[list(c)] for c in combinations(range(self.columns), self.robot.dof)]
         cost = np.full(len(chosen), 0.0 if len(chosen) == 1 else ORDER)
-        return ColumnReadings(np.array(chosen), np.zeros((len(chosen), self.dof)), cost)
+        return ColumnReadings(np.array(chosen), np.zeros((len(chosen), self.robot.dof)), cost)
 
     @property
     def signs(self) -> ColumnReadings:
         """All signs, alone and with each coupling."""
         diagonal, flips = self._signs
-        parts = [(0.0, np.eye(self.dof)), *self.couplings]
+        parts = [(0.0, np.eye(self.robot.dof)), *self.couplings]
         w = np.concatenate([coupling @ diagonal for _, coupling in parts])
         return ColumnReadings(w, np.zeros(w.shape[:2]), np.concatenate([cost + flips for cost, _ in parts]))
 
@@ -147,7 +144,7 @@ class Families:
     @property
     def orders(self) -> ColumnReadings:
         """Exchanges of two columns, shifts and the reversal with all signs; every other order without."""
-        n, (diagonal, flips) = self.dof, self._signs
+        n, (diagonal, flips) = self.robot.dof, self._signs
         orders = [o for o in permutations(range(n)) if (self.slides[list(o)] == self.slides).all()]
         moved = np.array([sum(a != b for a, b in enumerate(o)) for o in orders])
         usual = [tuple(np.roll(range(n), 1)), tuple(np.roll(range(n), -1)), tuple(range(n))[::-1]]
@@ -161,15 +158,15 @@ class Families:
     @property
     def _inner(self) -> list[int]:
         """Joints whose zero is neither base nor tool."""
-        return [k for k in range(1, self.dof - 1) if not self.slides[k]]
+        return [k for k in range(1, self.robot.dof - 1) if not self.slides[k]]
 
     @property
     def _some_zeros(self) -> Float[np.ndarray, "s n"]:
         """One zero on a grid, or two by quarter turns."""
-        one = [a * GRID * np.eye(self.dof)[k] for k in self._inner for a in range(1, 12)]
-        pairs = product(combinations(np.eye(self.dof)[self._inner], 2), product((1, 2, 3), repeat=2))
+        one = [a * GRID * np.eye(self.robot.dof)[k] for k in self._inner for a in range(1, 12)]
+        pairs = product(combinations(np.eye(self.robot.dof)[self._inner], 2), product((1, 2, 3), repeat=2))
         two = [QUARTER * (a * j + b * k) for (j, k), (a, b) in pairs]
-        return np.array([*one, *two]).reshape(-1, self.dof)
+        return np.array([*one, *two]).reshape(-1, self.robot.dof)
 
     def _with_zeros(self, w: np.ndarray, cost: np.ndarray, zeros: np.ndarray) -> ColumnReadings:
         """Each of some matrices with each of some zeros."""
@@ -180,7 +177,7 @@ class Families:
     @property
     def exchanges(self) -> ColumnReadings:
         """Two columns exchanged, without signs."""
-        n = self.dof
+        n = self.robot.dof
         orders = [[{a: b, b: a}.get(k, k) for k in range(n)] for a, b in combinations(range(n), 2)]
         w = np.eye(n)[[o for o in orders if (self.slides[o] == self.slides).all()]].reshape(-1, n, n)
         return ColumnReadings(w, np.zeros(w.shape[:2]), np.full(len(w), ORDER))
@@ -188,25 +185,25 @@ class Families:
     @property
     def zeros(self) -> ColumnReadings:
         """One or two zeros, without signs."""
-        return self._with_zeros(np.eye(self.dof)[None], np.zeros(1), self._some_zeros)
+        return self._with_zeros(np.eye(self.robot.dof)[None], np.zeros(1), self._some_zeros)
 
     @property
     def signed_zeros(self) -> ColumnReadings:
         """The same with all signs."""
-        return self._with_zeros(*self._signs, np.vstack([np.zeros((1, self.dof)), self._some_zeros]))
+        return self._with_zeros(*self._signs, np.vstack([np.zeros((1, self.robot.dof)), self._some_zeros]))
 
     @property
     def coupled_zeros(self) -> ColumnReadings:
         """One simple coupling with all signs and one quarter turn, or two of arms with few joints."""
         diagonal, flips = self._signs
         simple = [c for cost, c in self.couplings if cost == COUPLING]
-        zeros = np.array([QUARTER * a * np.eye(self.dof)[k] for k in self._inner for a in (1, 2, 3)])
-        w = np.reshape([c @ diagonal for c in simple], (-1, self.dof, self.dof))
-        return self._with_zeros(w, np.tile(COUPLING + flips, len(simple)), zeros.reshape(-1, self.dof))
+        zeros = np.array([QUARTER * a * np.eye(self.robot.dof)[k] for k in self._inner for a in (1, 2, 3)])
+        w = np.reshape([c @ diagonal for c in simple], (-1, self.robot.dof, self.robot.dof))
+        return self._with_zeros(w, np.tile(COUPLING + flips, len(simple)), zeros.reshape(-1, self.robot.dof))
 
     @property
     def quarters(self) -> ColumnReadings:
         """Quarter turns of all inner joints, with all signs."""
-        turns = np.zeros((4 ** len(self._inner), self.dof))
+        turns = np.zeros((4 ** len(self._inner), self.robot.dof))
         turns[:, self._inner] = QUARTER * np.array(list(product(range(4), repeat=len(self._inner))))
         return self._with_zeros(*self._signs, turns)

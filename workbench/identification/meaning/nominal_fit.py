@@ -66,7 +66,7 @@ def next_worse(robot: Robot, data: Dataset) -> float:
         return float("inf")
     search, signs = ReadingSearch(robot, rows), Families(robot, robot.dof).signs
     near = [replace(RowReading.plain(robot), w=w) for w in signs.w[signs.cost <= 2.0 * SIGN]]
-    search.found = [search.plain(), *search.place(near, search.conventions)]
+    search.found = [search.plain(), *search.place(near)]
     return ranked(search, None).margin
 
 

@@ -49,7 +49,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         plain = plain if search.suffices(plain) else search.plain(closed=False)
         if search.suffices(plain):
             return RowMeaning(best=plain, plain=plain)
-        search.found = [plain, *search.place([RowReading.plain(robot)], search.conventions)]
+        search.found = [plain, *search.place([RowReading.plain(robot)])]
         if search.suffices(search.found[1]) and not search.found[1].mirrored:  # signs may do the same
             return ranked(search, plain)
     for number, stage in enumerate(steps := _stages(search, likely)):
@@ -137,7 +137,7 @@ def read_held(robots: Sequence[Robot], data: Dataset) -> RowMeaning:
         best = min(search.found, key=lambda r: r.score)
         if best.score < search.sure:
             break
-    search.found += search.place(search.refined(_turned_back(best, search.data.q)), search.conventions)
+    search.found += search.place(search.refined(_turned_back(best, search.data.q)))
     return ranked(search, None)
 
 

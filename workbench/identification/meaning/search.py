@@ -100,20 +100,15 @@ class ReadingSearch:
         return far_apart(self.data, BOUND_ROWS if self.sessions == 1 else PLACED_ROWS)
 
     @cached_property
-    def _turned(self) -> list[tuple[Convention, np.ndarray]]:
+    def conventions(self) -> dict[Convention, np.ndarray]:
         """All conventions of the orientation columns, and what they give."""
-        return list(conventions(self.data, usual=self.held))
-
-    @cached_property
-    def conventions(self) -> list[Convention]:
-        return [convention for convention, _ in self._turned]
+        return dict(conventions(self.data, usual=self.held))
 
     @cached_property
     def turns(self) -> Float[np.ndarray, "c k"] | None:
         """Gram matrices of the conventions; None without orientations."""
-        if not self._turned:
-            return None
-        return grams(np.array([rotations[self.few] for _, rotations in self._turned]), self.sessions)
+        given = [rotations[self.few] for rotations in self.conventions.values()]
+        return grams(np.array(given), self.sessions) if given else None
 
     @cached_property
     def still(self) -> np.ndarray:
@@ -132,35 +127,36 @@ class ReadingSearch:
             return [(degree, UNIT)]
         return [(1.0, 0.0), (1.0 / degree, UNIT)] if largest < 7.0 * degree else [(1.0, 0.0)]
 
-    def place(self, readings: list[RowReading], among: list[Convention]) -> list[RowReading]:
+    def place(self, readings: list[RowReading]) -> list[RowReading]:
         """Readings with base, tool, unit of length, handedness and convention, and their misfit."""
-        tried = [list(self._variants(reading, among)) for reading in readings]
+        tried = [list(self._variants(reading)) for reading in readings]
         placed = iter(self._aligned([variant for variants in tried for variant in variants]))
         return [min(islice(placed, len(variants)), key=lambda r: r.score) for variants in tried]
 
-    def _variants(self, reading: RowReading, among: list[Convention]) -> Iterator[RowReading]:
+    def _variants(self, reading: RowReading) -> Iterator[RowReading]:
         if not self.held:
             reading = self._scaled(reading)
-        if reading.mirrored and among and reading.columns_as_given:
+        first = next(iter(self.conventions), None)
+        if reading.mirrored and first and reading.columns_as_given:
             exchanged = [np.eye(3)[list(order)] for order in ((1, 0, 2), (2, 1, 0), (0, 2, 1))]
             for axes in (*exchanged, *(np.eye(3) - 2.0 * np.outer(e, e) for e in np.eye(3))):
-                yield self._in(replace(reading, axes=axes), among[0])
-        yield from (self._in(reading, c) for c in self._likely(reading, among)) if among else [reading]
+                yield self._in(replace(reading, axes=axes), first)
+        yield from (self._in(reading, c) for c in self._likely(reading)) if first else [reading]
 
-    def _likely(self, reading: RowReading, among: list[Convention]) -> list[Convention]:
+    def _likely(self, reading: RowReading) -> list[Convention]:
         """The conventions that are nearest to a reading: of poses, or with the base that its points have."""
-        if len(among) == 1:
+        among = [*self.conventions]
+        if self.turns is None or len(among) == 1:
             return among
-        assert self.turns is not None
         if self.held or self.sessions > 1:
             misfit = turn_bounds(reading.flange(self.data.q[self.few])[None], self.turns, self.sessions)[0]
         else:
             flange, points = reading.flange(self.data.q), reading.scale * self.points @ reading.axes
             base = nearest_rotation(affine_map(flange, points)[0].T)
-            misfit = nearest_turn(base @ flange[:, :3, :3], np.array([turns for _, turns in self._turned]))
+            misfit = nearest_turn(base @ flange[:, :3, :3], np.array([*self.conventions.values()]))
         order = np.argsort(misfit)[:LIKELY]
         near = misfit[order] < 2.0 * misfit[order[0]] + 1e-3
-        return [self.conventions[k] for k in order[near]]
+        return [among[k] for k in order[near]]
 
     def _in(self, reading: RowReading, convention: Convention) -> RowReading:
         return replace(reading, convention=convention, cost=reading.cost + convention.cost)
@@ -283,7 +279,7 @@ class ReadingSearch:
         ]
         if candidates.refined and readings:
             readings = self.refined([r for r in readings if not r.inverse])
-        self.found += self.place(readings, self.conventions) if readings else []
+        self.found += self.place(readings) if readings else []
 
     def twins(self) -> None:
         """Place the best reading with all other signs of its joints, some of which change the handedness."""
@@ -311,7 +307,7 @@ class ReadingSearch:
         if not self.held:
             fitted = self._aligned([self._scaled(r) for r in readings], range(1, robot.dof - 1))
             return [self._with_zeros(r, f.zero) for r, f in zip(readings, fitted, strict=True)]
-        tried = [(r, self._in(r, c)) for r in readings for c in self._likely(r, self.conventions)]
+        tried = [(r, self._in(r, c)) for r in readings for c in self._likely(r)]
         fitted = self._aligned([r for _, r in tried], range(robot.dof))
         best = sorted(zip(tried, fitted, strict=True), key=lambda pair: pair[1].score)[:PLACED]
         return [self._with_zeros(r, f.zero, exact=exact) for (r, _), f in best for exact in (False, True)]
