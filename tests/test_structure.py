@@ -61,7 +61,7 @@ BUDGETS = {
     "extras/production": 456,
     "extras/reproduce": 88,
     "extras/review": 275,
-    "extras/service": 1_167,
+    "extras/service": 1_165,
     "extras/trajectories": 1_304,
     "extras/workshop": 846,
     "tests": 38_956,

@@ -8,7 +8,6 @@ import pytest
 from checks import robot_of
 from generator import VirtualArm, three_parallel
 from refusals import mentions, refuses
-from slow import slow
 
 import workbench as wb
 from workbench.arm.calibration_record import Calibration, Expected, Observed
@@ -16,7 +15,6 @@ from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
-from workbench.extras.service.rezero.result import RezeroVerdict
 
 SIGMA = (5e-5, np.deg2rad(0.01))
 KNOWN = 1e-4
@@ -103,9 +101,8 @@ def shifted_in_turn(arm, seed, draws):
     return np.mean(covered), named
 
 
-@pytest.mark.parametrize("name", ["5R", slow("7R")])
-def test_intervals_cover_and_the_joint_that_moved_is_named(name):
-    covered, named = shifted_in_turn(framed(ARMS[name]), 1, 5)
+def test_intervals_cover_and_the_joint_that_moved_is_named():
+    covered, named = shifted_in_turn(framed(ARMS["5R"]), 1, 5)
     assert covered > 0.8
     assert sum(found == [joint] for joint, found in named) >= 4
 
@@ -172,12 +169,12 @@ def test_what_is_no_shift_of_a_zero_is_named_and_nothing_is_written(aria, change
     rows = measured(arm, np.zeros(6), changed=changed.items())
     rows = replace(rows, position=rows.position + moved)
     found = wb.rezero(arm, rows)
-    assert found.verdict is RezeroVerdict.REFUSED
+    assert found.verdict == "refused"
     assert any(doubt in text for text in found.doubts[: 1 if moved is not ELSEWHERE else None])
     assert found.robot is arm
     if moved is WRONG:
         found = wb.rezero(arm, rows, exclude={5: "bumped"})
-        assert found.verdict is RezeroVerdict.UNCHANGED
+        assert found.verdict == "unchanged"
         assert found.sentence.startswith("no joint moved by more than chance")
 
 
@@ -187,7 +184,7 @@ def test_several_lengths_that_changed_are_no_zeros(aria):
     shifts = np.deg2rad([0, 0, 0.6, 0, 0, 0])
     rows = measured(arm, shifts, changed={"joint2.a": 1.5e-3, "joint3.d": 1.5e-3}.items(), seed=3)
     found = wb.rezero(arm, rows)
-    assert found.verdict is RezeroVerdict.REFUSED
+    assert found.verdict == "refused"
     assert found.robot is arm
     assert "calibrate" in found.sentence
 
