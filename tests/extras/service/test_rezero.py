@@ -19,7 +19,6 @@ from workbench.base.types import Freedom
 SIGMA = (5e-5, np.deg2rad(0.01))
 KNOWN = 1e-4
 H = np.pi / 2
-FIXED, FREE = Freedom.FIXED, Freedom.FREE
 
 ARMS = {
     "aria": wb.load_robot("aria"),
@@ -33,7 +32,7 @@ ARMS = {
 }  # fmt: skip
 
 
-def framed(arm, base=FIXED, tool=FIXED):
+def framed(arm, free=Freedom.FIXED):
     """An arm as a calibration saved it, with its record."""
     frame = Frame.from_pose(
         se3.pose(se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])), np.array([0.02, 0.05, 0.11]))
@@ -41,7 +40,7 @@ def framed(arm, base=FIXED, tool=FIXED):
     known, std, poses = Expected(KNOWN, KNOWN), dict.fromkeys(arm.default_free, KNOWN), np.zeros(0, np.uint32)
     seen = Observed(position=3, rotation=3, tool=known, flange=known, q=np.zeros((1, arm.dof)))
     record = Calibration(source="a.csv", poses=poses, std=std, observed=seen)
-    arm = arm.with_frames(base=replace(Frame(), free=base), tool=replace(frame, free=tool))
+    arm = arm.with_frames(base=replace(Frame(), free=free), tool=replace(frame, free=free))
     return replace(arm, calibration=record)
 
 
@@ -115,7 +114,7 @@ def test_intervals_cover_95_percent():
 
 
 def test_what_a_base_and_a_tool_hide_is_said_and_left_as_calibrated(aria):
-    arm = framed(aria, FREE, FREE)
+    arm = framed(aria, Freedom.FREE)
     shifts = np.deg2rad([0.5, 0.0, 0.4, 0.0, 0.0, -0.3])
     found = wb.rezero(arm, measured(arm, shifts))
     assert [s.joint for s in found.moved] == [2]
@@ -227,9 +226,8 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert wb.load_robot("new.toml").values(("joint3.theta",))[0] == pytest.approx(
         arm.values(("joint3.theta",))[0] + np.deg2rad(0.5), abs=4e-4
     )
-    wb.write_measurements(
-        measured(arm, np.zeros(6), changed={"joint2.a": 4e-3}.items()), tmp_path / "bent.csv"
-    )
+    bent = measured(arm, np.zeros(6), changed={"joint2.a": 4e-3}.items())
+    wb.write_measurements(bent, tmp_path / "bent.csv")
     status, out, err = run("rezero", "bent.csv", "--robot", robot, "--save", "no.toml")
     assert status == 2
     assert mentions(out, "link 2")
