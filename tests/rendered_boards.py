@@ -49,10 +49,8 @@ def render(paper, metres, target_in_camera, intrinsics, size, *, rng, blur=0.6, 
     width, height = size
     r, t = target_in_camera[:3, :3], target_in_camera[:3, 3]
     rays = _rays(tuple(intrinsics), size, fine)
-    grey, part = (
-        np.full(rays.shape[:2], 120.0),
-        _around(rays, target_in_camera, metres * np.array(paper.shape)),
-    )
+    grey = np.full(rays.shape[:2], 120.0)
+    part = _around(rays, target_in_camera, metres * np.array(paper.shape))
     ahead = rays[part] @ r
     far = (t @ r[:, 2]) / ahead[..., 2]
     place = (ahead[..., :2] * far[..., None] - t @ r[:, :2]) / metres

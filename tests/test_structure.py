@@ -61,10 +61,10 @@ BUDGETS = {
     "extras/production": 456,
     "extras/reproduce": 88,
     "extras/review": 275,
-    "extras/service": 1_167,
+    "extras/service": 1_165,
     "extras/trajectories": 1_304,
     "extras/workshop": 846,
-    "tests": 38_956,
+    "tests": 38_955,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_136

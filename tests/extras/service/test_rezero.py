@@ -8,7 +8,6 @@ import pytest
 from checks import robot_of
 from generator import VirtualArm, three_parallel
 from refusals import mentions, refuses
-from slow import slow
 
 import workbench as wb
 from workbench.arm.calibration_record import Calibration, Expected, Observed
@@ -16,12 +15,10 @@ from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
-from workbench.extras.service.rezero.result import RezeroVerdict
 
 SIGMA = (5e-5, np.deg2rad(0.01))
 KNOWN = 1e-4
 H = np.pi / 2
-FIXED, FREE = Freedom.FIXED, Freedom.FREE
 
 ARMS = {
     "aria": wb.load_robot("aria"),
@@ -35,7 +32,7 @@ ARMS = {
 }  # fmt: skip
 
 
-def framed(arm, base=FIXED, tool=FIXED):
+def framed(arm, free=Freedom.FIXED):
     """An arm as a calibration saved it, with its record."""
     frame = Frame.from_pose(
         se3.pose(se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])), np.array([0.02, 0.05, 0.11]))
@@ -43,7 +40,7 @@ def framed(arm, base=FIXED, tool=FIXED):
     known, std, poses = Expected(KNOWN, KNOWN), dict.fromkeys(arm.default_free, KNOWN), np.zeros(0, np.uint32)
     seen = Observed(position=3, rotation=3, tool=known, flange=known, q=np.zeros((1, arm.dof)))
     record = Calibration(source="a.csv", poses=poses, std=std, observed=seen)
-    arm = arm.with_frames(base=replace(Frame(), free=base), tool=replace(frame, free=tool))
+    arm = arm.with_frames(base=replace(Frame(), free=free), tool=replace(frame, free=free))
     return replace(arm, calibration=record)
 
 
@@ -103,9 +100,8 @@ def shifted_in_turn(arm, seed, draws):
     return np.mean(covered), named
 
 
-@pytest.mark.parametrize("name", ["5R", slow("7R")])
-def test_intervals_cover_and_the_joint_that_moved_is_named(name):
-    covered, named = shifted_in_turn(framed(ARMS[name]), 1, 5)
+def test_intervals_cover_and_the_joint_that_moved_is_named():
+    covered, named = shifted_in_turn(framed(ARMS["5R"]), 1, 5)
     assert covered > 0.8
     assert sum(found == [joint] for joint, found in named) >= 4
 
@@ -118,7 +114,7 @@ def test_intervals_cover_95_percent():
 
 
 def test_what_a_base_and_a_tool_hide_is_said_and_left_as_calibrated(aria):
-    arm = framed(aria, FREE, FREE)
+    arm = framed(aria, Freedom.FREE)
     shifts = np.deg2rad([0.5, 0.0, 0.4, 0.0, 0.0, -0.3])
     found = wb.rezero(arm, measured(arm, shifts))
     assert [s.joint for s in found.moved] == [2]
@@ -172,12 +168,12 @@ def test_what_is_no_shift_of_a_zero_is_named_and_nothing_is_written(aria, change
     rows = measured(arm, np.zeros(6), changed=changed.items())
     rows = replace(rows, position=rows.position + moved)
     found = wb.rezero(arm, rows)
-    assert found.verdict is RezeroVerdict.REFUSED
+    assert found.verdict == "refused"
     assert any(doubt in text for text in found.doubts[: 1 if moved is not ELSEWHERE else None])
     assert found.robot is arm
     if moved is WRONG:
         found = wb.rezero(arm, rows, exclude={5: "bumped"})
-        assert found.verdict is RezeroVerdict.UNCHANGED
+        assert found.verdict == "unchanged"
         assert found.sentence.startswith("no joint moved by more than chance")
 
 
@@ -187,7 +183,7 @@ def test_several_lengths_that_changed_are_no_zeros(aria):
     shifts = np.deg2rad([0, 0, 0.6, 0, 0, 0])
     rows = measured(arm, shifts, changed={"joint2.a": 1.5e-3, "joint3.d": 1.5e-3}.items(), seed=3)
     found = wb.rezero(arm, rows)
-    assert found.verdict is RezeroVerdict.REFUSED
+    assert found.verdict == "refused"
     assert found.robot is arm
     assert "calibrate" in found.sentence
 
@@ -230,9 +226,8 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert wb.load_robot("new.toml").values(("joint3.theta",))[0] == pytest.approx(
         arm.values(("joint3.theta",))[0] + np.deg2rad(0.5), abs=4e-4
     )
-    wb.write_measurements(
-        measured(arm, np.zeros(6), changed={"joint2.a": 4e-3}.items()), tmp_path / "bent.csv"
-    )
+    bent = measured(arm, np.zeros(6), changed={"joint2.a": 4e-3}.items())
+    wb.write_measurements(bent, tmp_path / "bent.csv")
     status, out, err = run("rezero", "bent.csv", "--robot", robot, "--save", "no.toml")
     assert status == 2
     assert mentions(out, "link 2")

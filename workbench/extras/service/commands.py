@@ -39,8 +39,6 @@ def rezero(
     save: opt.SaveOption = None,
 ) -> None:
     """After a collision or with a new motor: which joint's zero moved, from poses or touches of seats."""
-    from workbench.extras.service.rezero.result import RezeroVerdict
-
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
     opt.check_writable(save)
@@ -54,9 +52,7 @@ def rezero(
             exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),
         )
     opt.give(found)
-    if found.verdict is RezeroVerdict.REFUSED:
-        opt.fail(
-            "the zeros alone don't explain the rows" + ("; nothing is saved" if save is not None else "")
-        )
+    if found.doubts:
+        opt.fail(f"{found.sentence}{'' if save is None else '; nothing is saved'}")
     if save is not None:
         opt.say(f"robot with the zeros found: {opt.save_robot(found.robot, save)}")

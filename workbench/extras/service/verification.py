@@ -23,7 +23,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import unobserved_text
-from workbench.base.arguments import Seed, checked_arguments
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -182,12 +182,7 @@ REPEATED = ResultFields(
 @checked_arguments()
 @one_thread()
 def verify(
-    robot: RobotLike,
-    data: DatasetLike,
-    *,
-    wanted: WantedLike | float | None = None,
-    fit_frames: bool = False,
-    seed: Seed = 0,
+    robot: RobotLike, data: DatasetLike, *, wanted: WantedLike | None = None, fit_frames: bool = False
 ) -> Verification:
     """Errors of a calibrated arm on fresh poses, with intervals; AP and RP where poses repeat.
 
@@ -197,14 +192,12 @@ def verify(
             file, rows that the file excludes, and rows without a measured position are left out.
         wanted: What every row has to keep; a number is a position error [m].
         fit_frames: Whether base and tool are fitted first, as of `evaluate`: the instrument was moved.
-        seed: Of the bootstrap.
 
     Raises:
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
     robot, data = as_read(robot, data.said, notes_rival=True)
     robot.check_joints(data.q, data.source)
-    wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
     data, warnings = _fresh(robot, data)
     found = evaluate(robot, data, fit_frames=fit_frames, reading=ReadAs.GIVEN)
     seen = np.isfinite(found.errors.position)
@@ -212,7 +205,7 @@ def verify(
         raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
     found = replace(found, data=found.data.take(seen), errors=found.errors.take(seen))
     pose, group = pose_units(replace(found.data, group=None)), pose_units(found.data)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     turned = np.isfinite(found.errors.rotation)
     warnings += (*found.warnings, *unobserved_text(robot))
     if not seen.all():

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -10,7 +9,6 @@ from scipy.linalg import block_diag
 
 from workbench.arm.robot import Robot
 from workbench.identification.prior import Prior
-from workbench.identification.problem import Problem
 
 BEST, NOMINAL = 1e-4, 5e-4
 """Standard deviations of a calibration's constants at best, unless its error was smaller, and of a data
@@ -30,7 +28,8 @@ class LastCalibration:
     Args:
         robot: The arm as calibrated.
         begin: The same with zeros near those that the rows show: where a zero that was let go is sought.
-        known: Of geometry and zeros, by the record in the arm's file, as if nothing had moved.
+        known: Of geometry and zeros, which are the unknowns, by the record in the arm's file, as if nothing
+            had moved.
     """
 
     robot: Robot
@@ -38,37 +37,32 @@ class LastCalibration:
     known: Prior
 
     @classmethod
-    def of(cls, robot: Robot, begin: Robot) -> "LastCalibration":
-        """Knowledge by an arm's file, zeros sought near those that the rows show."""
+    def of(cls, robot: Robot) -> "LastCalibration":
+        """Knowledge by an arm's file."""
         record = robot.calibration
-        recorded = {} if record is None else record.std
-        identified = () if record is None else (e.name for e in robot.elements if e.name in record.nominal)
+        recorded, nominal = ({}, {}) if record is None else (record.std, record.nominal)
+        identified = (e.name for e in robot.elements if e.name in nominal)
         names = tuple(dict.fromkeys((*identified, *robot.default_free, *robot.joint_offsets)))
-        held = HELD if record is not None and record.covariance is not None else NOMINAL
+        held = NOMINAL if record is None else HELD
         std = [max(recorded[n], BEST) if n in recorded else held for n in names]
         covariance = np.diag(np.square(std))
-        if record is not None and record.covariance is not None:
-            at = [names.index(n) for n in record.nominal if n in names]
+        if record is not None:
+            at = [names.index(n) for n in nominal if n in names]
             size, vectors = np.linalg.eigh(record.covariance)
             best = BEST if record.error is None else np.clip(record.error.position, HELD, BEST)
             covariance[np.ix_(at, at)] = (vectors * np.maximum(size, best**2)) @ vectors.T
-        return cls(robot, begin, Prior(names, robot.values(names), np.linalg.inv(covariance)))
+        return cls(robot, robot, Prior(names, robot.values(names), np.linalg.inv(covariance)))
 
     @property
-    def least_noise(self) -> tuple[float, float]:
-        """Part of the calibration's error that no other rows show to be less [m], [rad]."""
+    def error(self) -> Float[np.ndarray, "2"] | None:
+        """The calibration's own mean error [m], [rad]; None if unknown."""
         record = self.robot.calibration
-        error = (HELD, HELD) if record is None or record.error is None else record.error
-        position, rotation = LEAST_NOISE * np.nan_to_num(error, nan=HELD)
-        return float(position), float(rotation)
+        return None if record is None or record.error is None else np.array(record.error)
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Constants that are unknowns: geometry and zeros."""
-        return self.known.names
-
-    def value(self, name: str) -> float:
-        return float(self.robot.values((name,))[0])
+    def least_noise(self) -> Float[np.ndarray, "2"]:
+        """Part of the calibration's error that no other rows show to be less [m], [rad]."""
+        return LEAST_NOISE * np.nan_to_num([HELD, HELD] if self.error is None else self.error, nan=HELD)
 
     def without(self, *loose: str) -> Prior:
         """The knowledge but that of some constants, which are sought about where the rows show them."""
@@ -103,23 +97,9 @@ class LastCalibration:
         spread = turn @ covariance[np.ix_(at, at)] @ turn.T + free
         return turn @ found, np.sqrt(np.diag(spread))
 
-    def problem(
-        self, like: Problem, x: Float[np.ndarray, " p"], loose: Sequence[str], **choices: Any
-    ) -> Problem:
-        """A problem like another one, from its answer on, with the knowledge but that of some constants.
-
-        Args:
-            like: Has robot, rows, frames and noise.
-            x: Its answer.
-            loose: Constants of which nothing is known.
-            **choices: Other rows (`data`) or frames, as `Problem.again` takes them.
-        """
-        return self.without(*loose).on(like.again(robot=like.robot_at(x), free=self.names, **choices))
-
 
 def link_constants(robot: Robot, joint: int) -> tuple[str, ...]:
     """Free constants between a joint (from 0; −1 for the base) and the next one, in any convention."""
-    places = [next(i for i, e in enumerate(robot.elements) if e.joint == k) for k in range(robot.dof)]
-    low = places[joint] + 1 if joint >= 0 else 0
-    high = places[joint + 1] if joint + 1 < robot.dof else len(robot.elements)
-    return tuple(e.name for e in robot.elements[low:high] if e.free)
+    before = np.cumsum([e.joint is not None for e in robot.elements]) - 1
+    own = (e for e, last in zip(robot.elements, before, strict=True) if last == joint and e.joint is None)
+    return tuple(e.name for e in own if e.free)

@@ -12,14 +12,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import compress
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import special
 
-from workbench.extras.service.rezero.last_calibration import UNKNOWN
+from workbench.arm.robot import Robot
+from workbench.extras.service.rezero.last_calibration import UNKNOWN, LastCalibration
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import align
+from workbench.identification.errors.row_errors import Errors, row_errors
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import Factor
@@ -43,36 +47,35 @@ class Optimum:
     problem: Problem
     x: Float[np.ndarray, " p"]
     square: float
-    least: tuple[float, float] | None
+    least: Float[np.ndarray, "2"] | None
 
     @classmethod
-    def of(cls, problem: Problem, least: tuple[float, float] | None) -> "Optimum":
+    def of(cls, problem: Problem, least: Float[np.ndarray, "2"] | None) -> "Optimum":
         """The optimum of a problem, with the noise that it leaves unless that was measured."""
-        found = cls.fitted(problem, problem.start, least)
-        for _ in range(NOISE_ROUNDS - 1):
-            if least is None:
-                break
-            now, x = found.problem, found.x
-            left, old = preparation_of(now.data).noise_left(now, x), now.noise
-            if left is not None and not now.own_sigma.any():
+        x = problem.start
+        for _ in range(NOISE_ROUNDS):
+            search = Opt2(limit=60).search(problem, begin=x)
+            x, old = search.x, problem.noise
+            found = cls(problem, x, 2.0 * search.history[-1], least)
+            left = None if least is None else preparation_of(problem.data).noise_left(problem, x)
+            if left is not None and least is not None and not problem.own_sigma.any():
                 position, rotation = np.fmax(left[:2], least)
                 left = left._replace(position=position, rotation=rotation)
             if left is None or np.allclose([*left[:2], left.own], [*old[:2], old.own], rtol=0.02, atol=1e-7):
                 break
-            found = cls.fitted(now.with_noise(left), x, least)
+            problem = problem.with_noise(left)
         return found
 
-    @classmethod
-    def fitted(
-        cls, problem: Problem, begin: Float[np.ndarray, " p"], least: tuple[float, float] | None
-    ) -> "Optimum":
-        """The optimum of a problem with the noise that it has."""
-        search = Opt2(limit=60).search(problem, begin=begin)
-        return cls(problem, search.x, 2.0 * search.history[-1], least)
+    def freed(self, knowledge: LastCalibration, loose: Sequence[str], **choices: Any) -> "Optimum":
+        """The optimum with what a calibration knows but of some constants, from this one on.
 
-    @property
-    def measured(self) -> bool:
-        return self.least is None
+        Args:
+            loose: Constants of which nothing is known.
+            **choices: Other rows (`data`) or frames, as `Problem.again` takes them.
+        """
+        robot, free = self.problem.robot_at(self.x), knowledge.known.names
+        problem = self.problem.again(robot=robot, free=free, **choices)
+        return Optimum.of(knowledge.without(*loose).on(problem), self.least)
 
     @cached_property
     def factor(self) -> Factor:
@@ -99,28 +102,30 @@ class Optimum:
         """Squared residuals per degree of freedom: 1 where the noise is as taken."""
         return self.square / max(self.freedom, 1)
 
-    @cached_property
-    def values(self) -> dict[str, float]:
-        return self.problem.named(self.x)
+    def errors(self, robot: Robot) -> Errors:
+        """Errors of an arm on the rows."""
+        return row_errors(robot, self.problem.data, known=self.problem.known)
+
+    def aligned(self, robot: Robot) -> Robot:
+        """An arm on the base and with the tool that suit the rows best, wherever these are free."""
+        problem = self.problem
+        return align(robot, problem.data, problem.frames, noise=problem.noise, known=problem.known)
 
     def quantile(self, level: float) -> float:
         """Standard deviations within which an unknown lies; Student's where the fit gives the noise."""
-        known = self.measured or noises.share_stated(self.problem) == 1.0
+        known = self.least is None or noises.share_stated(self.problem) == 1.0
         tail = 0.5 + 0.5 * level
         return float(special.ndtri(tail) if known else special.stdtrit(self.spare, tail))
 
-    def against(self, other: "Optimum", further: int) -> tuple[float, float]:
-        """How this freer model stands against another.
-
-        Args:
-            other: A model with less freedom, or with more rows.
-            further: How many unknowns, or rows' numbers, it has less.
+    def against(self, other: "Optimum") -> tuple[float, float]:
+        """How this freer model stands against one with fewer unknowns, or with more rows.
 
         Returns:
             Probability that chance alone makes this one so much better; and how many times as much the other
             leaves.
         """
-        if self.freedom < 1:
+        further = other.freedom - self.freedom
+        if min(self.freedom, further) < 1:
             return 1.0, 1.0
         names = [n for n in other.problem.names if n in set(compress(self.problem.names, self.known))]
         prior = self.problem.prior[:, [self.problem.names.index(n) for n in names]]
@@ -132,7 +137,7 @@ class Optimum:
         """As `mean_square`, but for noise that differs between models: by the likelihood in which constants
         of which there is this information are integrated over.
         """
-        if self.measured:
+        if self.least is None:
             return self.mean_square
         problem, at = self.problem, [self.problem.names.index(n) for n in known]
         rows = problem.evaluate(self.x).jacobian[: problem.size, at]

@@ -6,7 +6,7 @@ would only make up for it where it was measured. Where none does, all lengths an
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from workbench.base.remedy import remedy
 from workbench.extras.service.rezero.last_calibration import LastCalibration, link_constants
 from workbench.extras.service.rezero.optimum import Optimum
 from workbench.identification.frames import visible_parts
-from workbench.identification.problem import Problem
 
 STRANGE = 1e-4
 """Probability of chance below which another cause is believed …"""
@@ -29,27 +28,6 @@ ROWS_PER_WRONG_ONE = 5
 """Rows of which one may be wrong."""
 
 
-class _OtherExplanation(NamedTuple):
-    """An alternative cause, with its constants freed.
-
-    Args:
-        text: What it is.
-        remedy: What to do if it is so.
-        problem: With it let go.
-        further: Unknowns more, or measured numbers less, than with zeros alone.
-    """
-
-    text: str
-    remedy: str
-    problem: Problem
-    further: int
-
-    def times(self, zeros: Optimum, least: float, tried: int = 1) -> float:
-        """How many times what it leaves the zeros leave; 0 where that is little or chance in as many."""
-        chance, ratio = Optimum.of(self.problem, zeros.least).against(zeros, self.further)
-        return ratio if tried * chance < STRANGE and ratio > least else 0.0
-
-
 def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> tuple[str, ...]:
     """Sentences on what explains the rows far better than any zeros do.
 
@@ -58,17 +36,15 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
         zeros: The fit of all zeros.
         far: Whether these leave the rows far off: anything then speaks against them that is not chance.
     """
-    least = 1.0 if far else CLEARLY_WORSE
     causes = list(_causes(knowledge, zeros))
-    tried = [(cause.times(zeros, least, len(causes)), cause) for cause in causes]
-    best = max(ratio for ratio, _ in tried)
+    least = 1.0 if far else CLEARLY_WORSE
+    tried = [(_times(zeros, fit, least, len(causes)), text, remedy) for text, remedy, fit in causes]
+    best = max(ratio for ratio, *_ in tried)
     if best > 0.0:
         alike = sorted((each for each in tried if SIMILAR_CAUSE * each[0] >= best), key=lambda t: -t[0])
-        return tuple(f"{c.text}: zeros alone leave {r:.1f} times as much; {c.remedy}" for r, c in alike)
-    every, noise = knowledge.names, np.sqrt(zeros.mean_square) * zeros.measured
-    loose = knowledge.problem(zeros.problem, zeros.x, every)
-    further = len(every) - len(knowledge.robot.joint_offsets)
-    ratio = _OtherExplanation("", "", loose, further).times(zeros, CLEARLY_WORSE)
+        return tuple(f"{text}: zeros alone leave {r:.1f} times as much; {cure}" for r, text, cure in alike)
+    noise = np.sqrt(zeros.mean_square) * (zeros.least is None)
+    ratio = _times(zeros, zeros.freed(knowledge, knowledge.known.names), CLEARLY_WORSE)
     if max(ratio, noise) < CLEARLY_WORSE:
         return ()
     than = f"{ratio:.1f} times what other lengths and angles do" if ratio else f"{noise:.1f} times the noise"
@@ -76,37 +52,41 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
     return (f"{text}; calibrate again with 'workbench identify'",)
 
 
-def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_OtherExplanation]:
+def _times(zeros: Optimum, freer: Optimum, least: float, tried: int = 1) -> float:
+    """How many times what another explanation leaves the zeros leave; 0 where that is little or chance in as
+    many."""
+    chance, ratio = freer.against(zeros)
+    return ratio if tried * chance < STRANGE and ratio > least else 0.0
+
+
+def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, str, Optimum]]:
+    """Other causes, each with what to do if it is so, and the optimum with its constants freed."""
     problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
     for joint in range(-1, robot.dof):
         progress(0.5 * (joint + 1) / (robot.dof + 1), "other explanations")
         loose = link_constants(robot, joint)
         if loose and not (joint < 0 and problem.frames.base):
-            yield _OtherExplanation(
+            yield (
                 f"{f'link {joint + 1}' if joint >= 0 else 'the base link'} is not as calibrated",
                 "check it for damage, then recalibrate with 'workbench identify'",
-                knowledge.problem(problem, zeros.x, (*offsets, *loose)),
-                len(loose),
+                zeros.freed(knowledge, (*offsets, *loose)),
             )
     for frame, parts in zip(("base", "tool"), visible_parts(problem.data, problem.known), strict=True):
         if parts and not getattr(problem.frames, frame):
             freed: dict[str, Any] = {frame: parts}
-            yield _OtherExplanation(
+            yield (
                 f"the {frame} is not where the file places it",
                 f"set [{frame}] free = true in the robot's file",
-                knowledge.problem(problem, zeros.x, offsets, frames=replace(problem.frames, **freed)),
-                len(parts),
+                zeros.freed(knowledge, offsets, frames=replace(problem.frames, **freed)),
             )
     square = np.bincount(problem.component_rows, problem.residual(zeros.x)[: problem.size] ** 2)
     for row in np.argsort(-square)[: WORST if len(problem.data) >= ROWS_PER_WRONG_ONE else 0]:
         progress(0.6, "other explanations")
         others = problem.data.take(np.delete(np.arange(len(problem.data)), row))
-        less = knowledge.problem(problem, zeros.x, offsets, data=others)
         number = int(problem.data.row[row])
         leave = f"leave it out with --exclude {number}"
-        yield _OtherExplanation(
+        yield (
             f"row {number} does not fit the others",
             f"measure it again, or {remedy(leave, page=f'exclude row {number} in the Compare tab')}",
-            less,
-            problem.count - less.count,
+            zeros.freed(knowledge, offsets, data=others),
         )

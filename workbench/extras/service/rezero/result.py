@@ -1,7 +1,6 @@
 """The result of a search for moved joints."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import final
 
 import numpy as np
@@ -25,14 +24,6 @@ MOVED = "moved"
 def readable(unit: str) -> tuple[float, str]:
     """Factor and name of the unit in which people read a shift."""
     return (1e3, " mm") if unit == "m" else (float(np.rad2deg(1.0)), "°")
-
-
-class RezeroVerdict(StrEnum):
-    """What the rows show."""
-
-    MOVED = "moved"
-    UNCHANGED = "unchanged"
-    REFUSED = "refused"
 
 
 @dataclass(frozen=True)
@@ -113,32 +104,24 @@ class Rezero(AbstractShown):
         return tuple(sorted((s for s in self.shifts if s.moved), key=lambda s: -abs(s.shift) / s.std))
 
     @property
-    def verdict(self) -> RezeroVerdict:
-        if self.doubts:
-            return RezeroVerdict.REFUSED
-        return RezeroVerdict.MOVED if self.moved else RezeroVerdict.UNCHANGED
+    def verdict(self) -> str:
+        """`moved`, `unchanged` or `refused`."""
+        return "refused" if self.doubts else MOVED if self.moved else "unchanged"
 
     @property
     def sentence(self) -> str:
+        undetermined = [s.joint for s in self.shifts if not s.determined]
+        lost = f"; {joint_list(undetermined)} can't be determined" if undetermined else ""
         if self.doubts:
             return f"not the zeros{' alone' * bool(self.moved)}: {self.doubts[0]}"
         if self.moved:
-            return f"moved: {'; '.join(s.text for s in self.moved)} (95 %){self._undetermined}"
+            return f"moved: {'; '.join(s.text for s in self.moved)} (95 %){lost}"
         determined = [s for s in self.shifts if s.determined]
         if not determined:
             return "the rows determine no joint zero; measure more poses that differ in all joints"
         widest = max(determined, key=lambda s: s.half).cells[2].replace("±", "± ")
-        still = "no joint moved"
-        if self._undetermined:
-            still = f"{joint_list([s.joint for s in determined])} did not move"
-        bound = f"by more than chance; zeros are known to {widest} or better (95 %)"
-        return f"{still} {bound}{self._undetermined}"
-
-    @property
-    def _undetermined(self) -> str:
-        """Joints of which the rows tell nothing, as the end of a sentence."""
-        lost = [s.joint for s in self.shifts if not s.determined]
-        return f"; {joint_list(lost)} can't be determined" if lost else ""
+        still = f"{joint_list([s.joint for s in determined])} did not move" if lost else "no joint moved"
+        return f"{still} by more than chance; zeros are known to {widest} or better (95 %){lost}"
 
     def blocks(self) -> list[Block]:
         title = "Shifts if zeros alone were off" if self.doubts else "Joint zeros since the calibration"
