@@ -55,7 +55,7 @@ BUDGETS = {
     "extras/hobby": 748,
     "extras/katana": 998,
     "extras/live": 1_208,
-    "extras/logs": 917,
+    "extras/logs": 915,
     "extras/pendant": 1_897,
     "extras/poses": 1_088,
     "extras/production": 456,

@@ -109,12 +109,11 @@ def sister(robot: Robot, lengths: Mapping[str, float]) -> str:
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     """Raise if the nominal arm differs from the calibrated one in more than base, flange and joint zeros."""
     if calibrated.dof != nominal.dof:
-        raise ShapeError(
-            f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "
-            f"'{nominal.name}' {nominal.dof}; give the arm that was calibrated",
-            expected=calibrated.dof,
-            found=nominal.dof,
+        both = (
+            f"'{calibrated.name}' has {calibrated.dof} joints, the nominal one '{nominal.name}' {nominal.dof}"
         )
+        text = f"the calibrated arm {both}; give the arm that was calibrated"
+        raise ShapeError(text, expected=calibrated.dof, found=nominal.dof)
     low, high = nominal.bare.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
     flange = tool_poses(calibrated.bare, Motion(q))
@@ -123,8 +122,8 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     rival = other_arm(nominal, data, off / CLEAR) if off > SAME_ARM else None
     if rival or off > SAME_ARM_SHARE * nominal.reach:
         fits = f" ({rival.robot.name} fits)" if rival else ""
-        raise RobotError(
-            f"'{nominal.name}' is {in_mm(off)} off the calibrated '{calibrated.name}' after the best base, "
-            f"tool and joint zeros{fits}: it is another arm; give the nominal model of the one that was "
-            "calibrated"
+        where = (
+            f"{in_mm(off)} off the calibrated '{calibrated.name}' after the best base, tool and joint zeros"
         )
+        how = "it is another arm; give the nominal model of the one that was calibrated"
+        raise RobotError(f"'{nominal.name}' is {where}{fits}: {how}")

@@ -59,9 +59,8 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
         if best @ best > PARTED**2 * (together @ together):
             continue
         sizes = [np.sqrt(np.mean(np.square(off))) for off in (*(best[p] for p in parts[:, used]), together)]
-        shares = [
-            f"{value or 'blank'} {size / sizes[-1]:.0%}" for value, size in zip(rows, sizes, strict=False)
-        ]
+        each = zip(rows, sizes, strict=False)
+        shares = [f"{value or 'blank'} {size / sizes[-1]:.0%}" for value, size in each]
         said = remedy(f"give columns='session={heading}' (--columns)", page=f"{CHOOSE_ON_PAGE}: session")
         own = "a base and tool" if is_moved else "constants"
         return (
