@@ -305,7 +305,8 @@ class Identification(AbstractReported, AbstractSplit):
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach)
-        known = (implausible_text(self.doubts(run)), self.computed, self.harm, self._contaminated)
+        parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
+        known = (implausible_text(self.doubts(run)), self.computed, self.harm, parted)
         doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
@@ -334,12 +335,6 @@ class Identification(AbstractReported, AbstractSplit):
             return ""
         fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
         return parted_by_column(fit, rows) or ("" if fit.arm.effects else two_places(fit, rows))
-
-    @property
-    def _contaminated(self) -> str:
-        """The same where it leaves the arm much of nominal's error."""
-        before, after = self.error
-        return self.parted if after.main.mean > MUCH * before.main.mean else ""
 
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""

@@ -14,12 +14,7 @@ from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.nominal_fit import majority
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
-from workbench.identification.meaning.unexplained import (
-    ELSEWHERE,
-    one_constant,
-    parts_in_order,
-    sorted_as_text,
-)
+from workbench.identification.meaning.unexplained import ELSEWHERE, one_constant, parts_in_order
 from workbench.identification.meaning.usable_rows import few_each, usable, without_still_turns
 
 HELD_ROWS = 3
@@ -63,8 +58,6 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     given = meaning.turned or plain
     if likely or given is None or meaning.is_found or sessions > 1:
         return meaning
-    if text := sorted_as_text(robot, rows):
-        return replace(meaning, parts=text, remedy="sort both alike")
     parts = parts_in_order(robot, search.data)
     if not parts.endswith(ELSEWHERE) and (most := majority(robot, rows)):
         how = "correct the units or joints of these rows, or exclude them"

@@ -84,17 +84,6 @@ def parts_in_order(robot: Robot, data: Dataset) -> str:
     return ""
 
 
-def sorted_as_text(robot: Robot, data: Dataset) -> str:
-    """That rows fit once joints or places, in the order of their numbers as text, like P1, P10, P11, P2, are
-    put into that of the others; empty if they don't."""
-    as_text = np.array(sorted(range(len(data)), key=lambda k: str(k + 1)))
-    for order in (as_text, np.argsort(as_text)):
-        if len(data) > MIN_PART and _fits(robot, one := replace(data, q=data.q[order])):
-            size = in_mm(_misfit(robot, one))
-            return f"with joints or places in the order of text (1, 10, 11 … 2) the rows fit to {size}"
-    return ""
-
-
 def _part_that_fits(robot: Robot, data: Dataset) -> int:
     """Number of rows at the beginning that fit by themselves; 0 if there is no such part."""
     low, high = MIN_PART, len(data)
