@@ -30,10 +30,8 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     """The same measurements, with a note on everything odd about them for this arm; rows that are kept out
     don't count."""
     if dataset.readings is not None and dataset.readings.has_tool_poses and robot is not posed_arm():
-        raise DataError(
-            f"{dataset.source}: the rows have tool poses instead of joints, so robot '{robot.name}' "
-            "can't be checked; give the joints, or identify only camera and target"
-        )
+        why = f"the rows have tool poses instead of joints, so robot '{robot.name}' can't be checked"
+        raise DataError(f"{dataset.source}: {why}; give the joints, or identify only camera and target")
     refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
     if (own := len(robot.limits)) != dataset.joints:
         numbers = f"the data have {dataset.joints} joints, the robot {own}: choose the robot measured"

@@ -75,10 +75,9 @@ def _by_label(
         raise DataError(text, column=key, found=again)
     rows = np.array([i for i, name in enumerate(names) if name in place], int)
     if not len(rows):
-        raise DataError(
-            f"no {key} of {measured.source} ({listed(names, longest=3)}) is in {joints.source} "
-            f"({listed(known, longest=3)})"
-        )
+        pairs = (measured, names), (joints, known)
+        mine, theirs = (f"{file.source} ({listed(own, longest=3)})" for file, own in pairs)
+        raise DataError(f"no {key} of {mine} is in {theirs}")
     notes = [f"joints are taken from {joints.source} by '{key}'"]
     if lost := [name for name in dict.fromkeys(names) if name not in place]:
         notes.append(f"{key} without joints, left out: {listed(lost)}")
