@@ -226,7 +226,6 @@ REFUSED = {
     OptionError: [
         ("robot", lambda: wb.identify(rows(), arm())),
         ("data", lambda: wb.identify(arm(), np.zeros((3, 6)))),
-        ("loss", lambda: wb.identify(arm(), rows(), loss="cubes")),
         ("sigma", lambda: wb.score(arm(), "table2", sigma="0.02deg,0.2mm")),
         ("evaluation_poses", lambda: wb.score(arm(), "table2", evaluation_poses=np.full((5, 6), np.nan))),
         ("tip", lambda: wb.load_robot("aria", tip="flange")),

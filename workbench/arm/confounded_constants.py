@@ -48,14 +48,11 @@ def combinations(
         weights = row / np.abs(row).max()
         chosen = np.flatnonzero(np.abs(weights) > NOTICEABLE)
         chosen = chosen[np.argsort(-np.round(np.abs(weights[chosen]) / EQUAL), kind="stable")]
-        found.append(_combination([parameters[i] for i in chosen], weights[chosen]))
+        ordered = sorted(chosen.tolist(), key=lambda i: parameters[i].is_geometry)
+        parts = [parameters[i].text for i in ordered]
+        text = " with ".join(parts) if len(parts) > 1 else f"{parts[0]} (unobservable)"
+        if len(parts) > 3:
+            text = f"{parts[0]} with a combination of {', '.join(parts[1:-1])} and {parts[-1]}"
+        names = tuple(parameters[i].name for i in ordered)
+        found.append(Combination(names, tuple(weights[ordered].tolist()), text))
     return tuple(found)
-
-
-def _combination(parameters: list[Parameter], weights: np.ndarray) -> Combination:
-    ordered = sorted(zip(parameters, weights, strict=True), key=lambda pair: pair[0].is_geometry)
-    parts = [p.text for p, _ in ordered]
-    text = " with ".join(parts) if len(parts) > 1 else f"{parts[0]} (unobservable)"
-    if len(parts) > 3:
-        text = f"{parts[0]} with a combination of {', '.join(parts[1:-1])} and {parts[-1]}"
-    return Combination(tuple(p.name for p, _ in ordered), tuple(float(w) for _, w in ordered), text)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 from jaxtyping import Float
@@ -11,7 +11,7 @@ from jaxtyping import Float
 import workbench.identification.report.document  # noqa: F401 how results are shown
 from workbench.arm.built_in_arms import posed_arm
 from workbench.base.advice import beside
-from workbench.base.arguments import Like, checked_arguments, with_fields
+from workbench.base.arguments import checked_arguments, with_fields
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
@@ -32,7 +32,6 @@ from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Run
 from workbench.identification.rows.excluded_outliers import prepare_without_outliers
-from workbench.identification.rows.outlying_rows import Loss
 from workbench.identification.tool_observability import observed_by
 
 
@@ -44,7 +43,7 @@ def identify(
     choices: FitChoices | None = None,
     *,
     algorithms: Sequence[str] = DEFAULT_ALGORITHMS,
-    loss: Like[Loss] = Loss.SET_APART,
+    set_apart: bool = True,
     deviation: float | str = AUTO,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
@@ -61,7 +60,7 @@ def identify(
             where `choices` does not set them.
         algorithms: Names from `ALGORITHMS`. The default is joined by OPT1 and OPT2 where it does not
             converge.
-        loss: Whether outliers are excluded, or weighed as all other rows.
+        set_apart: Whether outliers are excluded; else they weigh as all other rows.
         deviation: Expected deviation of the arm's constants from nominal [rad, m]; `auto`: estimated from the
             rows; infinite: no prior, so that only unobservable constants stay nominal.
         prior: Knowledge of the arm's constants from an earlier calibration.
@@ -79,12 +78,12 @@ def identify(
     choices = with_fields(FitChoices, choices, fields)
     robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
-    options: dict[str, Any] = {"prior": prior, "effects": effects}
     with part_of(0.0, 0.4):
-        if loss is Loss.SET_APART:
-            ready, outlying = prepare_without_outliers(robot, data, choices, **options)
+        outlying = np.zeros(0, np.int64)
+        if set_apart:
+            ready, outlying = prepare_without_outliers(robot, data, choices, prior=prior, effects=effects)
         else:
-            ready, outlying = prepare(robot, data, choices, **options), np.zeros(0, np.int64)
+            ready = prepare(robot, data, choices, prior=prior, effects=effects)
     problem, begin = ready.problem, None
     if not ready.identifiability.is_limited:
         some, first = ready.first_fit

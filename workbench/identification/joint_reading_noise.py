@@ -202,9 +202,8 @@ def _likeliest(
             own.append(answer._replace(cost=answer.cost + charge * (count + noisy) + MIN_GAIN))
             sizes = answer.variances[CHANNELS + some] / scale[CHANNELS + some]
             if groups is not alike:  # if all together show noise, the one that explains least becomes exact
-                stays = (sizes > max(sizes.min(), MIN_READING_VARIANCE)) & (
-                    own[0] is not min(own, key=lambda a: a.cost)
-                )
+                best = min(own, key=lambda a: a.cost)
+                stays = (sizes > max(sizes.min(), MIN_READING_VARIANCE)) & (own[0] is not best)
                 some, sizes = some[stays], sizes[stays]
             begin = np.append(answer.size[:count], np.maximum(sizes, MIN_READING_VARIANCE))
             groups = list(some[:, None])

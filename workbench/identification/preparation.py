@@ -80,14 +80,10 @@ class Prepared(AbstractSplit):
     scale: str = ""
 
     def with_scale(self, problem: Problem, found: SearchOutcome) -> tuple[Problem, SearchOutcome]:
-        """A problem whose lengths are all as uncertain as its scale, and its solution nearest to nominal.
+        """A problem and its solution; where no row tells the scale, with all lengths as uncertain as that.
 
-        A search would shrink the arm to shrink its residuals; only along the line on which no row changes is
-        the one found moved.
-
-        Args:
-            problem: With one length held, if no row tells the scale; else nothing is changed.
-            found: Its solution.
+        A search would shrink the arm to shrink its residuals: what it finds is only moved along the line on
+        which no row changes, nearest to nominal.
         """
         if not self.scale:
             return problem, found

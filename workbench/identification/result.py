@@ -299,9 +299,9 @@ class Identification(AbstractReported, AbstractSplit):
     def refused(self, run: Run) -> dict[str, str]:
         """Why a file of a run's arm should not be used, by format, or "" for any; without those that may."""
         held, shown = run.judging is run.held_out_data, run.judging
-        again = run.before_refit is not None and not held  # all rows, after the final fit
-        nominal = self.nominal.held_out if held else self.nominal.train
-        rows = row_errors(self.aligned, shown) if again else nominal
+        rows = self.nominal.held_out if held else self.nominal.train
+        if run.before_refit is not None and not held:  # all rows, after the final fit
+            rows = row_errors(self.aligned, shown)
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach)
@@ -324,8 +324,7 @@ class Identification(AbstractReported, AbstractSplit):
     @beside("whether the rows fit the arm", None)
     def match(self) -> ArmMatch | None:
         """Match between rows and nominal arm; None if its errors are too small for a check."""
-        errors = self.nominal.judged.position_mm
-        suspicious = errors.median > 1e3 * FITS * self.nominal_robot.reach
+        suspicious = self.nominal.judged.position_mm.median > 1e3 * FITS * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     @cached_property

@@ -22,7 +22,7 @@ def result():
     exclude[3] = True
     reason = np.array(["<b>probe</b>" if e else "" for e in exclude])
     rows = replace(rows, position=position, exclude=exclude, reason=reason, source="a<i>b.csv")
-    return identify(robot, rows, algorithms=("ols", "opt2"), loss="squares")
+    return identify(robot, rows, algorithms=("ols", "opt2"), set_apart=False)
 
 
 @pytest.fixture(scope="session")

@@ -98,11 +98,6 @@ class Challenge:
     is_simplest: bool
 
     @property
-    def is_complete(self) -> bool:
-        """Whether the law is all that the error has of its driver."""
-        return self.rest <= MAX_REST and self.scatter <= MAX_SCATTER
-
-    @property
     def cap(self) -> float:
         """Odds that the law may have at most: 1, 20 or any.
 
@@ -110,7 +105,8 @@ class Challenge:
         is, and is never certain.
         """
         open_for = (-1.0 if self.is_simplest else 1.0) * np.log(PROBABLE)
-        if self.lead < np.log(PROBABLE) or self.apart < open_for or not self.is_complete:
+        is_complete = self.rest <= MAX_REST and self.scatter <= MAX_SCATTER
+        if self.lead < np.log(PROBABLE) or self.apart < open_for or not is_complete:
             return 1.0
         is_sure = min(self.lead, self.apart) >= np.log(CERTAIN_LAW) and self.scatter <= MAX_REST
         return np.inf if is_sure else PROBABLE

@@ -199,10 +199,10 @@ def extract(
     )
 
 
-def _fitted(arm: Robot, data: Dataset, loss: str = "set-apart") -> tuple[Identification, float, float, float]:
+def _fitted(arm: Robot, data: Dataset, set_apart: bool = True) -> tuple[Identification, float, float, float]:
     """The model that fits, what the nominal arm and it leave, and how much a model may leave."""
-    run = identify(arm, data, loss=loss, held_out=0.0, reading="given")
-    if run.outliers and loss == "set-apart" and (every := _fitted(arm, data, "squares"))[2] <= every[3]:
+    run = identify(arm, data, set_apart=set_apart, held_out=0.0, reading="given")
+    if run.outliers and set_apart and (every := _fitted(arm, data, set_apart=False))[2] <= every[3]:
         return every  # all agree within their last digits
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
     nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))

@@ -55,9 +55,6 @@ def row_chart(models: Sequence[tuple[str, str, np.ndarray, Errors]], order: str)
     return Chart(marks, 140.0, is_log=True, title=f"{kind.capitalize()} error of every row [{unit}], {order}")
 
 
-TITLE = "How far each change of a constant moves the tool [mm]; grey: within twice its standard error"
-
-
 def constant_bars(fit: Fit) -> Bars:
     """Mean distances by which the changes of constants move the tool at the fitted poses; the smaller ones as
     what each of them amounts to at most."""
@@ -80,4 +77,5 @@ def constant_bars(fit: Fit) -> Bars:
         rows.append(Bar(name, size, CALIBRATED if is_sure else NOMINAL, text))
     if others := found[MAX_BARS:]:
         rows.append(Bar(f"Each of {len(others)} others, at most", others[0][0], NOMINAL))
-    return Bars(rows, TITLE, testid="constants")
+    title = "How far each change of a constant moves the tool [mm]; grey: within twice its standard error"
+    return Bars(rows, title, testid="constants")

@@ -10,8 +10,6 @@ standardised residual under Tukey's function, with the scale from the median.
 Source: Holland, Welsch, Robust regression using iteratively reweighted least-squares, 1977.
 """
 
-from enum import StrEnum
-
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import linalg, special
@@ -24,13 +22,6 @@ from workbench.identification.undetermined_combinations import Factor
 
 BIWEIGHT = 4.685
 """Tukey's constant: 95 % efficiency for normal errors."""
-
-
-class Loss(StrEnum):
-    """Whether rows that stand out are excluded, or weighed as all."""
-
-    SET_APART = "set-apart"
-    SQUARES = "squares"
 
 
 def row_weights(standardised: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
