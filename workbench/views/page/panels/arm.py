@@ -59,7 +59,7 @@ def facts(robot: Robot) -> str:
     items = [
         ("Name", robot.name),
         ("Joints", f"{robot.dof}"),
-        ("Masses", "known" if robot.has_masses else "unknown: effects that depend on loads can't be found"),
+        ("Masses", "known" if robot.has_masses else "unknown: of loads, only sagging joints are found"),
     ]
     notes = bullets(map(text, robot.notes))
     return pairs(items) + (heading("Notes") + notes if notes else "")
