@@ -86,15 +86,12 @@ def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
 
 def test_nobody_else_moves_a_held_target(do):
     held = do(GrabTarget(0, client=1), MoveTarget(0, (0.5, 0.3, 0.25), RPY, client=1))
-    after = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY, client=2), DropTarget(client=2), GrabTarget(3, client=2))
-    assert after.plate is held.plate
-    assert after.drag == held.drag
-    typed = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY))
-    assert typed.plate is held.plate
-    assert typed.page.messages[-1].severity is Severity.ERROR
-    refused = do(Undo())
-    assert refused.plate is held.plate
-    assert refused.page.messages[-1].severity is Severity.ERROR
+    moves = [MoveTarget(0, (0.4, 0.3, 0.25 + 0.01 * k), RPY, client=2) for k in range(3)]
+    for commands in (moves, [GrabTarget(3, client=2)], [MoveTarget(0, (0.4, 0.3, 0.25), RPY)], [Undo()]):
+        refused = do(DropTarget(client=2), *commands)
+        assert refused.plate is held.plate
+        assert refused.drag == held.drag
+        assert [m.severity for m in refused.page.messages] == [Severity.ERROR]
     assert do(SelectTarget(4)).selected == 0
     assert do(DropTarget(client=1)).drag is None
 

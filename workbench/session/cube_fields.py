@@ -8,14 +8,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.linearisation import Linearisation
-from workbench.arm.robot import Robot
-from workbench.identification.problem_blocks import Noise
 from workbench.plate.cube_map import CubeMap
-from workbench.plate.plate import Plate
-from workbench.session.live_score import score
 from workbench.session.state import NO_FIELD, PREDICTED_ERROR, CubeView, Focus, Session
-from workbench.session.target_state import TargetState
 
 CROWDED = 95.0
 """Percentile at which the colour scale of errors ends, so that a few bad cubes don't hide the rest."""
@@ -87,15 +81,9 @@ class CubeField:
 
 def _predicted(session: Session, cubes: CubeMap) -> CubeValues:
     """On the scale of the first plate, so that one sees what a target's move makes better or worse."""
-    first, errors = session.history.first.score.linearisation, cubes.errors(session.score.linearisation)
-    return replace(_begun(cubes, first) or CubeValues.scaled(errors), numbers=errors)
-
-
-@lru_cache(maxsize=1)
-def _begun(cubes: CubeMap, first: Linearisation | None) -> CubeValues | None:
-    """Those of the first plate; None where nothing bounds any of them."""
-    errors = cubes.errors(first)
-    return CubeValues.scaled(errors) if np.isfinite(errors).any() else None
+    now = cubes.errors(session.score.linearisation)
+    first = _errors(cubes, session.history.first.score.linearisation)
+    return replace(CubeValues.scaled(first if np.isfinite(first).any() else now), numbers=now)
 
 
 def _predicted_change(session: Session, cubes: CubeMap) -> CubeValues:
@@ -103,8 +91,7 @@ def _predicted_change(session: Session, cubes: CubeMap) -> CubeValues:
 
     A move of one target changes all errors by some per cent, which a scale for their own spread would hide.
     """
-    begun = session.history.done[-1]
-    before = _errors_at(cubes, session.robot, begun.plate, begun.states, session.noise)
+    before = _errors(cubes, session.drag and session.drag.begun)
     with np.errstate(invalid="ignore"):
         shares = cubes.errors(session.score.linearisation) / before - 1.0
     finite = np.sort(np.abs(shares[np.isfinite(shares)]))
@@ -113,6 +100,8 @@ def _predicted_change(session: Session, cubes: CubeMap) -> CubeValues:
     return CubeValues(shares, -span, span)
 
 
+_errors = lru_cache(maxsize=2)(CubeMap.errors)
+"""Of what is compared with again and again: the first plate, and the one that a drag began with."""
 PREDICTED = CubeField(
     name=PREDICTED_ERROR,
     choice="Predicted error",
@@ -195,12 +184,3 @@ def cubes_of(session: Session) -> CubeMap | None:
     """The cubes' evaluation; None until that of the present region is there."""
     cubes = session.region.cubes
     return None if cubes is None or cubes.region is not session.plate.region else cubes
-
-
-@lru_cache(maxsize=1)
-def _errors_at(
-    cubes: CubeMap, robot: Robot, plate: Plate, states: tuple[TargetState, ...], noise: Noise
-) -> Float[np.ndarray, " cubes"]:
-    """Predicted errors where the targets stood [m]."""
-    found = score(robot, plate, states, noise=noise, region_q=np.zeros((0, robot.dof))).linearisation
-    return cubes.errors(found)

@@ -31,9 +31,9 @@ from workbench.plate.plate_toml import load_plate
 from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.live_score import draw_region, score
 from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session, UndoStep
-from workbench.session.target_postures import branches_to, solve_all_targets
+from workbench.session.target_postures import branches_to, settled, solve_all_targets
 from workbench.session.target_state import TargetState
-from workbench.session.target_steps import commit_step
+from workbench.session.target_steps import with_history
 
 
 @lru_cache(maxsize=8)
@@ -62,10 +62,10 @@ def start(
     noise = noise or Noise(*sigma_of(usual_kind(plate)))
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
-    if len(states) != len(plate):
-        states = solve_all_targets(robot, plate, region_q=region_q)
+    known = len(states) == len(plate)
+    states = settled(robot, plate, states) if known else solve_all_targets(robot, plate, region_q=region_q)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
-    return commit_step(
+    return with_history(
         Session(
             robot=robot,
             plate=plate,

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
@@ -47,10 +48,11 @@ NO_FIELD, PREDICTED_ERROR = "none", "predicted"
 
 @dataclass(frozen=True)
 class Drag:
-    """Which browser is dragging which target; nobody else can move that target meanwhile."""
+    """Which browser drags which target, and what all told before; nobody else can move any meanwhile."""
 
     client: int
     target: int
+    begun: Linearisation | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, eq=False)

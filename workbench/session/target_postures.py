@@ -64,7 +64,7 @@ def solve_all_targets(
             if plate.targets[i].branch == AUTO:
                 best = max(_choices(robot, plate, i, results[i]), key=quality)
                 states[i] = _reached(best.q, best.name)
-    return with_clear_branches(robot, plate, with_obstacles(robot, plate, tuple(states)))
+    return settled(robot, plate, tuple(states))
 
 
 def with_obstacles(
@@ -88,12 +88,10 @@ def with_obstacles(
     return tuple(now)
 
 
-def with_clear_branches(
-    robot: Robot, plate: Plate, states: tuple[TargetState, ...]
-) -> tuple[TargetState, ...]:
-    """The same states; where the arm is blocked in a branch of the program's, the nearest clear one."""
-    free = list(states)
-    for i, (target, state) in enumerate(zip(plate.targets, states, strict=True)):
+def settled(robot: Robot, plate: Plate, states: tuple[TargetState, ...]) -> tuple[TargetState, ...]:
+    """The same, and where the arm is blocked in a branch of the program's, in the nearest clear one."""
+    free = list(with_obstacles(robot, plate, states))
+    for i, (target, state) in enumerate(zip(plate.targets, free, strict=True)):
         if state.reached and state.hit and target.branch == AUTO and target.q is None:
             branch = nearest_of(unobstructed(robot, plate, i, branches_to(robot, target)), state.q)
             free[i] = state if branch is None else _reached(branch.q, branch.name)

@@ -13,7 +13,7 @@ from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
 from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
-from workbench.session.target_postures import solve_all_targets, with_clear_branches, with_obstacles
+from workbench.session.target_postures import settled, solve_all_targets
 from workbench.session.target_state import TargetState
 
 
@@ -48,21 +48,18 @@ def begin_step(session: Session, *, is_whole: bool = False) -> Session:
 def with_targets(
     session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
 ) -> Session:
-    """The session with these targets, scored; in the middle of a drag only what was moved is looked at."""
-    states = with_obstacles(session.robot, plate, states, session.states)
+    """The session with these targets, scored."""
     chosen = min(max(session.selected if selected is None else selected, 0), len(plate) - 1)
-    noise, focus = instrument_for(session, plate), replace(session.playback, focus=Focus.TARGET)
-    found = score(session.robot, plate, states, noise=noise, region_q=session.region.q)
-    return replace(
-        session, plate=plate, states=states, noise=noise, score=found, selected=chosen, playback=focus
-    )
+    found = score(session.robot, plate, states, noise=session.noise, region_q=session.region.q)
+    session = session.updated("playback", focus=Focus.TARGET)
+    return replace(session, plate=plate, states=states, score=found, selected=chosen)
 
 
 def move_targets(
     session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
 ) -> Session:
     """The session with these targets, scored, as a separate step."""
-    return commit_step(with_targets(begin_step(session), plate, states, selected=selected))
+    return finish_step(begin_step(session), plate, states, selected=selected)
 
 
 def place_plate(session: Session, plate: Plate) -> Session:
@@ -70,13 +67,14 @@ def place_plate(session: Session, plate: Plate) -> Session:
     return move_targets(session, plate, solve_all_targets(session.robot, plate, region_q=session.region.q))
 
 
-def commit_step(session: Session) -> Session:
-    """The session after a step: no target is blocked without need, its score enters the history."""
-    robot, plate = session.robot, session.plate
-    free = with_clear_branches(robot, plate, with_obstacles(robot, plate, session.states))
-    if any(now is not before for now, before in zip(free, session.states, strict=True)):
-        session = with_targets(session, plate, free)
-    return with_history(session)
+def finish_step(
+    session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
+) -> Session:
+    """The session after a step: no target is blocked without need, their score enters the history."""
+    session = replace(session, noise=instrument_for(session, plate))
+    return with_history(
+        with_targets(session, plate, settled(session.robot, plate, states), selected=selected)
+    )
 
 
 def with_history(session: Session) -> Session:

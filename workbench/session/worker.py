@@ -193,8 +193,7 @@ class Worker:
     def _carry_out(self, command: AbstractCommand) -> None:
         begin, basis = time.monotonic(), len(self._journal)
         if (why := self._session.page.only_shown) and command.is_kept:
-            shown = self._session.without_messages(lambda m: m.text == why)
-            self._session = shown.with_message(Severity.WARNING, why)
+            self._say(Severity.WARNING, why)
             return
         try:
             command.check(self._session)
@@ -226,7 +225,7 @@ class Worker:
     def _begin(self, task: AbstractTask, basis: int) -> None:
         if self._task is not None:
             text = f"{self._task.title} is still running; wait for it or cancel it first"
-            self._session = self._session.with_message(Severity.WARNING, text)
+            self._say(Severity.WARNING, text)
             self._note(task, Ending.REFUSED, basis, 0.0, text)
             return
         self._task = task
@@ -332,8 +331,13 @@ class Worker:
             ending, severity = Ending.FAILED, Severity.ERROR
             text = f"{command.title} failed ({type(error).__name__}: {error}); the session is unchanged"
             log.error("%s failed", command.title, exc_info=error)
-        self._session = self._session.with_message(severity, text, refused=type(command).__name__)
+        self._say(severity, text, refused=type(command).__name__)
         self._note(command, ending, basis, seconds, text)
+
+    def _say(self, severity: Severity, text: str, *, refused: str = "") -> None:
+        """Once, however often: every place of a drag may be refused."""
+        others = self._session.without_messages(lambda m: m.text == text)
+        self._session = others.with_message(severity, text, refused=refused)
 
     def _note(
         self,

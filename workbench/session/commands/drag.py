@@ -1,6 +1,6 @@
 """Commands of one drag: select, grab, move, drop.
 
-A drag is one grab, any number of moves, and one drop. While somebody drags a target, others can't move it.
+A drag is one grab, any number of moves, and one drop. While somebody drags a target, others can't move any.
 A move without a grab (typed coordinates) is a step of its own. Undo goes back to before the whole drag.
 
 The arm is followed from place to place. Of the places of a drag the journal keeps the last, which also says
@@ -15,13 +15,13 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.state import Drag, Focus, Session
-from workbench.session.target_postures import branches_to, follow_target, with_branch_name
+from workbench.session.target_postures import branches_to, follow_target, with_branch_name, with_obstacles
 from workbench.session.target_state import TargetState
 from workbench.session.target_steps import (
     begin_step,
     check_free,
     check_unlocked,
-    commit_step,
+    finish_step,
     move_targets,
     with_target,
     with_targets,
@@ -61,12 +61,12 @@ class GrabTarget(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
+        check_free(session)
 
     def apply(self, session: Session) -> Session:
-        if session.drag is not None:
-            return session
         begun = begin_step(session).updated("playback", focus=Focus.TARGET)
-        return replace(begun, drag=Drag(self.client, self.target), selected=self.target)
+        drag = Drag(self.client, self.target, session.score.linearisation)
+        return replace(begun, drag=drag, selected=self.target)
 
 
 class MoveTarget(AbstractChange):
@@ -92,27 +92,28 @@ class MoveTarget(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
-        if self.client == NOBODY:
+        if not self._is_dragging(session):
             check_free(session)
         check_place(f"target {self.target + 1}", self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
-        if session.drag is not None and not self._is_part_of(session.drag):
-            return session
-        old = session.plate.targets[self.target]
+        robot, old, before = session.robot, session.plate.targets[self.target], session.states
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
-        state = follow_target(session.robot, target, self.start or session.states[self.target])
-        move = with_targets if session.drag is not None else move_targets
-        return move(session, *with_target(session, self.target, target, state), selected=self.target)
+        state = follow_target(robot, target, self.start or before[self.target])
+        plate, states = with_target(session, self.target, target, state)
+        if not self._is_dragging(session):
+            return move_targets(session, plate, states, selected=self.target)
+        return with_targets(
+            session, plate, with_obstacles(robot, plate, states, before), selected=self.target
+        )
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
         is_next = isinstance(previous, MoveTarget) and previous.key == self.key
-        if session.drag is None or not is_next or not self._is_part_of(session.drag):
-            return None
-        return replace(self, start=session.states[self.target])
+        is_one = is_next and self._is_dragging(session)
+        return replace(self, start=session.states[self.target]) if is_one else None
 
-    def _is_part_of(self, drag: Drag) -> bool:
-        return (drag.client, drag.target) == (self.client, self.target)
+    def _is_dragging(self, session: Session) -> bool:
+        return session.drag == Drag(self.client, self.target)
 
 
 class DropTarget(AbstractChange):
@@ -131,7 +132,7 @@ class DropTarget(AbstractChange):
             return session.updated("history", done=session.history.done[:-1])
         target = session.plate.targets[index]
         state = with_branch_name(target, session.states[index], branches_to(session.robot, target))
-        return commit_step(replace(session, states=with_target(session, index, target, state)[1]))
+        return finish_step(session, session.plate, with_target(session, index, target, state)[1])
 
 
 def plain(point: np.ndarray) -> Place:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
 from workbench.session.state import Session, UndoStep
-from workbench.session.target_steps import AbstractTargetStep, begin_step, commit_step, with_targets
+from workbench.session.target_steps import AbstractTargetStep, begin_step, finish_step
 
 
 class Undo(AbstractTargetStep):
@@ -60,4 +60,4 @@ def go_to_step(session: Session, step: UndoStep) -> Session:
     """The session with the targets of a step, the first one that differs selected."""
     pairs = enumerate(zip(session.plate.targets, step.plate.targets, strict=False))
     other = next((i for i, (now, then) in pairs if now is not then), None)
-    return commit_step(with_targets(session, step.plate, step.states, selected=other))
+    return finish_step(session, step.plate, step.states, selected=other)
