@@ -24,11 +24,11 @@ def searched(monkeypatch):
     """What each search was asked for: how the plate is made, and what is read."""
     seen = []
 
-    def search(robot, plate, *, kind, **_):
-        seen.append((plate.production, kind))
-        return PlateDesign(plate=plate, cost=1e-4, rotation=1e-4, start_cost=2e-4)
+    def search(setting, number, **_):
+        seen.append((setting.plate.production, setting.kind))
+        return PlateDesign(plate=setting.plate, cost=1e-4, rotation=1e-4, start_cost=2e-4)
 
-    monkeypatch.setattr(optimise, "optimise_plate", search)
+    monkeypatch.setattr(optimise, "optimise", search)
     monkeypatch.setattr(design, "plate_region_poses", lambda robot, plate: np.zeros((1, robot.dof)))
     return seen
 
@@ -55,13 +55,14 @@ def test_a_plate_is_moved_to_the_best_place_that_is_tried(searched, monkeypatch,
     """Only targets were moved, on a plate that stayed where no search could make it good."""
     sizes = []
 
-    def search(robot, plate, *, places, **_):
+    def search(setting, number, *, places, **_):
+        plate = setting.plate
         sizes.append(places)
         if plate.xyz[2] < 0.15:
             raise DataError("nothing fits there")
         return PlateDesign(plate=plate, cost=np.hypot(*plate.xyz[:2]), rotation=0.0, start_cost=1.0)
 
-    monkeypatch.setattr(optimise, "optimise_plate", search)
+    monkeypatch.setattr(optimise, "optimise", search)
     found = optimise_plate(aria, plate, moves=True).plate
     nearer = np.hypot(*plate.xyz[:2]) - np.hypot(*found.xyz[:2])
     assert nearer == pytest.approx(0.1 * aria.reach)

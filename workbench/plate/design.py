@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Like, Seed, Sigma, checked_arguments
-from workbench.base.errors import DataError, WorkbenchError
+from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -19,6 +19,7 @@ from workbench.plate.arguments import PlateLike
 from workbench.plate.collision import table_height
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
+from workbench.plate.optimiser.candidates import Setting
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
@@ -87,35 +88,35 @@ def optimise_plate(
         made = replace(made, play=(0.0, 0.0))
     elif not any(made.play):  # seats of which the file tells no play have that of the drawn pins
         made = replace(made, play=PIN_PLAY)
-    goal, names = plate_region_poses(robot, plate), identified_names(robot, base=base, tool=tool)
-    plate = replace(plate, production=production or made)
+    for name, count in (("places", places), ("starts", starts)):
+        if count < 1:
+            raise OptionError(f"{name} must be at least 1, got {count}", option=name, found=count)
+    goal, plate = plate_region_poses(robot, plate), replace(plate, production=production or made)
+    number = len(plate) if number is None else number
+    setting = partial(
+        Setting,
+        robot=robot,
+        kind=kind,
+        blocks=blocks or Blocks(),
+        sigma=sigma_of(kind, sigma),
+        names=identified_names(robot, base=base, tool=tool),
+    )
 
-    def search(plate: Plate, **changed: Any) -> PlateDesign:
+    def search(plate: Plate, margins: Constraints, **changed: int) -> PlateDesign:
         how = {"number": number, "places": places, "starts": starts, **changed}
-        return optimise.optimise_plate(
-            robot,
-            plate,
-            goal=goal,
-            rng=np.random.default_rng(seed),
-            kind=kind,
-            sigma=sigma_of(kind, sigma),
-            blocks=blocks,
-            names=names,
-            **how,
-        )
+        rng = np.random.default_rng(seed)
+        return optimise.optimise(setting(plate=plate, constraints=margins), goal=goal, rng=rng, **how)
 
     def best_place(margins: Constraints) -> Plate:
         """Where a quick search finds the smallest error; what it says where none finds any plate."""
         if len(everywhere) == 1:
             return plate
         found, wrong = {}, None
-        few = int(np.ceil(TRIAL_TARGETS_SHARE * (number or len(plate))))
+        few = int(np.ceil(TRIAL_TARGETS_SHARE * number))
         for i, moved in enumerate(everywhere):
             try:
                 with part_of(0.0, 0.0, "trying places of the plate"):
-                    quick = search(
-                        moved, constraints=margins, places=min(places, TRIAL_BLOCKS), starts=1, number=few
-                    )
+                    quick = search(moved, margins, places=min(places, TRIAL_BLOCKS), starts=1, number=few)
                     found[i] = quick.cost
             except WorkbenchError as error:
                 wrong = wrong or error
@@ -127,14 +128,14 @@ def optimise_plate(
     everywhere = (plate, *_moved(robot, plate)) if is_movable else (plate,)
     margins = constraints or Constraints(floor=table_height(robot))
     try:
-        return search(best_place(margins), constraints=margins)
+        return search(best_place(margins), margins)
     except DataError as error:
         if constraints is not None:
             raise
         margins = replace(NARROW, floor=table_height(robot))
         with suppress(DataError):  # nor does any place of few blocks; many may have some
             plate = best_place(margins)
-        design = search(plate, constraints=margins)
+        design = search(plate, margins)
         kept = "5 mm clear, targets 60 mm apart, 25 mm of retreat"
         probe = "; the flange touches the blocks: give the robot its probe as the tool"
         narrowed = f"{kept}{probe if OWN_BLOCK in str(error) else ''}"

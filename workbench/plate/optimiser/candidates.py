@@ -20,12 +20,14 @@ from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
+from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.progress import check_cancelled, progress
 from workbench.base.types import Poses
-from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
+from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints, half_size
+from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
     ArmShape,
@@ -86,19 +88,33 @@ class Setting:
     Args:
         plate: Pose, size and production of the plate.
         kind: What its targets constrain.
-        arm: The arm's shape.
+        blocks: What blocks it may carry.
         sigma: Standard deviations of a reading [m], [rad].
-        scales: One metre of each scaled parameter in its own unit.
+        names: Constants to be identified.
     """
 
     robot: Robot
     plate: Plate
     kind: Kind
-    arm: ArmShape
+    blocks: Blocks
     constraints: Constraints
     sigma: tuple[float, float]
     names: tuple[str, ...]
-    scales: Float[np.ndarray, " p"]
+
+    @cached_property
+    def arm(self) -> ArmShape:
+        """The arm's shape."""
+        return arm_shape(self.robot, self.constraints.clearance)
+
+    @cached_property
+    def scales(self) -> Float[np.ndarray, " p"]:
+        """One metre of each scaled parameter in its own unit."""
+        return linearise(self.robot, np.zeros((1, self.robot.dof)), names=self.names).weights
+
+    @cached_property
+    def half(self) -> Float[np.ndarray, "2"]:
+        """How far from the plate's centre targets may lie along its length and width [m]."""
+        return half_size(self.plate, self.constraints)
 
     @property
     def is_turned_by_the_arm(self) -> bool:
@@ -264,19 +280,16 @@ class BlockSolutions(NamedTuple):
     branches: np.ndarray
 
 
-def draw_pool(
-    setting: Setting, blocks: Blocks, half: np.ndarray, number: int, *, rng: np.random.Generator
-) -> tuple[Candidates, Counter[str]]:
-    """Candidates from random blocks whose centres lie within ±half [m], and how many solutions missed each
-    constraint."""
+def draw_pool(setting: Setting, number: int, *, rng: np.random.Generator) -> tuple[Candidates, Counter[str]]:
+    """Candidates from so many random blocks, and how many solutions missed each constraint."""
     found: Candidates | None = None
     missed, done = Counter[str](), 0
     while done < number:
         check_cancelled()
-        places = blocks.draw(min(BLOCKS_PER_CHECK, number - done), half, rng=rng)
+        places = setting.blocks.draw(min(BLOCKS_PER_CHECK, number - done), setting.half, rng=rng)
         solutions = solutions_at(setting, places)
         if setting.is_turned_by_the_arm:
-            fits = blocks.fit(solutions.places, half)
+            fits = setting.blocks.fit(solutions.places, setting.half)
             solutions = BlockSolutions(*(part[fits] for part in solutions))
         good, _, lost = setting.examine(solutions.places, solutions.q, solutions.branches)
         found = good if found is None else found.join(good)

@@ -14,21 +14,16 @@ import numpy as np
 from jaxtyping import Float
 
 import workbench.plate.report.design  # noqa: F401 how results are shown
-from workbench.arm.linearisation import linearise
-from workbench.arm.robot import Robot
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.progress import Cancelled, check_cancelled, part_of, progress
 from workbench.base.types import Outcome
 from workbench.plate.optimiser.candidates import Neighbours, Setting, draw_pool, given_solutions
-from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
-from workbench.plate.optimiser.meshes import arm_shape
+from workbench.plate.optimiser.constraints import check_base, check_room, conflict
 from workbench.plate.optimiser.result import PlateDesign, describe
 from workbench.plate.optimiser.search import Search
-from workbench.plate.optimiser.target_blocks import Blocks
-from workbench.plate.plate import AUTO, Kind, Plate
+from workbench.plate.plate import AUTO
 from workbench.plate.predicted_error import position_weight
 from workbench.plate.target_branches import choose_branches, plate_solutions
-from workbench.plate.target_readings import SEAT
 
 POOL_BLOCKS = 1500
 """Random blocks in the pool."""
@@ -41,51 +36,29 @@ EXCHANGE_SHARE = 0.8
 LACKING = "the given plate does not keep all constraints"
 
 
-def optimise_plate(
-    robot: Robot,
-    plate: Plate,
+def optimise(
+    setting: Setting,
+    number: int,
     *,
     goal: Float[np.ndarray, "rows n"],
     rng: np.random.Generator,
-    kind: Kind = Kind.SEAT,
-    sigma: tuple[float, float] = SEAT,
-    number: int | None = None,
-    blocks: Blocks | None = None,
-    constraints: Constraints | None = None,
-    places: int = POOL_BLOCKS,
-    starts: int = STARTS,
-    names: tuple[str, ...] | None = None,
+    places: int,
+    starts: int,
 ) -> PlateDesign:
-    """As `design.optimise_plate`, made as the given plate says, for poses that matter and constants to be
-    identified."""
-    for name, count in (("places", places), ("starts", starts)):
-        if count < 1:
-            raise OptionError(f"{name} must be at least 1, got {count}", option=name, found=count)
-    names, blocks = robot.default_free if names is None else names, blocks or Blocks()
-    constraints, number = constraints or Constraints(), len(plate) if number is None else number
-    setting = Setting(
-        robot=robot,
-        plate=plate,
-        kind=kind,
-        arm=arm_shape(robot, constraints.clearance),
-        constraints=constraints,
-        sigma=sigma,
-        names=names,
-        scales=linearise(robot, np.zeros((1, robot.dof)), names=names).weights,
-    )
-    half = half_size(plate, constraints)
-    check_room(plate, number, half, setting.spacing)
-    check_base(setting.arm, plate, constraints.clearance)
-    search = Search(setting, position_weight(robot, goal, names, setting.scales), rng)
+    """The best plate of so many targets for poses that matter; other arguments as in `design`."""
+    robot, plate = setting.robot, setting.plate
+    check_room(plate, number, setting.half, setting.spacing)
+    check_base(setting.arm, plate, setting.constraints.clearance)
+    search = Search(setting, position_weight(robot, goal, setting.names, setting.scales), rng)
     locked = [i for i, target in enumerate(plate.targets) if target.locked]
     outcome = Outcome.CONVERGED
     with part_of(0.0, 0.0, "looking at the given plate"):
         start_cost = _given_error(setting, goal, number)
-        given, kept = _given(search, blocks, half, locked)
+        given, kept = _given(search, locked)
         best = given.pool.take(np.array(kept)) if len(kept) == number else None
     try:
         with part_of(0.0, POOL_SHARE):
-            pool, missed = draw_pool(setting, blocks, half, places, rng=rng)
+            pool, missed = draw_pool(setting, places, rng=rng)
         own = np.concatenate([given.own, np.full(len(pool), -1)])
         near = Neighbours(setting, given.pool.join(pool), own)
         exchange = search.exchange(near)
@@ -101,7 +74,7 @@ def optimise_plate(
                 POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / starts, "looking for better targets"
             )
         if best is not None:
-            best = search.polish(blocks, half, best, len(locked))
+            best = search.polish(best, len(locked))
     except Cancelled:
         outcome = Outcome.CANCELLED
         if best is None:
@@ -141,13 +114,11 @@ def _given_error(setting: Setting, goal: Float[np.ndarray, "rows n"], number: in
     ).cost
 
 
-def _given(
-    search: Search, blocks: Blocks, half: Float[np.ndarray, "2"], locked: list[int]
-) -> tuple[Neighbours, list[int]]:
+def _given(search: Search, locked: list[int]) -> tuple[Neighbours, list[int]]:
     """Candidates of the given plate, and those that go together, locked targets first."""
     setting = search.setting
     solutions = given_solutions(setting, setting.plate)
-    fits = np.flatnonzero(blocks.fit(solutions.places, half))
+    fits = np.flatnonzero(setting.blocks.fit(solutions.places, setting.half))
     good, rows, _ = setting.examine(*(part[fits] for part in solutions[1:]))
     slots = solutions.slots[fits][rows].tolist()
     own = np.array([locked.index(slot) if slot in locked else -1 for slot in slots], int)

@@ -29,7 +29,7 @@ from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.base.progress import check_cancelled
 from workbench.plate.exchange import Exchange
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
-from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
+from workbench.plate.optimiser.target_blocks import tool_poses_at
 
 VAGUE = 3.0
 """Standard deviation of a constant before anything is measured, as the tool feels it [m]: next to nothing is
@@ -81,14 +81,12 @@ class Search:
 
         return replace(self.exchange(near), costs=costs)
 
-    def polish(
-        self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, locked: int = 0
-    ) -> Candidates:
+    def polish(self, targets: Candidates, locked: int = 0) -> Candidates:
         """Move every target slightly where that lowers the criterion; the first ones are locked."""
         for step in POLISH_STEP_SIZES:
             for slot in range(locked, len(targets)):
                 check_cancelled()
-                pool = targets.join(self._variants(blocks, half, targets, slot, step))
+                pool = targets.join(self._variants(targets, slot, step))
                 chosen, free = list(range(len(targets))), np.full(len(pool), -1)
                 self.exchange(Neighbours(self.setting, pool, free)).improve(
                     chosen, slot, self.cost(targets.rows)
@@ -96,15 +94,14 @@ class Search:
                 targets = pool.take(np.array(chosen))
         return targets
 
-    def _variants(
-        self, blocks: Blocks, half: np.ndarray, targets: Candidates, slot: int, step: float
-    ) -> Candidates:
+    def _variants(self, targets: Candidates, slot: int, step: float) -> Candidates:
         """Small changes of a target that keep their constraints, in its branch."""
         changes = self.rng.normal(0.0, step * CHANGE, (VARIANTS, 6))
         changes *= self.rng.uniform(size=changes.shape) < 0.5
-        places = blocks.makeable(targets.places[slot] + changes, half)
-        poses = self.setting.robot.base.pose @ tool_poses_at(self.setting.plate, places)
-        followed = follow_many(self.setting.robot, poses, np.tile(targets.q[slot], (VARIANTS, 1)))
+        setting, robot = self.setting, self.setting.robot
+        places = setting.blocks.makeable(targets.places[slot] + changes, setting.half)
+        poses = robot.base.pose @ tool_poses_at(setting.plate, places)
+        followed = follow_many(robot, poses, np.tile(targets.q[slot], (VARIANTS, 1)))
         met = followed.converged
         arm = compile_arm(self.setting.robot)
         *each, own = plain_names(arm, np.concatenate([followed.q[met], targets.q[slot][None]]))
