@@ -145,7 +145,7 @@ def katana():
 @pytest.fixture(scope="session")
 def plate():
     """Table 2 of the ARIA paper."""
-    from workbench.plate.plate_toml import load_plate
+    from workbench.plate.measured_plate import load_plate
 
     return load_plate("table2")
 

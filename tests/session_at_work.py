@@ -7,7 +7,7 @@ from threading import Event
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session import AbstractView, Session, Worker, start
 
 

@@ -187,7 +187,7 @@ def test_panels_and_commands_of_the_page_are_recorded_and_reopened(here):
         warnings.simplefilter("ignore")
         from weather.page import SHOWN, DoubleNoise
         from workbench.arm.built_in_arms import load_robot
-        from workbench.plate.plate_toml import load_plate
+        from workbench.plate.measured_plate import load_plate
         from workbench.session.journal.folder import begin
         from workbench.session.journal.reader import read_recording
         from workbench.session.journal.restore import restore

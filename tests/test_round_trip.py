@@ -28,7 +28,7 @@ from workbench.cli.exit_status import UNUSABLE
 from workbench.exports import FORMS, Job, export_robot
 from workbench.identification.errors.file_errors import file_text, refitted_errors
 from workbench.identification.result import Identification
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session import start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose

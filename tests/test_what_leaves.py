@@ -23,7 +23,7 @@ from tests.session.direct_commands import done
 from workbench.arm.robot_toml import robot_text
 from workbench.base.errors import WorkbenchError
 from workbench.exports import FORMS
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session import export, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose

@@ -37,7 +37,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.cli import _carry_out
 from workbench.parts import EXTRAS, Parts, offered, resolved
 from workbench.plate.export import export_plate
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.views.page.app import App
 
 def said(*words):

@@ -23,10 +23,10 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.plate.design import optimise_plate
 from workbench.extras.workshop.drawing import pdf_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.design import optimise_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.messages import OpenTab, SetCaption

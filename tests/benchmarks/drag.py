@@ -31,7 +31,7 @@ from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
 from workbench.plate.cube_map import map_cubes
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget, plain

@@ -18,8 +18,8 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.extras.production.plate_trial import rms_of, try_plate
 from workbench.plate.design import optimise_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.tolerances import Production
 from workbench.report.blocks import ResultTable

@@ -33,8 +33,8 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.identify import identify
 from workbench.plate.design import optimise_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.observability import INDICES
-from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.drag import GrabTarget
 

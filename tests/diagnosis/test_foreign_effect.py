@@ -16,7 +16,7 @@ from workbench.data.readers import read_measurements
 from workbench.data.simulation.hidden_effects import hidden_effects
 from workbench.data.writer import write_measurements
 from workbench.parts import Parts, register
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 from workbench.session import start
 from workbench.session.commands.data import LoadData

@@ -17,7 +17,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.identify import identify
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 
 PLATE_NOISE = Noise(1e-4, np.deg2rad(0.02))
 ALGORITHMS = {"ols": (Ols(), 1e-9), "opt1": (Opt1(), 1e-6), "opt2": (Opt2(), 1e-9)}

@@ -9,11 +9,11 @@ from refusals import refuses
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.search import gains
 from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.tolerances import PIN_PLAY, Production
 
 HALF = np.array([0.25, 0.2])

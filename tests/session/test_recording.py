@@ -497,7 +497,7 @@ def test_the_wall_clock_may_jump(record, monkeypatch):
 SCRIPT = """
 import itertools, os, sys, time
 from pathlib import Path
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.arm.built_in_arms import load_robot
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget

@@ -12,7 +12,7 @@ from refusals import mentions
 from recordings import Run, rewrite
 from workbench import Parts, load_robot, measure_poses, register, write_measurements
 from workbench.arm.robot_toml import robot_text
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session.command import UnknownCommand
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose

@@ -23,8 +23,8 @@ from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets
 from workbench.extras.poses.choose_poses import choose_poses
 from workbench.extras.poses.clustering import Clustering, cluster_region
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.plate import Plate
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import plate_region_poses
 
 ARMS = 100

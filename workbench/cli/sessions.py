@@ -40,7 +40,7 @@ def open_session(
         return _with_recorder(make(robot, plate, is_given=is_given), live)
 
     def read():
-        from workbench.plate.plate_toml import load_plate
+        from workbench.plate.measured_plate import load_plate
 
         arm = wb.load_robot(robot)
         if plate is not None:

@@ -21,8 +21,7 @@ from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_table
 from workbench.data.readers.table import Table
 from workbench.plate.plate import Kind, Plate, Target
-from workbench.plate.plate_toml import built_in_plates
-from workbench.plate.plate_toml import load_plate as load_plate_toml
+from workbench.plate.plate_toml import built_in_plate, built_in_plates, read_plate
 from workbench.plate.region import Region
 
 UNCERTAINTY = (5e-6, float(np.deg2rad(0.01)))
@@ -52,11 +51,19 @@ class MeasuredTargets:
 
 
 def load_plate(source: Path | str) -> Plate:
-    """A plate for any `--plate`: a TOML file, a built-in one, or the table of a measuring machine."""
-    path = Path(source)
-    if str(source).lower() in built_in_plates() or path.suffix.lower() in (".toml", ""):
-        return load_plate_toml(source)
-    return measured_plate(read_measured_targets(path))
+    """A plate for any `--plate`: a TOML file, a built-in one (`table2`), or the table of a measuring machine.
+
+    Raises:
+        FileError: neither a file nor a built-in name, or a file that is no plate.
+    """
+    path, built_in = Path(source), built_in_plates()
+    if (own := built_in.get(str(source).lower())) is not None:
+        return built_in_plate(own)
+    if not path.suffix:
+        known = ", ".join(built_in)
+        raise FileError(f"is neither a .toml file nor a built-in plate; built-in: {known}", path=str(source))
+    is_table = path.suffix.lower() != ".toml"
+    return measured_plate(read_measured_targets(path)) if is_table else read_plate(path)
 
 
 @checked_arguments()

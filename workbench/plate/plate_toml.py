@@ -11,7 +11,6 @@ import tomli_w
 
 from workbench.arm.plausible_units import rpy_of
 from workbench.base.assets import assets
-from workbench.base.errors import FileError
 from workbench.base.files import check_ending, write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.plate.plate import Plate, Target
@@ -108,24 +107,7 @@ def built_in_plates() -> dict[str, Path]:
     return {path.stem: path for path in sorted((assets() / "plates").glob("*.toml"))}
 
 
-def load_plate(source: Path | str) -> Plate:
-    """A plate from a TOML file, or a built-in one by name (`table2`).
-
-    Raises:
-        FileError: neither a file nor a built-in name, or a file that is no plate.
-    """
-    built_in = built_in_plates()
-    if str(source).lower() in built_in:
-        return _built_in(built_in[str(source).lower()])
-    path = Path(source)
-    if path.suffix.lower() != ".toml":
-        raise FileError(
-            f"is neither a .toml file nor a built-in plate; built-in: {', '.join(built_in)}", path=str(source)
-        )
-    return read_plate(path)
-
-
 @cache
-def _built_in(path: Path) -> Plate:
+def built_in_plate(path: Path) -> Plate:
     """The single object of a built-in plate, so that caches by plate are shared."""
     return read_plate(path)

@@ -24,10 +24,10 @@ from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.collision import unobstructed
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.live_score import draw_region, score
 from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session, UndoStep

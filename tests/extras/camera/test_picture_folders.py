@@ -9,7 +9,7 @@ import pytest
 from workbench.arm.robot_toml import read_toml
 from workbench.extras.camera.folder import packed
 from workbench.extras.camera.session_commands import LoadPictures
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session import Worker
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.diagnose import Diagnose

@@ -15,7 +15,7 @@ from workbench.base.errors import DataError
 from workbench.extras.live.acquisition import Acquisition
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")

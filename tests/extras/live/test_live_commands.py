@@ -15,7 +15,7 @@ from workbench.base import se3
 from workbench.extras.live.connection import connect
 from workbench.extras.live.driver import JOINT_NOISE, TURNING, drive
 from workbench.extras.live.sample import parse_sample
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
 

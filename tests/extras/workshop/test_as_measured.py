@@ -11,8 +11,8 @@ from workbench.base.errors import WorkbenchError
 from workbench.extras.workshop.as_measured import PlateFrame, as_measured
 from workbench.extras.workshop.outputs import targets_csv
 from workbench.plate.measured_plate import UNCERTAINTY, load_plate, read_measured_targets
+from workbench.plate.measured_plate import load_plate as load_toml
 from workbench.plate.plate import Kind
-from workbench.plate.plate_toml import load_plate as load_toml
 from workbench.plate.tolerances import Production
 
 

@@ -13,7 +13,8 @@ from refusals import mentions
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.parts import Parts, register
 from workbench.plate.export import PlateFile, export_plate, formats_named
-from workbench.plate.plate_toml import load_plate, write_plate
+from workbench.plate.measured_plate import load_plate
+from workbench.plate.plate_toml import write_plate
 from workbench.session.export import fixture_zip
 
 FILES = {

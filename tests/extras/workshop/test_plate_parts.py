@@ -12,9 +12,9 @@ from workbench.base.errors import OptionError
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.parts import Purpose
 from workbench.plate.design import optimise_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, block_corners, tool_poses_at
 from workbench.plate.plate import Kind, Target
-from workbench.plate.plate_toml import load_plate
 from workbench.session.start import default_circle
 
 

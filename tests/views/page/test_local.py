@@ -147,7 +147,7 @@ def test_in_the_network_a_page_needs_the_link_and_no_foreign_origin():
 def test_serve_says_where_and_ends_when_interrupted():
     program = (
         "from workbench.views.page.serve import serve\n"
-        "from workbench.plate.plate_toml import load_plate\n"
+        "from workbench.plate.measured_plate import load_plate\n"
         "from workbench.arm.built_in_arms import load_robot\n"
         "serve(lambda: (load_robot('aria'), load_plate('table2')), port=0, open_browser=False,\n"
         "      on_ready=lambda url: print(url, flush=True))\n"

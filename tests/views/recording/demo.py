@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session import Session, Worker
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow

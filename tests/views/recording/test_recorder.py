@@ -8,7 +8,7 @@ import pytest
 
 from tests.views.recording.demo import drag
 from workbench.arm.built_in_arms import load_robot
-from workbench.plate.plate_toml import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.session import Worker
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal.folder import begin, resume

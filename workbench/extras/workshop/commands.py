@@ -28,13 +28,13 @@ def as_measured(
     from workbench.extras.workshop.as_measured import PlateFrame
     from workbench.extras.workshop.as_measured import as_measured as replaced
     from workbench.plate.measured_plate import read_measured_targets
-    from workbench.plate.plate_toml import load_plate, plate_path, plate_to_table
+    from workbench.plate.plate_toml import plate_path, plate_to_table
     from workbench.report.json import document
 
     chosen = opt.choice_of(PlateFrame, frame, "--frame")
     opt.check_writable(plate_path(out))
     found = replaced(
-        load_plate(plate), read_measured_targets(measured, uncertainty=uncertainty), frame=chosen
+        wb.load_plate(plate), read_measured_targets(measured, uncertainty=uncertainty), frame=chosen
     )
     opt.say_notes(found.notes)
     opt.say(f"plate: {wb.write_plate(found, out)}")
