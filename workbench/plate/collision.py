@@ -9,7 +9,6 @@ optimiser are clear here too.
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
-import coal
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -152,14 +151,13 @@ def _block(place: bytes, pose: bytes) -> Collider:
 
 
 def _checked(shape: ArmShape, hull: Collider) -> Bool[np.ndarray, " pieces"]:
-    """The pieces that must not touch a body: the base stands on the table."""
-    first = ON_THE_TABLE if isinstance(hull.shape, coal.Halfspace) else -1
-    return (shape.bodies > first) & (shape.bodies < shape.robot.dof)
+    """The pieces that must not touch a body; the last link's may, with the probe."""
+    return shape.kept_from(hull) & (shape.bodies < shape.robot.dof)
 
 
 def _link(robot: Robot, q: Float[np.ndarray, "1 n"], hull: Collider) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
     shape = shape_of(robot)
     links, at = {*shape.bodies[_checked(shape, hull)].tolist()}, shape.placements(q)
-    gaps = {k: shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0] for k in links}
-    return next((k for k, gap in gaps.items() if gap < CONTACT), robot.dof - 1)
+    gaps = ((k, shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0]) for k in links)
+    return next((k for k, gap in gaps if gap < CONTACT), robot.dof - 1)

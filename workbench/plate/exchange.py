@@ -46,12 +46,10 @@ class Exchanged:
     Args:
         choice: Option of each slot.
         cost: Its cost.
-        history: Cost after each round of the start that won, its own cost first.
     """
 
     choice: Int[np.ndarray, " slots"]
     cost: float
-    history: tuple[float, ...]
     outcome: Outcome
 
 
@@ -102,21 +100,17 @@ class Exchange:
 
     def descend(self, start: Choice) -> Exchanged:
         """Give every slot in turn its best option, until a whole turn changes none."""
-        chosen, slots = [int(option) for option in start], range(len(start))
-        cost = self.cost(chosen)
-        history, kept = [cost], 0  # slots in a row, over the rounds too, that have their best option already
-        for _ in range(MAX_ROUNDS):
-            for slot in slots:
-                if cancelled():
-                    return Exchanged(np.array(chosen), cost, (*history, cost), Outcome.CANCELLED)
-                before, cost = cost, self.improve(chosen, slot, cost)
-                kept = kept + 1 if cost == before else 0
-                if kept == len(slots):
-                    break
-            history.append(cost)
-            if kept == len(slots):
-                return Exchanged(np.array(chosen), cost, tuple(history), Outcome.CONVERGED)
-        return Exchanged(np.array(chosen), cost, tuple(history), Outcome.ITERATION_LIMIT)
+        chosen = [int(option) for option in start]
+        cost, kept = self.cost(chosen), 0  # slots in a row that have their best option already
+        for slot in MAX_ROUNDS * [*range(len(chosen))]:
+            if cancelled():
+                return Exchanged(np.array(chosen), cost, Outcome.CANCELLED)
+            before, cost = cost, self.improve(chosen, slot, cost)
+            kept = kept + 1 if cost == before else 0
+            if kept == len(chosen):
+                break
+        ended = Outcome.CONVERGED if kept == len(chosen) else Outcome.ITERATION_LIMIT
+        return Exchanged(np.array(chosen), cost, ended)
 
     def from_each(self, starts: Sequence[Choice]) -> Exchanged:
         """The best of the choices that several starts lead to."""
@@ -128,7 +122,7 @@ class Exchange:
                 break
         best, last = min(found, key=lambda each: each.cost), found[-1]
         ended = last.outcome if last.outcome is Outcome.CANCELLED else best.outcome
-        return Exchanged(best.choice, best.cost, best.history, ended)
+        return Exchanged(best.choice, best.cost, ended)
 
 
 def of_information(

@@ -30,7 +30,6 @@ class SetScore:
         visible: Number of combinations that any measurements could determine.
         names: The constants that are identified.
         open: Combinations that this set doesn't determine although others would, as columns [rad, m].
-        condition: Condition number of the scaled Jacobian; infinite below full rank.
         error: Predicted errors at poses of the region, if any are known.
         position: Of these, the root mean square of the position [m]; NaN if unknown.
         rotation: Likewise of the rotation [rad].
@@ -47,7 +46,6 @@ class SetScore:
     visible: int
     names: tuple[str, ...]
     open: Float[np.ndarray, "p missing"]
-    condition: float
     error: PredictedError
     position: float
     rotation: float
@@ -84,8 +82,6 @@ class PlateScore(AbstractReported):
         measured: In the branches to be measured.
         single: In the best single branch for all targets; None where no branch reaches all.
         sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
-        length: Length at which an angle counts as an arc, for all indices but O [m].
-        region_rows: Number of joint positions in the region for the predicted error.
         can: The targets that can be measured, and why others can't.
         outcome: How the choice of branches ended.
     """
@@ -95,8 +91,6 @@ class PlateScore(AbstractReported):
     measured: SetScore
     single: SetScore | None
     sigma: tuple[float, float]
-    length: float
-    region_rows: int
     can: Measurable
     outcome: Outcome
 

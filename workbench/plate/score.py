@@ -78,7 +78,6 @@ def set_score(
         visible=len(seen.names),
         names=names,
         open=frozen(unseen * whole.weights[:, None]),
-        condition=seen.condition,
         error=error,
         position=error.position_rms if is_known else np.nan,
         rotation=error.rotation_rms if is_known else np.nan,
@@ -131,16 +130,14 @@ def score(
         sigma=sigma,
     )
     scored = partial(set_score, robot, plate, targets=can.rows, q_region=q_region, names=names, sigma=sigma)
-    alike = choice.best_single
-    single = None if alike is None else single_branches(can.solutions)[alike]
+    alike = min(choice.single, key=choice.single.__getitem__, default="")
+    single = single_branches(can.solutions).get(alike)
     return PlateScore(
         plate=plate,
         robot=robot,
         measured=scored(choice.q, choice.branches),
         single=None if single is None else scored(single, (alike,) * len(can.rows)),
         sigma=sigma,
-        length=robot.reach,
-        region_rows=len(q_region),
         can=can,
         outcome=choice.outcome,
     )

@@ -54,11 +54,6 @@ class BranchChoice:
     single: dict[str, float]
     outcome: Outcome
 
-    @property
-    def best_single(self) -> str | None:
-        """The best branch for all targets alike; None if no branch reaches all."""
-        return min(self.single, key=lambda name: self.single[name]) if self.single else None
-
 
 def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...]:
     """Every solution within limits of every target; of a target with joint angles only the one meant."""

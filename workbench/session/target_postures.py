@@ -8,7 +8,7 @@ Where the arm would run into plate, blocks or table (`plate/collision.py`) an au
 replaced by a collision-free one, if there is any.
 """
 
-from collections.abc import Collection
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -68,17 +68,10 @@ def solve_all_targets(
 
 
 def with_obstacles(
-    robot: Robot, plate: Plate, states: tuple[TargetState, ...], known: Collection[TargetState] = ()
+    robot: Robot, plate: Plate, states: tuple[TargetState, ...], *, of: Iterable[int] | None = None
 ) -> tuple[TargetState, ...]:
-    """The same states, each with the obstacle that the arm hits on the current plate.
-
-    Args:
-        robot: The arm.
-        plate: Its targets.
-        states: How the arm stands at them.
-        known: Those that are not looked at again.
-    """
-    rows = [i for i, state in enumerate(states) if state.reached and state not in known]
+    """The same states, each (or those `of` some targets) with what the arm hits on the current plate."""
+    rows = [i for i in (range(len(states)) if of is None else of) if states[i].reached]
     if not rows:
         return states
     found = hits(robot, plate, rows, np.stack([states[i].q for i in rows]))

@@ -122,17 +122,17 @@ class Setting:
         return self.robot.dof < int(Task.POSE) and self.kind is not Kind.SEAT
 
     @cached_property
-    def solids(self) -> tuple[Collider, ...]:
-        """What stands still whatever the targets are."""
+    def solid(self) -> Collider | None:
+        """The plate's, which stands still whatever the targets are."""
         size = self.plate.size
-        return () if size is None else (plate_hull(self.plate.pose, size),)
+        return None if size is None else plate_hull(self.plate.pose, size)
 
     def around(
         self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, "rows 3"]:
         """Distances of the arm from itself, the table and the plate [m]."""
         floor = self.constraints.floor
-        return self.arm.clearances(placements, solids=self.solids, floor=floor, far=far, minimum=minimum)
+        return self.arm.clearances(placements, solid=self.solid, floor=floor, far=far, minimum=minimum)
 
     @property
     def spacing(self) -> float:
@@ -168,8 +168,7 @@ class Setting:
         poses = tool_poses_at(self.plate, places)
         stops, free = self._retreats(poses[rows], q[rows])
         stops = stops[keep("retreat along the probe", free)]
-        stops = stops[keep(OWN_BLOCK, self._clear_of_own(poses[rows], stops))]
-        found = Candidates(
+        every = Candidates(
             places=places[rows],
             poses=poses[rows],
             q=q[rows],
@@ -177,7 +176,9 @@ class Setting:
             placements=stops,
             rows=self.rows(q[rows], places[rows]),
         )
-        return found, rows, missed
+        near = Neighbours(self, every, np.full(len(every), -1))
+        clear = np.array([near.misses(i, i) for i in range(len(every))], bool)
+        return every.take(keep(OWN_BLOCK, clear)), rows, missed
 
     def _retreats(
         self, poses: Poses, q: Float[np.ndarray, "rows n"]
@@ -193,16 +194,6 @@ class Setting:
             around = self.around(stops[-1], far=clearance + MARGIN, minimum=clearance)
             free &= followed.converged & (around >= clearance).all(1)
         return np.stack(stops, axis=1), free
-
-    def _clear_of_own(self, poses: Poses, stops: np.ndarray) -> Bool[np.ndarray, " rows"]:
-        clearance, hulls = self.constraints.clearance, block_hulls(self.plate.pose, poses)
-        free = np.ones(len(poses), bool)
-        for stop in range(stops.shape[1]):
-            gaps = self.arm.hull_distances(
-                stops[:, stop], hulls, checked=~self.arm.probes, far=clearance + MARGIN, minimum=clearance
-            )
-            free &= gaps >= clearance
-        return free
 
     def rows(self, q: Float[np.ndarray, "rows n"], places: Places) -> Float[np.ndarray, "rows m p"]:
         """Whitened rows per scaled parameter, for targets in postures."""
@@ -241,9 +232,10 @@ class Neighbours:
 
     def clear(self, one: int, others: Iterable[int]) -> bool:
         """Whether the arm at a candidate keeps clear of the others' blocks, and at the others of its own."""
-        return all(self._misses(one, other) and self._misses(other, one) for other in others)
+        return all(self.misses(one, other) and self.misses(other, one) for other in others)
 
-    def _misses(self, visitor: int, block: int) -> bool:
+    def misses(self, visitor: int, block: int) -> bool:
+        """Whether the arm at a candidate keeps clear of a block; its probe may touch its own."""
         if (visitor, block) not in self._seen:
             clearance = self.setting.constraints.clearance
             gap = self.gap(visitor, block, far=clearance + MARGIN, minimum=clearance)

@@ -130,6 +130,10 @@ class ArmShape:
         """Where its links are at joint positions [rad or m]."""
         return se3.inverse(self.robot.base.pose) @ link_frames(self.robot, Motion(q))
 
+    def kept_from(self, hull: Collider) -> Bool[np.ndarray, " pieces"]:
+        """The pieces that must not touch a body that stands still: the base stands on the table."""
+        return self.bodies > (ON_THE_TABLE if isinstance(hull.shape, coal.Halfspace) else -1)
+
     def lowest(self, frames: Placements) -> Float[np.ndarray, "rows pieces"]:
         """Height of the lowest point of each piece [m]."""
         one = np.eye(len(self.pieces), dtype=bool)
@@ -191,25 +195,27 @@ class ArmShape:
         self,
         frames: Placements,
         *,
-        solids: Sequence[Collider] = (),
+        solid: Collider | None = None,
         floor: float | None = None,
         far: float = MAX_MEASURED_DISTANCE,
         minimum: float | None = None,
     ) -> Float[np.ndarray, "rows 3"]:
-        """Minimum distance from itself, the table and solids in every row, at most `far` [m].
+        """Minimum distance from itself, the table and a solid in every row, at most `far` [m].
 
         Args:
-            solids: The plate's, if it has one, and the posts of a ball-bar's anchors.
+            solid: The plate's, if it has one.
             floor: Height of the table in the robot's base [m]; None if there is none.
             far: Maximum distance of interest [m].
             minimum: As for `own_distances`.
         """
         result = np.full((len(frames), 3), far)
         result[:, 0] = self.own_distances(frames, far=far, minimum=minimum)
-        table = [] if floor is None else [(1, below(floor), self.bodies > ON_THE_TABLE)]
-        for column, solid, checked in (*table, *((2, solid, self.bodies >= 0) for solid in solids)):
-            gaps = self.hull_distances(frames, [solid], checked=checked, far=far, minimum=minimum)
-            result[:, column] = np.minimum(result[:, column], gaps)
+        for column, hull in enumerate((None if floor is None else below(floor), solid), start=1):
+            if hull is not None:
+                checked = self.kept_from(hull)
+                result[:, column] = self.hull_distances(
+                    frames, [hull], checked=checked, far=far, minimum=minimum
+                )
         return result
 
 

@@ -35,13 +35,13 @@ def score_blocks(score: PlateScore) -> Iterator[Block]:
     if score.left_out:
         yield Sentence(score.left_out)
     yield Sentence(
-        f"predicted errors: {score.region_rows} joint positions in the region, any branch, rotated from a "
-        f"target by up to {np.rad2deg(PLATE_CONE):.0f}°"
+        f"predicted errors: {len(chosen.error.twists)} joint positions in the region, any branch, rotated "
+        f"from a target by up to {np.rad2deg(PLATE_CONE):.0f}°"
     )
     yield Sentence(f"included: {assumptions(score.plate, score.sigma)}")
     yield Sentence(
-        f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
-        "σmin/σmax unscaled, as in the paper"
+        f"scaling: rows by these deviations, angles as arcs at {score.robot.reach:.3f} m (the arm's reach); O "
+        "and σmin/σmax unscaled, as in the paper"
     )
     yield Sentence(f"one branch: {score.single_branch if score.single else 'none reaches all targets'}")
     if chosen.rank < chosen.visible:
@@ -87,7 +87,7 @@ def score_json(score: PlateScore) -> Json:
         noise={"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
         holds=assumptions(score.plate, score.sigma),
         left_out=score.left_out,
-        scaling_length_m=score.length,
+        scaling_length_m=score.robot.reach,
         targets=[
             {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}
             | ({"blocked": score.can.hits[k]} if score.can.hits[k] else {})

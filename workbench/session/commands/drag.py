@@ -97,15 +97,14 @@ class MoveTarget(AbstractChange):
         check_place(f"target {self.target + 1}", self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
-        robot, old, before = session.robot, session.plate.targets[self.target], session.states
+        old, now = session.plate.targets[self.target], session.states[self.target]
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
-        state = follow_target(robot, target, self.start or before[self.target])
+        state = follow_target(session.robot, target, self.start or now)
         plate, states = with_target(session, self.target, target, state)
         if not self._is_dragging(session):
             return move_targets(session, plate, states, selected=self.target)
-        return with_targets(
-            session, plate, with_obstacles(robot, plate, states, before), selected=self.target
-        )
+        states = with_obstacles(session.robot, plate, states, of=[self.target])  # the others' at its end
+        return with_targets(session, plate, states, selected=self.target)
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
         is_next = isinstance(previous, MoveTarget) and previous.key == self.key
