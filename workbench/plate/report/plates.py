@@ -40,8 +40,8 @@ def score_blocks(score: PlateScore) -> Iterator[Block]:
     )
     yield Sentence(f"included: {assumptions(score.plate, score.sigma)}")
     yield Sentence(
-        f"scaling: rows by these deviations, angles as arcs at {score.robot.reach:.3f} m (the arm's reach); O "
-        "and σmin/σmax unscaled, as in the paper"
+        f"scaling: rows by these deviations, angles as arcs at {score.robot.reach:.3f} m (the arm's reach); "
+        "O and σmin/σmax unscaled, as in the paper"
     )
     yield Sentence(f"one branch: {score.single_branch if score.single else 'none reaches all targets'}")
     if chosen.rank < chosen.visible:
