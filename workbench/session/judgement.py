@@ -1,10 +1,10 @@
 """Plate and arm against the wanted error: one answer to each question, the same in strip, panels and report.
 
 The plate is judged by its yield on virtual arms, the arm by its held-out rows; until these are known, nothing
-is called good.
+is called good: the tone is plain.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,27 +12,14 @@ import numpy as np
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.errors.pass_or_fail import Judged, judge
 from workbench.identification.result import Identification
-from workbench.report.blocks import Tone
+from workbench.report.blocks import Sentence, Tone
 from workbench.session.state import Session
 
 PASSING_SHARE = 0.95
 """Share of virtual arms that have to keep the wanted error."""
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """Whether something keeps the wanted error.
-
-    Args:
-        tone: Plain while that is not known.
-        text: For people, without a full stop.
-    """
-
-    tone: Tone
-    text: str
-
-
-def plate_judgement(session: Session) -> Judgement | None:
+def plate_judgement(session: Session) -> Sentence | None:
     """Whether arms that are calibrated on this plate keep the wanted error; None where nothing is to judge.
 
     A predicted rms over poses can show that they don't, but not that they do at every pose.
@@ -50,13 +37,13 @@ def plate_judgement(session: Session) -> Judgement | None:
         if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
             kept += f"; {found.unreached} of them leave out targets that they can't reach"
         kept += " (geometry alone)"
-        return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)
+        return Sentence(kept, tone=Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL)
     if not wanted.within_by_norms(score.position, score.rotation):
-        return Judgement(Tone.CAREFUL, f"more than the required {wanted.text}")
-    return Judgement(Tone.PLAIN, f"not yet tried against the required {wanted.text}")
+        return Sentence(f"more than the required {wanted.text}", tone=Tone.CAREFUL)
+    return Sentence(f"not yet tried against the required {wanted.text}")
 
 
-def arm_judgement(session: Session) -> Judgement | None:
+def arm_judgement(session: Session) -> Sentence | None:
     """Whether the arm of the shown fit keeps the wanted error; None where nothing is to judge."""
     found, wanted = session.results.identification, session.choices.wanted
     if found is None or wanted is None:
@@ -65,7 +52,7 @@ def arm_judgement(session: Session) -> Judgement | None:
     if not judged.check.judged.any():
         return None
     passed = Tone.GOOD if judged.held_out else Tone.PLAIN
-    return Judgement(Tone.BAD if judged.failed else passed, judged.verdict)
+    return Sentence(judged.verdict, tone=Tone.BAD if judged.failed else passed)
 
 
 @lru_cache(maxsize=2)

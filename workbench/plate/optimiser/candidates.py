@@ -70,15 +70,12 @@ class Candidates:
         return len(self.q)
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Candidates":
-        return Candidates(**{name: value[rows] for name, value in self._fields()})
+        return Candidates(**{name: value[rows] for name, value in vars(self).items()})
 
-    def join(self, other: "Candidates") -> "Candidates":
-        return Candidates(
-            **{name: np.concatenate([value, getattr(other, name)]) for name, value in self._fields()}
-        )
-
-    def _fields(self) -> list[tuple[str, np.ndarray]]:
-        return [(name, getattr(self, name)) for name in self.__dataclass_fields__]
+    @staticmethod
+    def joined(*some: "Candidates") -> "Candidates":
+        names = Candidates.__dataclass_fields__
+        return Candidates(**{name: np.concatenate([getattr(one, name) for one in some]) for name in names})
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -142,8 +139,8 @@ class Setting:
     def examine(
         self, places: Places, q: Float[np.ndarray, "rows n"], branches: np.ndarray
     ) -> tuple[Candidates, Int[np.ndarray, " kept"], Counter[str]]:
-        """Targets that keep all constraints on their own, which of all these are, and how many others miss
-        each constraint, the first one that they miss.
+        """Targets that keep all constraints on their own, which of all these are, and how many others whose
+        block can be made miss each constraint, the first one that they miss.
 
         Args:
             places: Blocks.
@@ -151,7 +148,7 @@ class Setting:
             branches: Its name.
         """
         limits, clearance = self.constraints, self.constraints.clearance
-        rows, missed = np.arange(len(q)), Counter[str]()
+        rows, missed = np.flatnonzero(self.blocks.fit(places, self.half)), Counter[str]()
 
         def keep(what: str, kept: Bool[np.ndarray, " rows"]) -> Bool[np.ndarray, " rows"]:
             nonlocal rows
@@ -159,7 +156,7 @@ class Setting:
             rows = rows[kept]
             return kept
 
-        keep("joint limits", margins(q, self.robot.limits).min(1) >= limits.limit_margin)
+        keep("joint limits", margins(q[rows], self.robot.limits).min(1) >= limits.limit_margin)
         around = self.around(self.arm.placements(q[rows]), far=clearance + MARGIN, minimum=clearance)
         for column, what in enumerate(("of the arm from itself", "from the table", "from the plate")):
             around = around[keep(f"clearance {what}", around[:, column] >= clearance)]
@@ -274,22 +271,16 @@ class BlockSolutions(NamedTuple):
 
 def draw_pool(setting: Setting, number: int, *, rng: np.random.Generator) -> tuple[Candidates, Counter[str]]:
     """Candidates from so many random blocks, and how many solutions missed each constraint."""
-    found: Candidates | None = None
-    missed, done = Counter[str](), 0
+    found, missed, done = list[Candidates](), Counter[str](), 0
     while done < number:
         check_cancelled()
         places = setting.blocks.draw(min(BLOCKS_PER_CHECK, number - done), setting.half, rng=rng)
-        solutions = solutions_at(setting, places)
-        if setting.is_turned_by_the_arm:
-            fits = setting.blocks.fit(solutions.places, setting.half)
-            solutions = BlockSolutions(*(part[fits] for part in solutions))
-        good, _, lost = setting.examine(solutions.places, solutions.q, solutions.branches)
-        found = good if found is None else found.join(good)
+        good, _, lost = setting.examine(*solutions_at(setting, places)[1:])
+        found.append(good)
         missed += lost
         done += len(places)
         progress(done / number, "drawing places for targets")
-    assert found is not None
-    return found, missed
+    return Candidates.joined(*found), missed
 
 
 def solutions_at(setting: Setting, places: Places) -> BlockSolutions:

@@ -17,7 +17,7 @@ import workbench.plate.report.design  # noqa: F401 how results are shown
 from workbench.base.errors import DataError
 from workbench.base.progress import Cancelled, check_cancelled, part_of, progress
 from workbench.base.types import Outcome
-from workbench.plate.optimiser.candidates import Neighbours, Setting, draw_pool, given_solutions
+from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting, draw_pool, given_solutions
 from workbench.plate.optimiser.constraints import check_base, check_room, conflict
 from workbench.plate.optimiser.result import PlateDesign, describe
 from workbench.plate.optimiser.search import Search
@@ -60,7 +60,7 @@ def optimise(
         with part_of(0.0, POOL_SHARE):
             pool, missed = draw_pool(setting, places, rng=rng)
         own = np.concatenate([given.own, np.full(len(pool), -1)])
-        near = Neighbours(setting, given.pool.join(pool), own)
+        near = Neighbours(setting, Candidates.joined(given.pool, pool), own)
         exchange = search.exchange(near)
         for i in range(starts):
             filling = exchange if i < 2 else search.drawn(near)
@@ -118,9 +118,8 @@ def _given(search: Search, locked: list[int]) -> tuple[Neighbours, list[int]]:
     """Candidates of the given plate, and those that go together, locked targets first."""
     setting = search.setting
     solutions = given_solutions(setting, setting.plate)
-    fits = np.flatnonzero(setting.blocks.fit(solutions.places, setting.half))
-    good, rows, _ = setting.examine(*(part[fits] for part in solutions[1:]))
-    slots = solutions.slots[fits][rows].tolist()
+    good, rows, _ = setting.examine(*solutions[1:])
+    slots = solutions.slots[rows].tolist()
     own = np.array([locked.index(slot) if slot in locked else -1 for slot in slots], int)
     near, number = Neighbours(setting, good, own), len(setting.plate)
     exchange = search.exchange(near)

@@ -86,7 +86,7 @@ class Search:
         for step in POLISH_STEP_SIZES:
             for slot in range(locked, len(targets)):
                 check_cancelled()
-                pool = targets.join(self._variants(targets, slot, step))
+                pool = Candidates.joined(targets, self._variants(targets, slot, step))
                 chosen, free = list(range(len(targets))), np.full(len(pool), -1)
                 self.exchange(Neighbours(self.setting, pool, free)).improve(
                     chosen, slot, self.cost(targets.rows)
