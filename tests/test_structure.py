@@ -38,15 +38,15 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 LONGEST = 600
 BUDGETS = {
     "root": 254,
-    "base": 2_143,
+    "base": 2_141,
     "report": 800,
     "arm": 8_826,
     "data": 5_067,
-    "plate": 5_022,
+    "plate": 4_959,
     "identification": 9_206,
     "diagnosis": 6_708,
     "exports": 330,
-    "session": 6_247,
+    "session": 6_209,
     "views": 6_945,
     "cli": 1_465,
     "extras": 1,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_984,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_136
+READING_SET = 18_110
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -8,7 +8,7 @@ import pytest
 from checks import freed, robot_of
 from slow import slow
 
-from workbench import Dataset, Motion, Noise, load_robot, measure_plate, tool_poses
+from workbench import Dataset, Motion, Noise, load_plate, load_robot, measure_plate, tool_poses
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome
 from workbench.identification.algorithms.ols import Ols
@@ -17,7 +17,6 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.identify import identify
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
-from workbench.plate.measured_plate import load_plate
 
 PLATE_NOISE = Noise(1e-4, np.deg2rad(0.02))
 ALGORITHMS = {"ols": (Ols(), 1e-9), "opt1": (Opt1(), 1e-6), "opt2": (Opt2(), 1e-9)}

@@ -10,9 +10,8 @@ from gear_sag import GearSag
 from refusals import mentions
 
 from recordings import Run, rewrite
-from workbench import Parts, load_robot, measure_poses, register, write_measurements
+from workbench import Parts, load_plate, load_robot, measure_poses, register, write_measurements
 from workbench.arm.robot_toml import robot_text
-from workbench.plate.measured_plate import load_plate
 from workbench.session.command import UnknownCommand
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose

@@ -72,14 +72,12 @@ def beside(what: str, otherwise: Any) -> Callable[[Callable[P, T]], Callable[P, 
     """
 
     def mark(function: Callable[P, T]) -> Callable[P, T]:
+        whole: Any = list if isgeneratorfunction(function) else lambda found: found
+
         @wraps(function)
         def asked(*args: P.args, **kwargs: P.kwargs) -> Any:
-            return ask(what, lambda: function(*args, **kwargs), otherwise)
+            return ask(what, lambda: whole(function(*args, **kwargs)), otherwise)
 
-        @wraps(function)
-        def listed(*args: P.args, **kwargs: P.kwargs) -> Any:
-            return iter(ask(what, lambda: list[Any](function(*args, **kwargs)), otherwise))  # type: ignore
-
-        return listed if isgeneratorfunction(function) else asked
+        return asked
 
     return mark

@@ -2,8 +2,7 @@
 
 import pytest
 
-from workbench import Parts, load_robot, register
-from workbench.plate.measured_plate import load_plate
+from workbench import Parts, load_plate, load_robot, register
 from workbench.session.view import AbstractView
 from workbench.views.page.app import App
 from workbench.views.page.panels.panel import AbstractPanel

@@ -6,8 +6,7 @@ import pytest
 from driven_effects import driven_file
 from round_trip import Saved, read_rows
 
-from workbench import load_robot, write_urdf
-from workbench.plate.measured_plate import load_plate
+from workbench import load_plate, load_robot, write_urdf
 from workbench.session.page_state import Tab
 from workbench.views.page.app import App
 
