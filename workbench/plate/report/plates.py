@@ -1,6 +1,6 @@
 """Scores of plates, for people and programs."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -31,7 +31,9 @@ def score_blocks(score: PlateScore) -> Iterator[Block]:
     ]
     headings = ("target", "branch", "O", "share of I [%]")
     yield ResultTable(f"{score.plate.name} for {score.robot.name}", headings, rows, words=2)
-    yield ResultTable("The set", ("", "branches above", "one branch"), _set_rows([chosen, score.single]))
+    sets = (SET.cells(chosen), SET.cells(score.single) if score.single else ["–"] * len(SET.headings))
+    rows = [*zip(SET.headings, *sets, strict=True)]
+    yield ResultTable("The set", ("", "branches above", "one branch"), rows)
     if score.left_out:
         yield Sentence(score.left_out)
     yield Sentence(
@@ -46,26 +48,6 @@ def score_blocks(score: PlateScore) -> Iterator[Block]:
     yield Sentence(f"one branch: {score.single_branch if score.single else 'none reaches all targets'}")
     if chosen.rank < chosen.visible:
         yield Sentence(f"indistinguishable: {'; '.join(_open_text(chosen))}; vary targets or branches")
-
-
-def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, ...]]:
-    """Label and one cell per set: predicted errors, rank, indices."""
-
-    def row(what: str, shown: Callable[[SetScore], str]) -> tuple[str, ...]:
-        return what, *("–" if one is None else shown(one) for one in sets)
-
-    def index(name: str) -> Callable[[SetScore], str]:
-        return lambda s: number_or_open(s.indices[name])
-
-    meanings = {name: index.meaning for name, index in INDICES.items()} | {I.name: I.meaning}
-    return [
-        row("position error, rms [mm]", lambda s: number_or_open(1e3 * s.error.position_rms)),
-        row("position error, mean [mm]", lambda s: number_or_open(1e3 * s.error.position_mean)),
-        row("orientation error, rms [°]", lambda s: number_or_open(np.rad2deg(s.error.rotation_rms))),
-        row("rank", lambda s: f"{s.rank} of {s.visible}"),
-        row("σmin/σmax of the stacked Jacobian", lambda s: number_or_open(s.stacked)),
-        *(row(f"{name}: {meaning}", index(name)) for name, meaning in meanings.items()),
-    ]
 
 
 def _open_text(score: SetScore) -> list[str]:
@@ -114,11 +96,26 @@ PREDICTED = ResultFields(
 """Of a `PredictedError`."""
 SET = ResultFields(
     ResultField("predicted", of="error", each=PREDICTED),
+    ResultField("", MM, "error.position_rms", "position error, rms", number_or_open),
+    ResultField("", MM, "error.position_mean", "position error, mean", number_or_open),
+    ResultField("", DEG, "error.rotation_rms", "orientation error, rms", number_or_open),
+    ResultField("", of=lambda score: f"{score.rank} of {score.visible}", title="rank"),
     "indices",
-    ResultField("stacked_ratio", of="stacked"),
+    ResultField(
+        "stacked_ratio", of="stacked", title="σmin/σmax of the stacked Jacobian", text=number_or_open
+    ),
     "rank",
     "visible",
     ResultField("parameters", of=lambda score: len(score.names)),
     ResultField("open", of=_open_text),
+    *(
+        ResultField(
+            "",
+            of=lambda score, name=index.name: score.indices[name],
+            title=f"{index.name}: {index.meaning}",
+            text=number_or_open,
+        )
+        for index in (*INDICES.values(), I)
+    ),
 )
 """Of the `SetScore` of one set of measurements."""
