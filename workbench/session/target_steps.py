@@ -45,21 +45,17 @@ def begin_step(session: Session, *, is_whole: bool = False) -> Session:
     return session.updated("history", done=UndoStep.recent(done), undone=())
 
 
-def with_targets(
-    session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
-) -> Session:
+def with_targets(session: Session, plate: Plate, states: tuple[TargetState, ...]) -> Session:
     """The session with these targets, scored."""
-    chosen = min(max(session.selected if selected is None else selected, 0), len(plate) - 1)
+    chosen = min(session.selected, len(plate) - 1)
     found = score(session.robot, plate, states, noise=session.noise, region_q=session.region.q)
     session = session.updated("playback", focus=Focus.TARGET)
     return replace(session, plate=plate, states=states, score=found, selected=chosen)
 
 
-def move_targets(
-    session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
-) -> Session:
+def move_targets(session: Session, plate: Plate, states: tuple[TargetState, ...]) -> Session:
     """The session with these targets, scored, as a separate step."""
-    return finish_step(begin_step(session), plate, states, selected=selected)
+    return finish_step(begin_step(session), plate, states)
 
 
 def place_plate(session: Session, plate: Plate) -> Session:
@@ -67,14 +63,10 @@ def place_plate(session: Session, plate: Plate) -> Session:
     return move_targets(session, plate, solve_all_targets(session.robot, plate, region_q=session.region.q))
 
 
-def finish_step(
-    session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
-) -> Session:
+def finish_step(session: Session, plate: Plate, states: tuple[TargetState, ...]) -> Session:
     """The session after a step: no target is blocked without need, their score enters the history."""
     session = replace(session, noise=instrument_for(session, plate))
-    return with_history(
-        with_targets(session, plate, settled(session.robot, plate, states), selected=selected)
-    )
+    return with_history(with_targets(session, plate, settled(session.robot, plate, states)))
 
 
 def with_history(session: Session) -> Session:

@@ -101,10 +101,11 @@ class MoveTarget(AbstractChange):
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
         state = follow_target(session.robot, target, self.start or now)
         plate, states = with_target(session, self.target, target, state)
+        session = replace(session, selected=self.target)
         if not self._is_dragging(session):
-            return move_targets(session, plate, states, selected=self.target)
+            return move_targets(session, plate, states)
         states = with_obstacles(session.robot, plate, states, of=[self.target])  # the others' at its end
-        return with_targets(session, plate, states, selected=self.target)
+        return with_targets(session, plate, states)
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
         is_next = isinstance(previous, MoveTarget) and previous.key == self.key

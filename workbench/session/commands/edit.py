@@ -47,7 +47,8 @@ class AddTarget(AbstractChange):
         target = replace(model, xyz=frozen(np.array(self.place)), q=None, locked=False)
         state = place(session.robot, target, session.states[session.selected].q)
         plate = replace(session.plate, targets=(*session.plate.targets, target))
-        return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)
+        session = replace(session, selected=len(plate) - 1)
+        return move_targets(session, plate, (*session.states, state))
 
 
 class DeleteTarget(AbstractChange):
@@ -146,4 +147,5 @@ class ChooseBranch(AbstractChange):
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
         state = place(session.robot, target, session.states[self.target].q)
-        return move_targets(session, *with_target(session, self.target, target, state), selected=self.target)
+        session = replace(session, selected=self.target)
+        return move_targets(session, *with_target(session, self.target, target, state))

@@ -59,5 +59,5 @@ def _turned(session: Session, back: str, on: str) -> Session:
 def go_to_step(session: Session, step: UndoStep) -> Session:
     """The session with the targets of a step, the first one that differs selected."""
     pairs = enumerate(zip(session.plate.targets, step.plate.targets, strict=False))
-    other = next((i for i, (now, then) in pairs if now is not then), None)
-    return finish_step(session, step.plate, step.states, selected=other)
+    other = next((i for i, (now, then) in pairs if now is not then), session.selected)
+    return finish_step(replace(session, selected=other), step.plate, step.states)
