@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_206,
     "diagnosis": 6_708,
     "exports": 330,
-    "session": 6_209,
+    "session": 6_204,
     "views": 6_945,
     "cli": 1_465,
     "extras": 1,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_984,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_110
+READING_SET = 18_106
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

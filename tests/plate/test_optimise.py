@@ -33,9 +33,8 @@ def table2(aria, plate, solutions, goal):
 
 def optimise_plate(robot, plate, **given):
     """As the plate says, with the usual margins."""
-    return wb.optimise_plate(
-        robot, plate, **{"constraints": Constraints(), "production": plate.production, **given}
-    )
+    given = {"constraints": Constraints(), "production": plate.production, **given}
+    return wb.optimise_plate(robot, plate, **given)
 
 
 @pytest.fixture(scope="module")
