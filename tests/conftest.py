@@ -160,12 +160,9 @@ def solutions(aria, plate):
 
 @pytest.fixture(scope="session")
 def built() -> Callable:
-    """The commands as typer builds them, once a process and not once a call; those of extras too."""
+    """The commands as typer builds them, once a process and not once a call."""
     from typer.main import get_command
 
-    from workbench.cli import add_plugins
-
-    add_plugins(["--help"])
     return cache(get_command)
 
 

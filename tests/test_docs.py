@@ -16,7 +16,7 @@ import typer
 from documented_commands import commands, run_lines
 
 import workbench
-from workbench.cli import add_plugins, app
+from workbench.cli import app
 from workbench.cli.exit_status import SECTIONS
 
 DOCS = Path(__file__).resolve().parents[1] / "assets" / "docs"
@@ -27,7 +27,6 @@ PAGES = {p.relative_to(DOCS).with_suffix("").as_posix(): p.read_text(encoding="u
 SHOWN = {name: found for name, text in PAGES.items() if (found := commands(text))}
 QUICK = {"mocap", "robots"}
 """Pages whose commands together take a second or two."""
-add_plugins(["--help"])
 
 
 @pytest.mark.parametrize(
@@ -64,7 +63,7 @@ def test_every_command_is_in_the_table():
 def test_every_section_of_the_help_has_a_page():
     shown = [name for text in PAGES.values() for name in re.findall(r"\.\. commands:: (\w+)", text)]
     assert sorted(shown) == sorted(SECTIONS)
-    assert {command.rich_help_panel for command in built().commands.values()} <= set(SECTIONS)
+    assert {command.rich_help_panel for command in built().whole.commands.values()} <= set(SECTIONS)
 
 
 def quoted(text: str) -> list[str]:
@@ -89,7 +88,7 @@ def unknown(line: str) -> str:
             return ""
         if text[0].startswith("-"):
             break
-        if text[0] not in known.commands:
+        if text[0] not in known.whole.commands:
             return text[0]
         context = known.make_context("workbench", [], resilient_parsing=True)
         _, known, text = known.resolve_command(context, text)

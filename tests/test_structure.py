@@ -48,7 +48,7 @@ BUDGETS = {
     "exports": 330,
     "session": 6_204,
     "views": 6_945,
-    "cli": 1_465,
+    "cli": 1_453,
     "extras": 1,
     "extras/camera": 3_553,
     "extras/controllers": 706,
@@ -62,7 +62,7 @@ BUDGETS = {
     "extras/reproduce": 88,
     "extras/review": 266,
     "extras/service": 1_165,
-    "extras/trajectories": 1_304,
+    "extras/trajectories": 875,
     "extras/workshop": 846,
     "tests": 38_984,
 }

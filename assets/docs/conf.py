@@ -73,10 +73,9 @@ class Commands(Directive):
         """One entry for every command."""
         import typer
 
-        from workbench.cli import add_plugins, app
+        from workbench.cli import app
 
-        add_plugins(["--help"])
-        group = typer.main.get_command(app)
+        group = typer.main.get_command(app).whole
         context = group.make_context("workbench", [], resilient_parsing=True)
         section = self.arguments[0]
         return [
@@ -93,7 +92,7 @@ class Commands(Directive):
         context.terminal_width = 88
         section = nodes.section(ids=[nodes.make_id(name)])
         section += nodes.title(text=name)
-        inner = getattr(command, "commands", {})
+        inner = command.whole.commands if hasattr(command, "whole") else {}
         if inner and isinstance(command, typer.core.TyperGroup):
             section += nodes.paragraph(text=command.help or "")
             for word, entry in inner.items():

@@ -23,7 +23,7 @@ def test_commands_stand_under_what_one_wants(run):
 def test_every_command_writes_its_result_where_json_says(run, built):
     groups = [("", built(app))]
     for group, commands in groups:
-        for name, command in commands.commands.items():
+        for name, command in commands.whole.commands.items():
             if hasattr(command, "commands"):
                 groups.append((name, command))
             else:

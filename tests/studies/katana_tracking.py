@@ -18,13 +18,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.interpolate import make_interp_spline
 
 from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
+from studies.katana_paths import Path, circle_through, plan
 from studies.katana_study import EACH_DIRECTION, REMAINDER, Spread, read_tilting, spread
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.frame import Frame
+from workbench.arm.inverse.damped_newton import refine
+from workbench.arm.inverse.follow import rigid_targets
+from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -33,10 +38,8 @@ from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import JointRows, Poses
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.extras.trajectories.correction import CorrectionMethod, correct
-from workbench.extras.trajectories.curves import Curve, circle_through, line
-from workbench.extras.trajectories.path import command_joints
-from workbench.extras.trajectories.planning import Planned, plan
+from workbench.extras.trajectories.correction import correct
+from workbench.extras.trajectories.path import Commanded, command_joints
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
 from workbench.plate.poses.iso_cube import iso_cube_poses
@@ -70,7 +73,7 @@ class TrackingStudy:
             the circle [mm].
     """
 
-    paths: tuple[Planned, ...]
+    paths: tuple[Path, ...]
     mean: Float[np.ndarray, "arms 5 3"]
     alone: Float[np.ndarray, "2 rows"]
 
@@ -109,13 +112,14 @@ def drawing_katana() -> Robot:
     return load_robot("katana450-three-rotation").with_frames(tool=tool)
 
 
-def tracked_paths(robot: Robot) -> tuple[Planned, ...]:
+def tracked_paths(robot: Robot) -> tuple[Path, ...]:
     """Those of `PATHS`, the pencil as upright on their plane as the arm can hold it; level on the last."""
-    curves: tuple[Curve, ...] = (circle_through(printed.POINTS), line(*LINE), line(*printed.POINTS[[1, 3]]))
-    axes = (curves[0].normal, curves[0].normal, LEVEL)
+    circle, normal = circle_through(printed.POINTS)
+    lines = (make_interp_spline([0.0, 1.0], ends, k=1) for ends in (LINE, printed.POINTS[[1, 3]]))
+    curves = zip((circle, *lines), (normal, normal, LEVEL), strict=True)
     return tuple(
-        plan(robot, curve, duration=duration, rows=ROWS, axis=axis)
-        for curve, duration, axis in zip(curves, DURATIONS, axes, strict=True)
+        plan(robot, *curve, duration=duration, rows=ROWS)
+        for curve, duration in zip(curves, DURATIONS, strict=True)
     )
 
 
@@ -123,7 +127,7 @@ def tracked(
     actual: VirtualKatana,
     robot: Robot,
     tilting: tuple[AbstractEffect, ...],
-    paths: tuple[Planned, ...],
+    paths: tuple[Path, ...],
     cube: JointRows,
     rng: np.random.Generator,
 ) -> Float[np.ndarray, "paths 5 samples"]:
@@ -139,10 +143,22 @@ def tracked(
     for k, path in enumerate(paths):
         out[k, BEFORE] = missed(actual, robot, path.q, path.poses)
         for step, model in enumerate(models, start=1):
-            method = CorrectionMethod.ITERATED if step == OURS else CorrectionMethod.ONE_STEP
-            q = correct(command_joints(model, robot, path.q, positions_only=True), method=method).q
+            commanded = command_joints(model, robot, path.q, positions_only=True)
+            q = correct(commanded).q if step == OURS else one_step(commanded)
             out[k, step] = missed(actual, robot, q, path.poses)
     return out
+
+
+def one_step(commanded: Commanded) -> JointRows:
+    """Joints after the step of eq. (5.22), damped, in the rows that it makes better."""
+    robot, q, task = commanded.arms.calibrated, commanded.q, commanded.arms.task
+    arm, off = compile_arm(robot), list[np.ndarray]()
+    aims = rigid_targets(robot, commanded.poses, Motion(q))
+    step = refine(arm, aims, q, task=task, limits=robot.limits, iterations=1).q
+    for x in (q, step):
+        aims = rigid_targets(robot, commanded.poses, Motion(x))
+        off.append(refine(arm, aims, x, task=task, iterations=0).position_error)
+    return np.where((off[1] > off[0])[:, None], q, step)
 
 
 def identified(
@@ -173,19 +189,14 @@ def missed(actual: VirtualKatana, robot: Robot, q: JointRows, wanted: Poses) -> 
     return 1e3 * np.linalg.norm(away[:, :3, 3], axis=1)
 
 
-def path_moments(path: Planned) -> JointMoments:
+def path_moments(path: Path) -> JointMoments:
     """What holds the links in motion, right before each joint."""
     return joint_moments(path.robot, Motion(path.q, **path.motion.drivers))
 
 
-def _alone(robot: Robot, path: Planned) -> Float[np.ndarray, "2 rows"]:
+def _alone(robot: Robot, path: Path) -> Float[np.ndarray, "2 rows"]:
     """Fig. 5.10: the nominal geometry with the joints of Table 5.2, in motion."""
     exact = read_tilting(np.random.default_rng(0), EACH_DIRECTION)
-    return np.array([_deflected(robot.with_frames(base=Frame()), e, path) for e in (exact[2:], exact)])
-
-
-def _deflected(
-    robot: Robot, effects: tuple[AbstractEffect, ...], path: Planned
-) -> Float[np.ndarray, " rows"]:
-    there = tool_poses(robot.with_effects(*effects), path.motion)
-    return 1e3 * np.linalg.norm((there - path.poses)[:, :3, 3], axis=1)
+    arms = (robot.with_frames(base=Frame()).with_effects(*e) for e in (exact[2:], exact))
+    away = np.array([tool_poses(arm, path.motion) - path.poses for arm in arms])
+    return 1e3 * np.linalg.norm(away[..., :3, 3], axis=-1)

@@ -16,14 +16,13 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError
 from workbench.base.installed_package import package_version
 from workbench.cli import calibration, measurements, plate_design
 from workbench.cli import options as opt
-from workbench.cli.exit_status import Commands, run
+from workbench.cli.exit_status import PROGRAM, Commands, run
 from workbench.cli.options import option
 from workbench.cli.sessions import open_session
-from workbench.parts import offered, resolved, warn_of_broken
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
@@ -31,7 +30,7 @@ SERVED = ("host", "port", "open_browser", "record", "rerun", "session", "json")
 """Options that do not determine what the app shows; without any others the user is asked."""
 
 app = typer.Typer(
-    name="workbench",
+    name=PROGRAM,
     help="Kinematic calibration of serial robot arms. Without a command: the app in the browser.",
     no_args_is_help=False,
     pretty_exceptions_enable=False,
@@ -57,59 +56,7 @@ def main() -> None:
 
 
 def _carry_out(arguments: Sequence[str]) -> Any:
-    given = opened(list(arguments))
-    add_plugins(given)
-    return app(given, standalone_mode=False)  # typer would else swallow some exceptions
-
-
-_ADDED: dict[str, Any] = {}
-"""Commands of extras and other packages that were added already, by name."""
-
-
-def add_plugins(arguments: list[str]) -> None:
-    """Add the commands of extras and other packages, unless a known one is called: finding them takes 20 ms.
-
-    A name of two words belongs to the group of the first.
-    """
-    inner = [(g.name, g.typer_instance) for g in app.registered_groups if g.typer_instance is not None]
-    groups = {str(name or each.info.name): each for name, each in inner}
-    own = {name: set(map(_name, each.registered_commands)) for name, each in groups.items()}
-    own[""] = {*groups, *map(_name, app.registered_commands)}
-    group, command = (arguments[0], arguments[1:2]) if arguments[0] in groups else ("", arguments[:1])
-    if command and command[0] in own[group]:
-        return
-    for name, part, origin in offered("commands"):
-        group, _, short = name.rpartition(" ")
-        if _ADDED.get(name) is part:
-            continue
-        try:
-            if group not in own or short in own[group]:
-                why = f"there is no group '{group}'" if group not in own else f"'{name}' is known already"
-                raise OptionError(why)
-            _check_command(entry := resolved(part))
-        except (Exception, SystemExit) as error:  # whatever is wrong with somebody else's package
-            warn_of_broken(f"the command '{name}' of {origin}", error)
-            continue
-        own[group].add(short)
-        _ADDED[name] = part
-        into, panel = groups.get(group, app), getattr(entry, "rich_help_panel", None)
-        if isinstance(entry, typer.Typer):
-            into.add_typer(entry, name=short, rich_help_panel=panel)
-        else:
-            into.command(short, rich_help_panel=panel)(entry)
-
-
-def _name(command: Any) -> str:
-    return command.name or getattr(command.callback, "__name__", "")
-
-
-def _check_command(entry: Any) -> None:
-    """Raise on an unknown command: typer would notice only when running it."""
-    if not isinstance(entry, typer.Typer):
-        alone = typer.Typer()
-        alone.command()(entry)
-        entry = alone
-    typer.main.get_command(entry)
+    return app(opened(list(arguments)), standalone_mode=False)  # typer would else swallow some exceptions
 
 
 def opened(arguments: list[str]) -> list[str]:

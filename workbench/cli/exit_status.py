@@ -11,6 +11,7 @@ import io
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from typing import Any, TypeVar
 
 import typer
@@ -20,8 +21,10 @@ from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchEr
 from workbench.base.files import STANDARD_OUTPUT, standard_output_last
 from workbench.base.wording import brief, readable
 from workbench.cli.output_files import with_json
+from workbench.parts import offered, resolved, warn_of_broken
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+PROGRAM = "workbench"
 NO_RESULT, UNUSABLE, WRONG_USAGE = 1, 2, 64
 UsageError: Any = typer.BadParameter.__base__
 """typer's usage errors: an unknown command or option, a missing or malformed value."""
@@ -30,11 +33,38 @@ SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
 
 
 class Commands(typer.core.TyperGroup):
-    """Commands grouped by purpose, each with its complete first sentence."""
+    """Commands grouped by purpose, each with its complete first sentence.
+
+    Those of extras and other packages are added where an unknown one is called, or all are listed: finding
+    them takes 20 ms. A name of two words belongs to the group of the first.
+    """
+
+    @cached_property
+    def whole(self) -> "Commands":
+        """The group with the commands of others."""
+        own = "" if self.name == PROGRAM else self.name
+        for name, part, origin in offered("commands"):
+            group, _, short = name.rpartition(" ")
+            try:
+                if group == own and short in self.commands:
+                    raise OptionError(f"'{name}' is known already")
+                if not own and group and group not in self.commands:
+                    raise OptionError(f"there is no group '{group}'")
+                if group == own:
+                    self.commands[short] = _made(resolved(part), short)
+            except (Exception, SystemExit) as error:  # whatever is wrong with somebody else's package
+                warn_of_broken(f"the command '{name}' of {origin}", error)
+        return self
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(self.whole.commands)
+
+    def get_command(self, ctx: Any, name: str) -> Any:
+        return self.commands.get(name) or self.whole.commands.get(name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """One section for every `rich_help_panel`."""
-        commands = [command for name in self.list_commands(ctx) if (command := self.get_command(ctx, name))]
+        commands = [self.commands[name] for name in self.list_commands(ctx)]
         longest = max(len(str(command.name)) for command in commands)
         sections: dict[str, list[tuple[str, str]]] = {title: [] for title in SECTIONS}
         for command in commands:
@@ -48,17 +78,28 @@ class Commands(typer.core.TyperGroup):
         """The called command, with `--json` and the options that other packages add to it."""
         name, command, rest = super().resolve_command(ctx, args)
         if (whole := getattr(getattr(command, "callback", None), "whole", None)) is not None:
-            alone = typer.Typer(rich_markup_mode=None, add_completion=False)
-            alone.command(name)(whole())
-            command = typer.main.get_command(alone)
+            command = _made(whole(), str(name))
         if not isinstance(command, typer.core.TyperGroup):
             command = with_json(command, "" if ctx.parent is None else ctx.info_name)
         return name, command, rest
 
 
+def _made(entry: Any, name: str) -> Any:
+    """A function, or a group, as a command."""
+    if isinstance(entry, typer.Typer):
+        found: Any = typer.main.get_group(entry)
+    else:
+        alone = typer.Typer(rich_markup_mode=None, add_completion=False)
+        alone.command(name)(entry)
+        found = typer.main.get_command(alone)
+    found.name, found.rich_help_panel = name, getattr(entry, "rich_help_panel", None)
+    return found
+
+
 def group(name: str, help: str, *, section: str | None = None) -> typer.Typer:
     """A group of two-word commands; in another package with one of `SECTIONS`, where the help lists it."""
-    return typer.Typer(name=name, help=help, no_args_is_help=True, cls=Commands, rich_help_panel=section)
+    own: dict[str, Any] = {"rich_help_panel": section, "rich_markup_mode": None}
+    return typer.Typer(name=name, help=help, no_args_is_help=True, cls=Commands, **own)
 
 
 def in_section(title: str) -> Callable[[Command], Command]:

@@ -59,7 +59,7 @@ def test_the_slope_of_the_likelihood_is_its_derivative():
     rng, unknowns = np.random.default_rng(1), 4
     residual, by_twist, jacobian = (rng.normal(size=(8, 20, *n)) for n in ((), (6,), (unknowns,)))
     pictures = Pictures.of(residual, by_twist, np.ones((8, 20), bool), jacobian)
-    x, groups = rng.normal(size=unknowns), np.array([[1.0, 2.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
-    likelihood = Likelihood(pictures, x, x, 1e-2 * np.eye(unknowns), np.zeros(unknowns), tuple(groups))
+    x, groups = rng.normal(size=unknowns), {"a": np.array([1.0, 2, 0, 0]), "b": np.array([0.0, 0, 1, 0])}
+    likelihood = Likelihood(pictures, x, x, 1e-2 * np.eye(unknowns), np.zeros(unknowns), groups)
     logs = np.log([0.7, 0.3, 0.1, 0.2, 0.5])
     check_jacobian(lambda v: np.array(likelihood.cost(np.exp(v))[0]), likelihood.cost(np.exp(logs))[3], logs)

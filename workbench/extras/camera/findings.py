@@ -13,39 +13,8 @@ from workbench.identification.fit import Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability
 from workbench.identification.problem import Noise
 from workbench.report.json import Json
-from workbench.report.result_fields import ResultField, ResultFields
 
 TAKE_MORE = "to decide, take more pictures, with the joints turned further and the target near and tilted"
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One step of the decision.
-
-    Args:
-        name: What it frees beside camera and target.
-        free: Constants of the arm that it frees.
-        pixel: Error of corners [px, root mean square distance].
-        evidence: Twice the gain in log likelihood by its constants.
-        refused: Why it was not taken; "" where it was.
-    """
-
-    name: str
-    free: tuple[str, ...]
-    pixel: float
-    evidence: float
-    refused: str
-
-
-STEP = ResultFields(
-    "name",
-    ResultField("taken", of=lambda step: not step.refused),
-    ResultField("reason", of="refused"),
-    "free",
-    ResultField("fitted_px", of="pixel"),
-    "evidence",
-)
-"""Of a `Step`."""
 
 
 @final
@@ -71,20 +40,24 @@ class Identifiability(AbstractIdentifiability):
 
 
 def identifiability(
-    steps: Sequence[Step], taken: int, noise: Noise, *, doubts: tuple[str, ...], **more: Any
+    steps: Sequence[Json], noise: Noise, *, doubts: tuple[str, ...], **more: Any
 ) -> Identifiability:
-    """What the steps that were tried decide, of which one holds, and how corners and tool scatter."""
-    title, lack = steps[taken].name, f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
-    reasons = list(doubts[:1]) or [f"{each.name}: {each.refused}" for each in steps[1:]]
-    advice = [] if doubts or not any(each.refused for each in steps) else [TAKE_MORE]
+    """What the steps that were tried decide, of which the last one taken holds, and how corners and tool
+    scatter."""
+    title = [step["name"] for step in steps if step["taken"]][-1]
+    lack = f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
+    lost = {step["name"]: step["reason"] for step in steps if step["reason"]}
+    taken = title != steps[0]["name"]
+    reasons = doubts[:1] or [f"{step['name']}: {step['reason']}" for step in steps[1:]]
+    advice = [] if doubts or not lost else [TAKE_MORE]
     unknown = "it has no constant that these pictures could determine"
     refused = "" if taken else "; ".join([*reasons, *advice]) or unknown
     decided = {
         "step": title,
-        "identified": bool(taken),
+        "identified": taken,
         "refused": refused,
         "measure_next": "".join(advice),
-        "steps": STEP.each(steps),
+        "steps": steps,
         "noise": {"pixel_px": np.sqrt(2.0) * noise.own, **noise.json()},
     }
     return Identifiability(
@@ -92,7 +65,7 @@ def identifiability(
         refused=refused,
         advice="".join(advice),
         notes=(
-            *(f"{each.name} not taken: {each.refused}" for each in steps if each.refused),
+            *(f"{name} not taken: {reason}" for name, reason in lost.items()),
             *advice,
             f"noise from the pictures: corners {np.sqrt(2.0) * noise.own:.2f} px; what the model lacks of "
             f"the tool's pose {lack} about each axis",

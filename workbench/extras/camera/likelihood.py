@@ -19,12 +19,11 @@ Source: Patterson, Thompson, Recovery of inter-block information when block size
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import minimize
 
 from workbench.identification.problem import Noise, Problem
 
@@ -36,8 +35,8 @@ GRID = np.geomspace(5e-6, 5e-3, 9)
 """Values [m] over which the likelihood of a size is averaged."""
 FAR = 10.0
 """Standard deviation of unknowns without any knowledge [natural units], so that H can be inverted."""
-WIDTH = 3
-"""Place of the first τ among the sizes."""
+WIDTH, NOISE = 3, ("own", "position", "rotation")
+"""Place of the first τ among the sizes, and names of those before it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,12 +129,14 @@ class Likeliest(NamedTuple):
         cost: Twice the negative log likelihood.
         x: The unknowns that they lead to, by the linearised problem …
         covariance: … and theirs.
+        pixel: Error of corners that these leave [px, root mean square distance].
     """
 
     sizes: Float[np.ndarray, " k"]
     cost: float
     x: Float[np.ndarray, " p"]
     covariance: Float[np.ndarray, "p p"]
+    pixel: float
 
     @property
     def noise(self) -> Noise:
@@ -154,7 +155,7 @@ class Likelihood:
         off: x less what is given.
         information: P without the groups'.
         pull: P d of it.
-        groups: Of each unknown of a group, its standard deviation for τ = 1; 0 of the others.
+        groups: By name, of each unknown of a group its standard deviation for τ = 1; 0 of the others.
     """
 
     pictures: Pictures
@@ -162,31 +163,37 @@ class Likelihood:
     off: Float[np.ndarray, " p"]
     information: Float[np.ndarray, "p p"]
     pull: Float[np.ndarray, " p"]
-    groups: tuple[Float[np.ndarray, " p"], ...] = ()
+    groups: Mapping[str, Float[np.ndarray, " p"]] = field(default_factory=dict)
 
     @classmethod
     def at(
-        cls, problem: Problem, x: Float[np.ndarray, " p"], *groups: Float[np.ndarray, " p"]
+        cls, problem: Problem, x: Float[np.ndarray, " p"], **groups: Float[np.ndarray, " p"]
     ) -> "Likelihood":
         """Of a problem without prior knowledge of the groups."""
         own = problem.prior.T @ problem.prior
         known, pull = own + np.diag((FAR * problem.units) ** -2), own @ (x - problem.prior_centre)
         return cls(Pictures.at(problem, x), x, x - problem.start, known, pull, groups)
 
-    def likeliest(self, pinned: Mapping[int, float] | None = None) -> Likeliest:
-        """The likeliest sizes; some may be pinned, by their place: τ → 0 holds a group, inf lets it go."""
-        found = [self._sought(dict(pinned or {}), begin) for begin in (FIRST, UNCALIBRATED)]
+    def likeliest(self, **pinned: float) -> Likeliest:
+        """The likeliest sizes; widths of groups may be pinned: τ → 0 holds a group, inf lets it go."""
+        found = [self._sought(pinned, begin) for begin in (FIRST, UNCALIBRATED)]
         sizes = min(found, key=lambda each: each[1])[0]
         value, step, covariance, _ = self.cost(sizes)
-        return Likeliest(sizes, value, self.x + step, covariance)
+        sums = self.pictures
+        square = sums.square.sum() + step @ (sums.information @ step - 2.0 * sums.gradient)
+        pixel = float(np.sqrt(2.0 * square / sums.count.sum()))
+        return Likeliest(sizes, value, self.x + step, covariance, pixel)
 
-    def _sought(self, pinned: dict[int, float], begin: np.ndarray) -> tuple[np.ndarray, float]:
+    def _sought(self, pinned: Mapping[str, float], begin: np.ndarray) -> tuple[np.ndarray, float]:
         """The likeliest sizes from those where the search begins, and their cost."""
+        from scipy.optimize import minimize  # which takes a moment, and no other rows need it
+
+        names = (*NOISE, *self.groups)
         index = np.array([*range(WIDTH), *([WIDTH] * len(self.groups))])
-        rest = [k for k in range(len(index)) if k not in pinned]
-        sizes = np.array([pinned.get(k, 1.0) for k in range(len(index))])
+        rest = [k for k, name in enumerate(names) if name not in pinned]
+        sizes = np.array([pinned.get(name, 1.0) for name in names])
         each = 3 * len(self.pictures.count)
-        numbers = [self.pictures.count.sum(), each, each, *map(np.count_nonzero, self.groups)]
+        numbers = [self.pictures.count.sum(), each, each, *map(np.count_nonzero, self.groups.values())]
         scale = np.sqrt(np.maximum(numbers, 1)[rest])  # about how well each logarithm is known
 
         def cost(logs: np.ndarray) -> tuple[float, np.ndarray]:
@@ -200,11 +207,7 @@ class Likelihood:
         sizes[rest] = np.exp(found.x / scale)
         return sizes, float(found.fun)
 
-    def evidence(self) -> float:
-        """Twice the gain in log likelihood where the first group is not held at what is given."""
-        return max(self.likeliest({WIDTH: MIN_SIZE[WIDTH]}).cost - self.likeliest().cost, 0.0)
-
-    def mean(self, place: int) -> float:
+    def mean(self, name: str, **pinned: float) -> float:
         """Root mean square of a size over its likelihood, every size alike likely beforehand.
 
         Few pictures leave a size open by a factor of two or three: the likeliest one alone would promise too
@@ -213,7 +216,7 @@ class Likelihood:
         Source: Gelman, Prior distributions for variance parameters in hierarchical models, Bayesian Analysis
         1, 2006.
         """
-        costs = np.array([self._sought({place: size}, UNCALIBRATED)[1] for size in GRID])
+        costs = np.array([self._sought({**pinned, name: size}, UNCALIBRATED)[1] for size in GRID])
         return float(np.sqrt(np.average(GRID**2, weights=GRID * np.exp(-0.5 * (costs - costs.min())))))
 
     def cost(self, sizes: Float[np.ndarray, " k"]) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
@@ -228,7 +231,7 @@ class Likelihood:
         mixed, weigh = c @ pictures.cross, 1.0 / sizes[0] ** 2
         measured = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
         g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1]))) - self.pull
-        shares = np.reshape(self.groups, (len(self.groups), len(self.x)))  # what groups add to P's diagonal
+        shares = np.reshape([*self.groups.values()], (len(self.groups), len(self.x)))  # added to P's diagonal
         with np.errstate(divide="ignore", invalid="ignore"):
             precision = np.where(shares > 0.0, (shares * sizes[WIDTH:, None]) ** -2.0, 0.0)
         whole = precision.sum(0)
@@ -263,5 +266,6 @@ def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -
     pictures, none = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0))), np.zeros(0)
     likelihood = Likelihood(pictures, none, none, np.zeros((0, 0)), none)
     found = likelihood.likeliest()
-    shown = [s if s > 0.0 else likelihood.mean(k + 1) for k, s in enumerate(found.noise[:2])]
+    both = zip(found.noise[:2], NOISE[1:], strict=True)
+    shown = [size if size > 0.0 else likelihood.mean(name) for size, name in both]
     return pictures, np.array([found.sizes[0], *shown])

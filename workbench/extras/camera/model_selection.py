@@ -1,15 +1,14 @@
 """What of an arm its pictures may identify: joint zeros and geometry are let go only if that is far likelier.
 
-Camera and target are fitted alone, then with the joints' zeros, then with the arm's geometry. A step is taken
-if its evidence, twice the gain in log likelihood (`Likelihood`) by letting its constants go, is so much for
-each picture, on average. All pictures are weighed together, so that two halves of them decide alike. The same
-likelihood doubts what was given: fixed intrinsics that are contradicted, or a target of another size, end the
-identification, as the arm would be distorted to compensate.
+All is fitted together once, intrinsics and sizes too, and the likelihood there weighs what is held: joint
+zeros, then geometry, are let go if their evidence, twice the gain in log likelihood, is so much for each
+picture, on average. All pictures are weighed together, so that two halves of them decide alike. The same
+likelihood doubts what was given: fixed intrinsics that are contradicted, or a target of another size, end
+the identification, as the arm would be distorted to compensate. What is taken is then fitted by itself.
 """
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -18,16 +17,17 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS
-from workbench.extras.camera.findings import Identifiability, Step, identifiability
+from workbench.extras.camera.findings import Identifiability, identifiability
 from workbench.extras.camera.likelihood import MIN_SIZE, WIDTH, Likeliest, Likelihood
 from workbench.extras.camera.rig import rig_of, with_rig
 from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
 from workbench.identification.problem import Noise, Problem
+from workbench.report.json import Json
 
 ALONE, ZEROS, GEOMETRY = "camera and target alone", "joint zeros", "geometry"
-NEEDED, MIN_EVIDENCE = {ZEROS: 1.0, GEOMETRY: 2.0}, 12.0
+NEEDED, MIN_EVIDENCE = {ALONE: 0.0, ZEROS: 1.0, GEOMETRY: 2.0}, 12.0
 """Evidence that each picture must add on average, and all of them together."""
 ROUNDS = 3
 """Fits between which the sizes are estimated anew."""
@@ -41,30 +41,8 @@ OTHER_LENS, OTHER_SIZE, EITHER = 30.0, 8.0, 0.5
 the pictures can't tell which of both is."""
 ANY_SIZE, EXACT_SIZE = 0.03, 1e-4
 """Relative size of a target of which nothing is known, and of one that counts as exact [σ]."""
-HELD = 1e-3
-"""Part of their own σ to which intrinsics are held."""
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A step's fit.
-
-    Args:
-        problem: Weighed, with the geometry's scatter about nominal as prior knowledge.
-        likelihood: At the answer; its first group is the geometry.
-    """
-
-    problem: Problem
-    likelihood: Likelihood
-
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Constants of the arm that it frees."""
-        return tuple(p.name for p in self.problem.parameters if p.is_geometry)
-
-    @cached_property
-    def found(self) -> Likeliest:
-        return self.likelihood.likeliest()
+FIXED, HELD, LET_GO = float(MIN_SIZE[WIDTH]), 1e-3, np.inf
+"""Widths of constants of the arm, and of intrinsics, that stay as given, and of what is free."""
 
 
 def select_camera_step(
@@ -80,40 +58,67 @@ def select_camera_step(
     hidden = _confounded(build(robot, data, free=offsets)) if offsets else set()
     zeros = tuple(n for n in offsets if n not in hidden)
     groups = {ZEROS: zeros, GEOMETRY: tuple(n for n in free if n not in hidden)}
-    names = {k: own for k, own in groups.items() if own and len(own) <= 4 * len(data)}
+    names: dict[str, tuple[str, ...]] = {ALONE: ()}
+    names |= {k: own for k, own in groups.items() if 0 < len(own) <= 4 * len(data)}
     if names.get(GEOMETRY) == zeros:
         del names[GEOMETRY]
+    every = [*names.values()][-1]
+    shrunk = set(every) - set(zeros)
+    together, likelihood = _together(build(robot, _loosened(data), free=every), zeros, shrunk, data)
+    given = {"zeros": LET_GO, "lens": HELD if likelihood.groups["lens"].any() else LET_GO, "size": 1.0}
+    held, less = given | {"geometry": FIXED}, {k: v for k, v in given.items() if k != "zeros"}
+    found = {ALONE: likelihood.likeliest(**held | {"zeros": FIXED}), GEOMETRY: likelihood.likeliest(**given)}
+    found[ZEROS] = likelihood.likeliest(**less, geometry=FIXED)
+    gains = {ALONE: 0.0, ZEROS: found[ALONE].cost - found[ZEROS].cost}
+    gains[GEOMETRY] = likelihood.likeliest(**held).cost - found[GEOMETRY].cost
+    doubt = find_doubt(together, likelihood, given, data)
+    taken, steps = ALONE, list[Json]()
+    for name in [ALONE] if doubt else names:
+        refused = _refused(gains[name], NEEDED[name] * len(data))
+        taken = taken if refused else name
+        step = {"name": name, "taken": not refused, "reason": refused, "free": names[name]}
+        steps.append(step | {"fitted_px": found[name].pixel, "evidence": max(gains[name], 0.0)})
+    own, considered = names[taken], None
+    problem = build(robot, data, free=own)
+    problem, alone = _fitted(problem, shrunk & set(own)) if own else _alike(problem)
+    noise = alone.likeliest().noise
+    steps[[*names].index(taken)]["fitted_px"] = alone.pictures.pixel
+    if len(every) > len(own) and not doubt:  # geometry stays as given though it is uncertain
+        whole = build(robot, data, free=every).with_noise(problem.noise)
+        considered = Considered(whole, likelihood.mean("geometry", **given) * _shares(whole, shrunk))
+    more = {"actual": None if own else noise, "considered": considered}
+    return problem, identifiability(steps, noise, doubts=(doubt,) if doubt else (), **more)
 
-    def fitted(rows: Dataset, own: tuple[str, ...]) -> Fitted:
-        return _fitted(build(robot, rows, free=own), [n for n in own if n not in zeros])
 
-    rig, auto = rig_of(data), {Freedom.FIXED: Freedom.AUTO}  # of intrinsics and sizes little is known
+def _loosened(data: Dataset) -> Dataset:
+    """The pictures where little is known of intrinsics and sizes."""
+    rig, auto = rig_of(data), {Freedom.FIXED: Freedom.AUTO}
     cameras = tuple(replace(c, free=auto.get(c.free, c.free)) for c in rig.cameras)
     targets = tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets)
-    loose = fitted(
-        with_rig(data, replace(rig, cameras=cameras, targets=targets)),
-        names.get(GEOMETRY, names.get(ZEROS, ())),
-    )
-    doubt = find_doubt(loose, data)
-    fits = [_alike(build(robot, data, free=()))]
-    fits += [fitted(data, own) for own in names.values() if not doubt]
-    taken, steps = fits[0], list[Step]()
-    for name, each in zip((ALONE, *names), fits, strict=False):
-        steps.append(_step(name, each, zeros))
-        taken = taken if steps[-1].refused else each
-    number, considered, last = fits.index(taken), None, fits[-1]
-    if len(last.free) > len(taken.free):  # geometry stays as given though it is uncertain
-        sigma = last.likelihood.mean(WIDTH) * last.likelihood.groups[0]
-        considered = Considered(last.problem.with_noise(taken.problem.noise), sigma)
-    decided = identifiability(
-        steps,
-        number,
-        taken.found.noise,
-        doubts=(doubt,) if doubt else (),
-        actual=None if taken.free else taken.found.noise,
-        considered=considered,
-    )
-    return taken.problem, decided
+    return with_rig(data, replace(rig, cameras=cameras, targets=targets))
+
+
+def _together(
+    problem: Problem, zeros: Sequence[str], shrunk: Collection[str], data: Dataset
+) -> tuple[Problem, Likelihood]:
+    """Fit of all that the pictures may identify, with groups for all that may be held there."""
+    rig, (problem, found) = rig_of(data), _fitted(problem, shrunk)
+    fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
+    lens = {f"{c.owner}.{k}": s for c in fixed for k, s in zip(INTRINSICS, c.sigma.tolist(), strict=True)}
+    sizes = {f"{t.owner}.scale": max(t.scale_sigma, EXACT_SIZE) for t in rig.targets}
+    own = {
+        k: np.array([part.get(n, 0.0) for n in problem.names])
+        for k, part in (("lens", lens), ("size", sizes))
+    }
+    return problem, replace(found, groups={**found.groups, "zeros": _shares(problem, zeros), **own})
+
+
+def _refused(evidence: float, needed: float) -> str:
+    """Why a step is not taken; "" if it is."""
+    if not needed or evidence >= (needed := max(needed, MIN_EVIDENCE)):
+        return ""
+    rise = f"twice the log likelihood rises by {max(evidence, 0.0):.1f}, {needed:.0f} are needed"
+    return f"weak evidence in the pictures: {rise}"
 
 
 def _shares(problem: Problem, names: Collection[str]) -> Float[np.ndarray, " p"]:
@@ -123,14 +128,13 @@ def _shares(problem: Problem, names: Collection[str]) -> Float[np.ndarray, " p"]
     return np.array([*own])
 
 
-def _alike(problem: Problem) -> Fitted:
+def _alike(problem: Problem) -> tuple[Problem, Likelihood]:
     """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
     problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
-    x = Opt2(limit=60).search(problem).x
-    return Fitted(problem, Likelihood.at(problem, x))
+    return problem, Likelihood.at(problem, Opt2(limit=60).search(problem).x)
 
 
-def _fitted(problem: Problem, shrunk: Sequence[str]) -> Fitted:
+def _fitted(problem: Problem, shrunk: Collection[str]) -> tuple[Problem, Likelihood]:
     """Fit and sizes in turns; the shrunk constants scatter about nominal as widely as is likely."""
     shares, width = _shares(problem, shrunk), 3e-4
     inside = shares > 0.0
@@ -139,13 +143,13 @@ def _fitted(problem: Problem, shrunk: Sequence[str]) -> Fitted:
     for _ in range(ROUNDS):
         now = problem.with_noise(noise)
         if shrunk:
-            wall = np.diag(1.0 / (max(width, MIN_SIZE[WIDTH]) * shares[inside]))
+            wall = np.diag(1.0 / (max(width, FIXED) * shares[inside]))
             now = now.with_prior(names, problem.start[inside], wall)
         x = Opt2(limit=60).search(now, begin=x).x
-        likelihood = Likelihood.at(problem, x, shares)
+        likelihood = Likelihood.at(problem, x, geometry=shares)
         found = likelihood.likeliest()
         noise, width = found.noise, found.sizes[WIDTH]
-    return Fitted(now.with_noise(noise), likelihood)
+    return now.with_noise(noise), likelihood
 
 
 def _confounded(problem: Problem) -> set[str]:
@@ -158,35 +162,28 @@ def _confounded(problem: Problem) -> set[str]:
     return set(np.array(problem.names)[arm][small].tolist())
 
 
-def find_doubt(loose: Fitted, data: Dataset) -> str:
+def find_doubt(problem: Problem, likelihood: Likelihood, given: Mapping[str, float], data: Dataset) -> str:
     """What the pictures contradict of camera and target as given, whatever the arm is; "" if nothing.
 
     Args:
-        loose: Fit of all that the pictures may identify of the arm, of intrinsics and sizes.
-        data: The pictures with both as given.
+        problem: The fit of all that the pictures may identify.
+        likelihood: Its own, with all groups.
+        given: Their widths where intrinsics and sizes are as given.
+        data: The pictures.
     """
-    rig, problem = rig_of(data), loose.problem
-    fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
-    sigmas = {t: max(t.scale_sigma, EXACT_SIZE) for t in rig.targets if f"{t.owner}.scale" in problem.names}
-    lens = {
-        f"{c.owner}.{part}": s for c in fixed for part, s in zip(INTRINSICS, c.sigma.tolist(), strict=True)
-    }
-    size = {f"{target.owner}.scale": sigma for target, sigma in sigmas.items()}
-    groups = (np.array([own.get(name, 0.0) for name in problem.names]) for own in (lens, size))
-    likelihood = replace(loose.likelihood, groups=(*loose.likelihood.groups, *groups))
-
-    def likeliest(lens: float = HELD if fixed else np.inf, size: float = 1.0) -> Likeliest:
-        return likelihood.likeliest({WIDTH + 1: lens, WIDTH + 2: size})
-
-    given, by_size, by_lens = likeliest(), likeliest(size=np.inf), likeliest(lens=np.inf)
+    found = likelihood.likeliest(**given)
+    by_size, by_lens = (likelihood.likeliest(**{**given, part: LET_GO}) for part in ("size", "lens"))
+    sized = [target for target in rig_of(data).targets if f"{target.owner}.scale" in problem.names]
+    sigmas = {target: max(target.scale_sigma, EXACT_SIZE) for target in sized}
     text, strange = _larger(sigmas, problem, by_size)
-    gain, gain_of_lens = given.cost - by_size.cost, given.cost - by_lens.cost
+    gain, gain_of_lens = found.cost - by_size.cost, found.cost - by_lens.cost
     if gain_of_lens > OTHER_LENS:
+        owner = next(c for c in rig_of(data).cameras if c.free is Freedom.FIXED)
         values = problem.named(by_lens.x)
-        found = ", ".join(f"{k} {values[f'{fixed[0].owner}.{k}']:.4g}" for k in INTRINSICS[:5])
+        shown = ", ".join(f"{k} {values[f'{owner.owner}.{k}']:.4g}" for k in INTRINSICS[:5])
         is_either = gain > max(OTHER_SIZE, EITHER * gain_of_lens)
         rest = f", or {text}; check both" if is_either else ': set free = "auto" or calibrate the camera'
-        return f"the given intrinsics do not fit the pictures (camera {fixed[0].name}: {found}){rest}"
+        return f"the given intrinsics do not fit the pictures (camera {owner.name}: {shown}){rest}"
     return f"{text}; measure it and correct its sizes" if strange > OUTSIDE and gain > OTHER_SIZE else ""
 
 
@@ -200,16 +197,3 @@ def _larger(sigmas: dict[PictureTarget, float], problem: Problem, found: Likelie
     who = f"board '{target.name}'" if target.name else "the target"
     by = f"{100 * abs(scale):.2f} % {'larger' if scale > 0.0 else 'smaller'} than stated"
     return f"{who} is {by} (± {100 * std:.2g} %, one standard error)", abs(scale) / sigmas[target]
-
-
-def _step(name: str, at: Fitted, zeros: Collection[str]) -> Step:
-    """A step's evidence, and the reason where it is not taken."""
-    evidence, refused = 0.0, ""
-    if name != ALONE:
-        own = _shares(at.problem, zeros) if name == ZEROS else at.likelihood.groups[0]
-        evidence = replace(at.likelihood, groups=(own,)).evidence()
-        needed = max(NEEDED[name] * len(at.problem.data), MIN_EVIDENCE)
-        if evidence < needed:
-            rise = f"twice the log likelihood rises by {evidence:.1f}, {needed:.0f} are needed"
-            refused = f"weak evidence in the pictures: {rise}"
-    return Step(name, at.free, at.likelihood.pictures.pixel, evidence, refused)

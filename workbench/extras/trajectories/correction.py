@@ -1,16 +1,14 @@
 """Joint trajectories corrected with a calibrated model, effects included.
 
-    one step     Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx the calibrated arm's error at the commanded joints
-    iterated     until the deflected arm is at the commanded pose (`arm.inverse.follow`)
+    Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx the calibrated arm's error at the commanded joints
 
-The one step is Katana eq. (5.22) with damping. A row that a correction would make worse keeps its commanded
-joints, and is reported. Loads are those of the arm at rest, unless the motion has velocities and
-accelerations.
+This step, Katana eq. (5.22) with damping, is repeated until the deflected arm is at the commanded pose
+(`arm.inverse.follow`). A row that a correction would make worse keeps its commanded joints, and is reported.
+Loads are those of the arm at rest, unless the motion has velocities and accelerations.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from typing import final
 
 import numpy as np
@@ -42,13 +40,6 @@ AT_LIMIT = 1e-9
 """A joint this near to its limit counts as held by it [rad or m]."""
 BOUNDARY = 0.02
 """Singular value of the Jacobian below which an unconverged run has met the boundary of its branch."""
-
-
-class CorrectionMethod(StrEnum):
-    """How a trajectory is corrected."""
-
-    ONE_STEP = "one-step"
-    ITERATED = "iterated"
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +83,6 @@ class Compensation(AbstractShown):
 
     commanded: Commanded
     motion: Motion
-    method: CorrectionMethod
     before: PathErrors
     after: PathErrors
     kept: Bool[np.ndarray, " rows"]
@@ -107,7 +97,7 @@ class Compensation(AbstractShown):
         """Predicted errors before and after, and decisions."""
         rows = [self.before.cells("as commanded")]
         if self.after.position.max() > ACCEPTED_ERROR:
-            rows.append(self.after.cells(f"corrected ({self.method})"))
+            rows.append(self.after.cells("corrected"))
         own, mean, angle = self.commanded.arms.expected, "–", "–"
         if own is not None:
             mean, angle = short(1e3 * own.position), short(np.rad2deg(own.rotation))
@@ -131,7 +121,6 @@ class Compensation(AbstractShown):
         return document(
             SCHEMA,
             robot=commanded.arms.calibrated.name,
-            method=self.method,
             task=commanded.arms.task.name.lower(),
             effects=[e.name for e in commanded.arms.calibrated.effects],
             before=self.before.json(),
@@ -143,17 +132,11 @@ class Compensation(AbstractShown):
         )
 
 
-def correct(
-    commanded: Commanded,
-    *,
-    motion: Motion | None = None,
-    method: CorrectionMethod = CorrectionMethod.ITERATED,
-) -> Compensation:
+def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensation:
     """Joint positions with which the calibrated arm reaches the commanded poses.
 
     Args:
         motion: Drivers of the arm's effects, one row each, and the time; none if None.
-        method: Iterated, or one step (Katana eq. 5.22).
 
     Raises:
         DataError: a row beyond a limit, or for which no correction is found, with row and joint.
@@ -162,13 +145,13 @@ def correct(
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
     before = _errors(commanded, state)
-    after = _corrected(commanded, state, method)
-    wrong = _singular(commanded, after, method)
+    after = _corrected(commanded, state)
+    wrong = _singular(commanded, after)
     points = taken = np.zeros(len(q), bool)
     alone = replace(commanded, arms=commanded.arms._replace(task=Task.POSITION))
     if wrong.any() and commanded.arms.task is not Task.POSITION:
-        place = _corrected(alone, state, method)
-        points = wrong & ~_singular(alone, place, method)
+        place = _corrected(alone, state)
+        points = wrong & ~_singular(alone, place)
         steps = np.pad(np.abs(np.diff(q, axis=0)).max(1), 1, constant_values=np.inf)
         taken = points & (np.minimum(steps[:-1], steps[1:]) > MAX_CORRECTION) & (time is None)
         if taken.any():  # targets that are no rows of a path need no orientation in a singularity
@@ -183,11 +166,10 @@ def correct(
         frozen(np.where(worse, before.position_error, after.position_error)),
         frozen(np.where(worse, before.rotation_error, after.rotation_error)),
     )
-    notes = _notes(method, errors, worse, taken & ~worse)
+    notes = _notes(errors, worse, taken & ~worse)
     return Compensation(
         commanded=commanded,
         motion=state,
-        method=method,
         before=PathErrors(frozen(before.position_error), frozen(before.rotation_error)),
         after=errors,
         kept=frozen(worse),
@@ -203,22 +185,17 @@ def _errors(commanded: Commanded, state: Motion) -> Reached:
     )
 
 
-def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) -> Reached:
+def _corrected(commanded: Commanded, state: Motion) -> Reached:
     """Corrected joints with their remaining errors."""
-    robot, task, limits = commanded.arms.calibrated, commanded.arms.task, commanded.arms.calibrated.limits
-    if method is CorrectionMethod.ITERATED:
-        return refine_deflected(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
-    wanted = rigid_targets(robot, commanded.poses, state)
-    step = refine(compile_arm(robot), wanted, state.q, task=task, limits=limits, iterations=1)
-    return _errors(commanded, state.at(step.q))
+    robot, task = commanded.arms.calibrated, commanded.arms.task
+    return refine_deflected(robot, commanded.poses, state.q, task=task, limits=robot.limits, motion=state)
 
 
-def _singular(commanded: Commanded, after: Reached, method: CorrectionMethod) -> Bool[np.ndarray, " rows"]:
+def _singular(commanded: Commanded, after: Reached) -> Bool[np.ndarray, " rows"]:
     """Rows that miss their target, or that a singularity throws far away."""
     robot = commanded.arms.calibrated
     play = sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
     missed = after.position_error > ACCEPTED_ERROR + 2.0 * robot.reach * play
-    missed &= method is CorrectionMethod.ITERATED
     return missed | (np.abs(after.q - commanded.q) > MAX_CORRECTION).any(1)
 
 
@@ -253,7 +230,7 @@ def _check(commanded: Commanded, after: Reached, wrong: np.ndarray, points: np.n
     refuse(wrong, commanded.time, why)
 
 
-def _notes(method, errors: PathErrors, worse: np.ndarray, points: np.ndarray) -> Iterator[str]:
+def _notes(errors: PathErrors, worse: np.ndarray, points: np.ndarray) -> Iterator[str]:
     """Notes for the user."""
     if points.any():
         off = f"corrected in position, {np.rad2deg(errors.rotation[points].max()):.2g}° off in orientation"
@@ -262,7 +239,7 @@ def _notes(method, errors: PathErrors, worse: np.ndarray, points: np.ndarray) ->
     if worse.any():
         rows = f"{plural(int(worse.sum()), 'row')} ({first_of(np.flatnonzero(worse), 10)})"
         yield f"as commanded, since a correction would make them worse: {rows}"
-    if method is CorrectionMethod.ITERATED and (left := (errors.position > ACCEPTED_ERROR) & ~worse).any():
+    if (left := (errors.position > ACCEPTED_ERROR) & ~worse).any():
         row = int(np.argmax(errors.position * left))
         yield (
             f"{int(left.sum())} rows can't be reached exactly (row {row}: {1e3 * errors.position[row]:.3g} "
