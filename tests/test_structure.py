@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 8_826,
     "data": 5_067,
     "plate": 4_959,
-    "identification": 9_206,
+    "identification": 9_189,
     "diagnosis": 6_708,
     "exports": 330,
     "session": 6_204,

@@ -146,7 +146,7 @@ def test_a_search_over_all_places_is_a_fit_at_each():
     """Its best place and evidence are those of columns that are differentiated and fitted one by one."""
     made = make(CASES["zero"], 1, "katana")
     stage = rounds.geometry_first(
-        diagnose(made.robot, made.data, held_out=0.0).before_fit.problem.without_deviation()
+        diagnose(made.robot, made.data, held_out=0.0).before_fit.problem.with_deviation(None)
     )
     fold, problem = np.arange(len(made.data)) % 5, stage.problem
     kinds, line = changeable(problem), Timeline.of(problem.data)
@@ -160,7 +160,7 @@ def test_a_search_over_all_places_is_a_fit_at_each():
     jacobian, residual = fitted.jacobian, fitted.residual
     for row in range(3, len(made.data) - 3):
         effect = EFFECTS["zero-step"]((joint,), row=row)
-        column = slopes(replace(problem, prior=problem.prior[:0], deviation=None), [effect], at)
+        column = slopes(replace(problem, knowledge=problem.knowledge[:0], deviation=None), [effect], at)
         column = np.concatenate([column, np.zeros((len(residual) - len(column), 1))])
         wide = np.column_stack([jacobian, column])
         left = residual - wide @ np.linalg.lstsq(wide, residual, rcond=1e-12)[0]

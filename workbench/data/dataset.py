@@ -239,7 +239,7 @@ class Dataset:
         return {name: column for names, each in pairs for name, column in zip(names, each, strict=True)}
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
-        """The chosen rows, by index or mask, in the order given."""
+        """The chosen rows, by index or mask, in the order given; itself for all of them in their order."""
         chosen, why = np.zeros(()), "they have several dimensions"
         try:
             chosen = np.arange(len(self))[rows if isinstance(rows, slice) or len(rows) else np.zeros(0, int)]
@@ -248,8 +248,11 @@ class Dataset:
         if chosen.ndim != 1:
             text = f"rows must be a list of indices, or a truth value for each of the {len(self)} rows: {why}"
             raise OptionError(text, option="rows", found=rows)
+        if len(chosen) == len(self) and (chosen == np.arange(len(self))).all():
+            return self
         taken = object.__new__(Dataset)  # rows of a checked table are checked
-        vars(taken).update({f.name: _taken(getattr(self, f.name), chosen) for f in fields(self)})
+        named = self.__dataclass_fields__
+        vars(taken).update({n: v if (v := getattr(self, n)) is None else _taken(v, chosen) for n in named})
         return taken
 
     def kept_out(self, reasons: Mapping[int, str]) -> "Dataset":

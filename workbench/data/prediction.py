@@ -46,9 +46,6 @@ class RowComponents:
     position: Float[np.ndarray, "rows 3"]
     rotation: Float[np.ndarray, "rows 3"]
 
-    def __len__(self) -> int:
-        return len(self.position)
-
     @property
     def has_position(self) -> Bool[np.ndarray, " rows"]:
         """Rows with a measured point."""

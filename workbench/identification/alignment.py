@@ -85,7 +85,7 @@ def thinned(problem: Problem) -> Problem:
     if some.names != problem.names:
         return problem
     shares = None if problem.shares is None else problem.shares[rows]
-    known = {name: getattr(problem, name) for name in ("prior", "prior_centre", "deviation")}
+    known = {name: getattr(problem, name) for name in ("knowledge", "prior_centre", "deviation")}
     return replace(some, shares=shares, **known)
 
 

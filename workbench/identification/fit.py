@@ -116,7 +116,7 @@ class Fit(AbstractReported):
         """The same for the rows alone, without the prior on constants."""
         if self.problem.deviation is None:
             return self.factor
-        return factor_at(self.problem.without_deviation(), self.x)
+        return factor_at(self.problem.with_deviation(None), self.x)
 
     @cached_property
     def variance_factor(self) -> float:

@@ -105,12 +105,16 @@ class Prepared(AbstractSplit):
         """
         fitted, held = self.problem.data, self.held_out_data
         readings = None if fitted.readings is None else fitted.readings.joined(held.readings)
-        if readings is None:
+        if readings is not None:  # such ones, like pictures of one rig, tell a tool's error only together
+            both = replace(fitted, readings=None).joined(replace(held, readings=None))
+            used, parts = replace(both, readings=readings), np.split(np.arange(len(both)), [len(fitted)])
+        elif fitted.readings is None and self.is_one_file:
+            rows = np.sort(np.concatenate([self.train_rows, self.held_out_rows]))
+            used = of_rows(self.data, rows)
+            parts = [np.searchsorted(rows, mine) for mine in (self.train_rows, self.held_out_rows)]
+        else:
             return Validation(*(self.errors_on(rows, robot, instrument) for rows in (fitted, held)))
-        # such readings, like pictures of one rig, determine a tool's error only together
-        both = replace(fitted, readings=None).joined(replace(held, readings=None))
-        errors = self.errors_on(replace(both, readings=readings), robot, instrument)
-        return Validation(*map(errors.take, np.split(np.arange(len(both)), [len(fitted)])))
+        return Validation(*map(self.errors_on(used, robot, instrument).take, parts))
 
     def errors_on(self, data: Dataset, robot: Robot, instrument: Mapping[str, float]) -> Errors:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
@@ -250,7 +254,7 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: li
         rows = np.delete(rows, [*lost])
         used = of_rows(data, rows)
     train, held = hold_out(used, other if held_rows is None else held_rows, choices.seed)
-    held_out_data, again = used.take(held), list[str]()
+    held_out_data, again = of_rows(used, held), list[str]()
     if isinstance(other, Dataset):
         other = with_drivers(robot, checked(robot, other))
         other = of_rows(other, choose_rows(robot, other, {}, choices.region, None)[0])

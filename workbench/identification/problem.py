@@ -71,10 +71,9 @@ class Problem:
         parameters: The unknowns.
         noise: Standard deviations on top of the rows' own.
         frames: Which parts of base and tool are unknown.
-        prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
+        knowledge: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
         prior_centre: Prior mean of the unknowns.
-        deviation: Prior standard deviation of the arm's constants about nominal [rad, m]; the last rows of
-            `prior`.
+        deviation: Prior standard deviation of the arm's constants about it, too [rad, m].
         row_weights: Factors of each row's residuals, from a robust loss.
         shares: What each row counts for, where others repeat its posture.
         facts: Prior knowledge of masses, centres and the instrument's unknowns.
@@ -87,7 +86,7 @@ class Problem:
     noise: Noise
     frames: FrameFreedom
     blocks: tuple[RowBlock, ...]
-    prior: Float[np.ndarray, "k p"]
+    knowledge: Float[np.ndarray, "k p"]
     prior_centre: Float[np.ndarray, " p"]
     deviation: float | None = None
     row_weights: Float[np.ndarray, " rows"] | None = None
@@ -148,7 +147,7 @@ class Problem:
             noise=noise,
             frames=frames,
             blocks=build_blocks(robot, data, parameters, frames, noise, start | known),
-            prior=np.zeros((0, len(parameters))),
+            knowledge=np.zeros((0, len(parameters))),
             prior_centre=np.array([p.nominal for p in parameters]),
             facts=facts,
             known=known,
@@ -295,15 +294,18 @@ class Problem:
         """Standard deviation of each residual component stated by its row [m or rad]; 0 if it states none."""
         return frozen(np.concatenate([b.own_sigma.ravel() for b in self.blocks]))
 
+    @cached_property
+    def prior(self) -> Float[np.ndarray, "k p"]:
+        """Whitening matrix of all that is known before: the knowledge, then the expected deviation."""
+        if self.deviation is None:
+            return self.knowledge
+        return frozen(
+            np.concatenate([self.knowledge, np.eye(len(self.names))[self.geometry] / self.deviation])
+        )
+
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
-        residual = np.empty(self.size + len(self.prior))
-        jacobian = np.zeros((len(residual), len(x)))
-        for block in self.blocks:
-            rows = slice(block.start, block.stop)
-            self._fill(block, x, residual[rows], jacobian[rows], np.arange(len(x)))
-        residual[self.size :] = -self.prior @ (x - self.prior_centre)
-        jacobian[self.size :] = self.prior
-        return LinearisedProblem(residual, jacobian)
+        residual, jacobian = zip(*(piece for _, piece in self.pieces(x)), strict=True)
+        return LinearisedProblem(np.concatenate(residual), np.concatenate(jacobian))
 
     def pieces(
         self, x: Float[np.ndarray, " p"], *, only: Bool[np.ndarray, " p"] | None = None
@@ -313,25 +315,17 @@ class Problem:
         columns = np.where(wanted, np.cumsum(wanted) - 1, -1)
 
         def filled(block: RowBlock) -> LinearisedProblem:
-            piece = LinearisedProblem(np.empty(n := block.stop - block.start), np.zeros((n, wanted.sum())))
-            self._fill(block, x, *piece, columns)
-            return piece
+            (part, twists), jacobian = block.at(x), np.zeros((block.own_sigma.size, wanted.sum()))
+            own, more = columns[block.places], columns[block.coefficients]
+            twists.add_derivatives(self.whiten(block, part.by_twist), jacobian, own, more)
+            if len(block.unknowns):
+                places = np.where(block.unknowns >= 0, columns[block.unknowns], -1)
+                product = self.whiten(block, part.by_unknown).reshape(len(jacobian), -1)
+                jacobian[:, places[places >= 0]] = product[:, places >= 0]
+            return LinearisedProblem(self.whiten(block, part.residual).ravel(), jacobian)
 
         yield from zip(self.blocks, in_order(filled, self.blocks), strict=True)
-        if len(self.prior):
-            yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior[:, wanted])
-
-    def _fill(
-        self, block: RowBlock, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, columns: np.ndarray
-    ) -> None:
-        part, twists = block.at(x)
-        residual[:] = self.whiten(block, part.residual).ravel()
-        own, more = columns[block.places], columns[block.coefficients]
-        twists.add_derivatives(self.whiten(block, part.by_twist), jacobian, own, more)
-        if len(block.unknowns):
-            places = np.where(block.unknowns >= 0, columns[block.unknowns], -1)
-            product = self.whiten(block, part.by_unknown).reshape(len(residual), -1)
-            jacobian[:, places[places >= 0]] = product[:, places >= 0]
+        yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior[:, wanted])
 
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
         """½|r|² and its gradient −Jᵀr without the Jacobian: each row's residual acts as a wrench."""
@@ -396,26 +390,15 @@ class Problem:
         if missing := [n for n in names if n not in self.names]:
             raise OptionError(f"the prior's '{missing[0]}' is not free", option="prior", found=missing[0])
         columns = [self.names.index(n) for n in names]
-        own = self.without_deviation()
-        wide, centre = np.zeros((len(whitening), len(self.names))), own.prior_centre.copy()
+        wide, centre = np.zeros((len(whitening), len(self.names))), self.prior_centre.copy()
         wide[:, columns], centre[columns] = whitening, values
-        known = own._with(prior=frozen(np.concatenate([own.prior, wide])), prior_centre=frozen(centre))
-        return known if self.deviation is None else known.with_deviation(self.deviation)
+        knowledge = frozen(np.concatenate([self.knowledge, wide]))
+        return self._with("prior", knowledge=knowledge, prior_centre=frozen(centre))
 
-    def with_deviation(self, deviation: float) -> "Problem":
-        """The same problem with a prior of this standard deviation about nominal on every constant [rad, m].
-
-        Constants with prior knowledge keep its mean.
-        """
-        own = self.without_deviation()
-        wide = np.eye(len(self.names))[self.geometry] / deviation
-        return own._with(prior=frozen(np.concatenate([own.prior, wide])), deviation=deviation)
-
-    def without_deviation(self) -> "Problem":
-        """The same problem without that prior; prior knowledge is kept."""
-        if self.deviation is None:
-            return self
-        return self._with(prior=self.prior[: len(self.prior) - self.geometry.sum()], deviation=None)
+    def with_deviation(self, deviation: float | None) -> "Problem":
+        """The same problem with a prior of this standard deviation about nominal on every constant [rad, m],
+        or without; prior knowledge, and the mean of what it is of, are kept."""
+        return self._with("prior", deviation=deviation)
 
     def _with(self, *stale: str, **changes: Any) -> "Problem":
         """The same problem with other fields; all that was computed is kept except what is stale."""

@@ -318,6 +318,8 @@ class RowBlock:
             poses, found = effect_columns(
                 trial, arm.motion, self.elements, arm.names, varying=varying, part=part
             )
+        if view.level is None and not len(self.turned):
+            return poses, found
         (turned, plain), (_, moved) = (view.turned(poses, t) for t in (found.plain, found.moved))
         if len(self.turned):
             if arm is None or not len(arm.gravity):
@@ -375,8 +377,13 @@ def observed_kinds(data: Dataset) -> list[Kind]:
 
 
 def of_rows(data: Dataset, rows: np.ndarray) -> Dataset:
-    """Rows by number, in their order; without a copy if it is all of them."""
-    return data if len(rows) == len(data) else data.take(rows)
+    """Rows by number, in their order; what each of them carries, which it tells alone, is kept."""
+    if len(rows) == len(data):
+        return data
+    some = data.take(rows)
+    if kinds := vars(data).get("carried"):
+        vars(some)["carried"] = {kind: own for kind, mine in kinds.items() if (own := mine[rows]).any()}
+    return some
 
 
 @lru_cache(maxsize=8)

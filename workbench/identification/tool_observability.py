@@ -38,15 +38,32 @@ def observed_by(fit: "Fit") -> Observed:
     return Observed(position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(motion.q))
 
 
-def expected_error(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
-    """Displacement of tool or flange due to the covariance, less a constant motion of the base; of the tool
-    less one of the tool, too, as that may stand elsewhere."""
-    poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
-    value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
+def expected_error(
+    fit: "Fit", motion: Motion, *, at_flange: bool = False, is_aligned: bool = True
+) -> Expected:
+    """Displacement of tool or flange due to the covariance, in the first session after all events, as saved.
+
+    Args:
+        at_flange: Whether of the flange, in place of the tool.
+        is_aligned: Whether less a constant motion of the base; of the tool less one of the tool, too, as that
+            may stand elsewhere.
+    """
+    problem = fit.problem
+    session = problem.data.sessions[0]
+    arm = fit.arm.in_session(session)
+    arm = arm.with_frames(tool=Frame()) if at_flange else arm
+    moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
+        f"tool.{part}" for part in FRAME_PARTS if at_flange
+    }
+    plain = (name.replace(f"[{session}]", "") for name in problem.names)
+    own = {place: name for place, name in enumerate(plain) if name in moves}
+    poses, twists = identification_jacobian(arm, replace(motion, row=None), tuple(own.values()))
+    value, vectors = np.linalg.eigh(fit.covariance[np.ix_([*own], [*own])])
     moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
     turned, still = poses[:, :3, :3], np.tile(np.eye(3), (len(poses), 1, 1))
     rigid = [still, -se3.skew(poses[:, :3, 3])]
     constant = (rigid, []) if at_flange else ([*rigid, turned], [still, turned])
+    constant = constant if is_aligned else ([], [])
     parts = ((moved[:, k : k + 3], columns) for k, columns in zip((0, 3), constant, strict=True))
     return Expected(*(_left(field, columns) for field, columns in parts))
 
@@ -58,23 +75,6 @@ def _left(field: Float[np.ndarray, "rows 3 k"], columns: list[Float[np.ndarray, 
         basis = linalg.orth(np.concatenate(columns, axis=2).reshape(len(left), -1), rcond=1e-9)
         left = left - basis @ (basis.T @ left)
     return float(np.sqrt((left**2).sum() / len(field)))
-
-
-def fit_twists(
-    fit: "Fit", motion: Motion, *, at_flange: bool = False
-) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"], list[int]]:
-    """Poses of the tool, or the flange, of a fit's arm in its first session after all events, as it is saved;
-    its twist per unknown that moves it, and the indices of these unknowns in x."""
-    problem = fit.problem
-    session = problem.data.sessions[0]
-    arm = fit.arm.in_session(session)
-    arm = arm.with_frames(tool=Frame()) if at_flange else arm
-    moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
-        f"tool.{part}" for part in FRAME_PARTS if at_flange
-    }
-    plain = (name.replace(f"[{session}]", "") for name in problem.names)
-    own = {place: name for place, name in enumerate(plain) if name in moves}
-    return *identification_jacobian(arm, replace(motion, row=None), tuple(own.values())), list(own)
 
 
 def _directions(fit: "Fit") -> tuple[int, int]:

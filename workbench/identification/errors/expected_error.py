@@ -15,7 +15,7 @@ from workbench.arm.calibration_record import Expected
 from workbench.arm.motion import Motion
 from workbench.base.wording import in_mm
 from workbench.identification.fit import Fit
-from workbench.identification.tool_observability import expected_error, fit_twists
+from workbench.identification.tool_observability import expected_error
 
 JOINT_SPACE_POSES = 400
 """Number of random poses that represent the whole joint space."""
@@ -28,17 +28,6 @@ class Transfer(NamedTuple):
     anywhere: Expected
 
 
-def _expected(fit: Fit, motion: Motion) -> Expected:
-    """Expected error of a fit's arm, with base and tool of the first session, at some joint positions."""
-    if not fit.problem.sees_base:
-        return expected_error(fit, motion, at_flange=False)
-    _, twists, places = fit_twists(fit, motion)
-    spread = ((twists @ fit.covariance[np.ix_(places, places)]) * twists).sum(2)
-    position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
-    sizes = np.sqrt(np.maximum([position.mean(), rotation.mean()], 0.0))  # rounding may leave less than 0
-    return Expected(float(sizes[0]), float(sizes[1]))
-
-
 def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
     """Expected errors near the fitted rows and at random joint positions within the limits.
 
@@ -48,7 +37,8 @@ def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
     near = Motion.of(fit.problem.data)
     anywhere = near.take(rng.integers(0, len(near), JOINT_SPACE_POSES))
     anywhere = replace(anywhere, q=rng.uniform(limits[:, 0], limits[:, 1], (JOINT_SPACE_POSES, len(limits))))
-    return Transfer(_expected(fit, near), _expected(fit, anywhere))
+    is_aligned = not fit.problem.sees_base
+    return Transfer(*(expected_error(fit, rows, is_aligned=is_aligned) for rows in (near, anywhere)))
 
 
 def transfer_note(found: Transfer, sees_rotation: bool, shown: float) -> str:

@@ -247,12 +247,11 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
             table[:, rows] = found[1:]
             own = OwnErrors(found.name, *map(frozen, table))
             continue
-        residual = at.residual
-        seen = np.broadcast_to(observation.seen, residual.shape)
-        kinds = np.array([~(turns := observation.is_rotation), turns], float)
-        mine = np.ix_(np.array([0, 1 if observation.link is None else 2]), rows)
-        square[mine] += kinds @ np.where(seen, residual, 0.0).T ** 2
-        components[mine] += kinds @ seen.T
+        seen, turns = np.broadcast_to(observation.seen, at.residual.shape), observation.is_rotation
+        measured = np.where(seen, at.residual, 0.0) ** 2
+        for kind, mine in ((0, ~turns), (1 if observation.link is None else 2, turns)):
+            square[kind, rows] += measured[:, mine].sum(1)
+            components[kind, rows] += seen[:, mine].sum(1)
     vectors = np.maximum(components / np.array([[3.0], [np.inf], [2.0]]), 1.0)  # markers, inclinometers
     errors = np.where(components > 0.0, np.sqrt(square / vectors), np.nan)
     if own is not None:
