@@ -1,4 +1,4 @@
-"""How the page looks, what is under way, and messages: what stays with another arm."""
+"""What is under way, and messages: what stays with another arm."""
 
 import math
 from collections.abc import Mapping
@@ -83,7 +83,7 @@ class RunningJob:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PageState:
-    """What stays with another arm: how the page looks, what is under way, and messages.
+    """What stays with another arm: what is under way, and messages.
 
     Args:
         opened: The tab that the program opened last, if any.
@@ -95,7 +95,6 @@ class PageState:
         chore: What is being worked out by the way; empty if nothing.
     """
 
-    is_dark: bool = False
     opened: Opened | None = None
     tab: Tab | None = None
     only_shown: str = ""
