@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import mentions
 from slow import slow
 
 import workbench as wb
@@ -15,12 +16,12 @@ from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import Production
 from workbench.session import start
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.drag import NOBODY, DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import MovePlate
+from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.live_score import score
-from workbench.session.page_state import Severity
 from workbench.session.start import default_plate
 from workbench.session.target_steps import place_plate
 
@@ -86,16 +87,12 @@ def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
 
 def test_nobody_else_moves_a_held_target(do):
     held = do(GrabTarget(0, client=1), MoveTarget(0, (0.5, 0.3, 0.25), RPY, client=1))
-    after = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY, client=2), DropTarget(client=2), GrabTarget(3, client=2))
-    assert after.plate is held.plate
-    assert after.drag == held.drag
-    typed = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY))
-    assert typed.plate is held.plate
-    assert typed.page.messages[-1].severity is Severity.ERROR
-    refused = do(Undo())
-    assert refused.plate is held.plate
-    assert refused.page.messages[-1].severity is Severity.ERROR
-    assert do(SelectTarget(4)).selected == 0
+    assert do(DropTarget(client=2)).drag == held.drag
+    other = MoveTarget(0, (0.4, 0.3, 0.25), RPY, client=2)
+    for command in (other, GrabTarget(3, client=2), replace(other, client=NOBODY), Undo(), SelectTarget(4)):
+        refused = do(Dismiss(), command)
+        assert (refused.plate, refused.drag, refused.selected) == (held.plate, held.drag, 0)
+        assert mentions(refused.page.messages[-1].text, "target 1 is being dragged")
     assert do(DropTarget(client=1)).drag is None
 
 

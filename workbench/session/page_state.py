@@ -20,13 +20,6 @@ class Tab(StrEnum):
     EXPORT = "Export"
 
 
-@dataclass(frozen=True, eq=False)
-class Opened:
-    """That a tab was opened by the program; the next time is another one of these."""
-
-    tab: Tab
-
-
 class Severity(StrEnum):
     """How a message is meant."""
 
@@ -86,7 +79,7 @@ class PageState:
     """What stays with another arm: what is under way, and messages.
 
     Args:
-        opened: The tab that the program opened last, if any.
+        opened: How many times the program has opened a tab.
         tab: The tab that was opened last, by the program or by hand on any page; None: not known.
         only_shown: Why nothing can be changed; empty if it can.
         caption: What the demo says at present; empty if none plays.
@@ -95,7 +88,7 @@ class PageState:
         chore: What is being worked out by the way; empty if nothing.
     """
 
-    opened: Opened | None = None
+    opened: int = 0
     tab: Tab | None = None
     only_shown: str = ""
     caption: str = ""

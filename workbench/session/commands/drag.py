@@ -44,8 +44,7 @@ class SelectTarget(AbstractChange):
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         if session.drag is not None and session.drag.target != self.target:
-            held = f"target {session.drag.target + 1} is being dragged"
-            raise OptionError(f"{held}; select another one once it is released")
+            check_free(session)
 
     def apply(self, session: Session) -> Session:
         return replace(session, selected=self.target).updated("playback", focus=Focus.TARGET)
@@ -61,10 +60,9 @@ class GrabTarget(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
+        check_free(session)
 
     def apply(self, session: Session) -> Session:
-        if session.drag is not None:
-            return session
         begun = begin_step(session).updated("playback", focus=Focus.TARGET)
         return replace(begun, drag=Drag(self.client, self.target), selected=self.target)
 
@@ -92,13 +90,11 @@ class MoveTarget(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
-        if self.client == NOBODY:
+        if session.drag != self._drag:
             check_free(session)
         check_place(f"target {self.target + 1}", self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
-        if session.drag is not None and not self._is_part_of(session.drag):
-            return session
         old = session.plate.targets[self.target]
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
         state = follow_target(session.robot, target, self.start or session.states[self.target])
@@ -107,12 +103,13 @@ class MoveTarget(AbstractChange):
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
         is_next = isinstance(previous, MoveTarget) and previous.key == self.key
-        if session.drag is None or not is_next or not self._is_part_of(session.drag):
-            return None
-        return replace(self, start=session.states[self.target])
+        is_dragged = is_next and session.drag == self._drag
+        return replace(self, start=session.states[self.target]) if is_dragged else None
 
-    def _is_part_of(self, drag: Drag) -> bool:
-        return (drag.client, drag.target) == (self.client, self.target)
+    @property
+    def _drag(self) -> Drag:
+        """The one that the move is part of, if anybody drags."""
+        return Drag(self.client, self.target)
 
 
 class DropTarget(AbstractChange):

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import viser
 
+from workbench.base.remedy import speak_to_page
 from workbench.parts import BROKEN, warn_of_broken
 from workbench.session.commands.messages import NoteTab, Tell
 from workbench.session.page_state import Severity, Tab
@@ -48,6 +49,7 @@ class BrowserView(AbstractView):
         self._failed: set[str] = set()
         self._shown_broken = set[str]()
         session = worker.session
+        speak_to_page()
         with server.atomic():
             self._scene = Scene(server, worker, session)
         server.flush()  # a page draws the arm while the panels are made
@@ -87,8 +89,8 @@ class BrowserView(AbstractView):
             self._tabs.show(not is_mode)
             if not is_mode:  # a page may have forgotten which one was open
                 self._tabs.open(session.page.tab or Tab.MEASURE)
-        if session.page.opened is not None and session.page.opened is not self._opened:
-            self._tabs.open(session.page.opened.tab)
+        if session.page.opened > self._opened and session.page.tab is not None:
+            self._tabs.open(session.page.tab)
         self._opened = session.page.opened
 
     def _update(self, panel: AbstractPanel, session: Session) -> bool:
@@ -127,11 +129,10 @@ def _build_panels(
             except Exception as error:  # whatever is wrong with somebody else's package
                 warn_of_broken(f"the panel {kind.__name__}", error)
 
-    opened = worker.session.page.opened
     with gui.add_folder("Next"):  # above the tabs; the style sheet keeps it in view
         make(Strip(worker))
     make_all(None)
-    tabs = Tabs(server, first=FIRST if opened is None else opened.tab)
+    tabs = Tabs(server, first=worker.session.page.tab or FIRST)
     for tab in Tab:
         with tabs.group.add_tab(tab):
             if tab is Tab.ROBOT:
