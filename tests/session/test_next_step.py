@@ -13,7 +13,7 @@ from workbench.report.numbers import compared
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
@@ -61,6 +61,17 @@ def walked(first, tmp_path_factory) -> dict[str, Session]:
         "diagnosed": diagnosed,
         "added": done(diagnosed, AddEffects()),
     }
+
+
+def test_results_of_other_rows_are_to_be_found_again(walked):
+    found = walked["diagnosed"].results.identification
+    other = done(walked["diagnosed"], LeaveRowsOut((int(found.data.row[found.train_rows[0]]),)))
+    again = next_step(other)
+    assert (again.tone, again.next.label) == (Tone.CAREFUL, "Identify again")
+    assert next_step(done(other, LeaveRowsOut(()))) == next_step(walked["diagnosed"])
+    fresh = done(other, replace(again.next.command, algorithms=("opt2",)))
+    assert next_step(fresh).next.label == "Diagnose again"
+    assert next_step(done(fresh, LeaveRowsOut(()))).next.label == "Identify again"
 
 
 def unreached(session: Session, **change) -> Session:

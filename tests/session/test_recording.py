@@ -31,7 +31,7 @@ from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.plate import FoundPlate, ImprovePlate, SetNoise
+from workbench.session.commands.plate import ImprovePlate, SetNoise
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
 from workbench.session.journal import codec, replay
@@ -128,7 +128,7 @@ def test_plates_that_were_searched_for_are_read(record, first, tmp_path, monkeyp
     better = replace(
         first.plate, targets=(replace(found, xyz=frozen(found.xyz + 0.01)), *first.plate.targets[1:])
     )
-    monkeypatch.setattr(ImprovePlate, "compute", lambda self, session: FoundPlate(better, "narrow"))
+    monkeypatch.setattr(ImprovePlate, "compute", lambda self, session: (session.plate, better, "narrow"))
     run = record()
     session = run(ImprovePlate(3))
     run.worker.close()

@@ -8,8 +8,9 @@ import numpy as np
 from refusals import mentions
 
 from workbench import optimise_plate
+from workbench.session.commands.drag import MoveTarget, plain
 from workbench.session.commands.edit import LockTarget
-from workbench.session.commands.plate import FoundPlate, ImprovePlate
+from workbench.session.commands.plate import ImprovePlate
 from workbench.session.page_state import Severity
 
 
@@ -28,13 +29,19 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert kept.score.position < first.score.position
     assert np.array_equal(kept.plate.poses[locked], first.plate.poses[locked])
 
+    def improved(session, plate):
+        return ImprovePlate().finish(session, (first.plate, plate, ""))
+
     half = first.plate.targets[:5]
-    same = FoundPlate(replace(first.plate, targets=(*half, *half)))
-    assert (kept_as := ImprovePlate().finish(first, same)).plate is first.plate is kept_as.history.searched
-    better = ImprovePlate().finish(first, replace(same, plate=kept.plate))
+    kept_as = improved(first, replace(first.plate, targets=(*half, *half)))
+    assert kept_as.plate is first.plate is kept_as.history.searched
+    better = improved(first, kept.plate)
     assert better.history.searched is better.plate
     lower = replace(kept.plate, xyz=kept.plate.xyz - [0.0, 0.0, 0.05])
-    told = ImprovePlate().finish(first, replace(same, plate=lower)).page.messages[-1]
-    assert told.severity is Severity.INFO
-    assert mentions(told.text, "50 mm")
+    told = improved(first, lower).page.messages[-1]
+    assert (told.severity, mentions(told.text, "50 mm")) == (Severity.INFO, True)
+    moved = MoveTarget(1, plain(first.plate.targets[1].xyz + 0.01), (-2.6, 0.0, 0.0)).apply(first)
+    both = improved(moved, kept.plate).plate.targets
+    assert (both[0], both[1]) == (kept.plate.targets[0], moved.plate.targets[1])
+    assert improved(moved, lower).plate is moved.plate
     assert better.score.position < first.score.position

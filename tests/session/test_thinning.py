@@ -44,7 +44,7 @@ class Noted(AbstractTask):
 def test_what_a_task_began_from_is_kept(first, worker, do):
     places = list(path(first))
     live = do(GrabTarget(2, 1), *places[:3], Noted(), *places[3:6], DropTarget(1))
-    kinds = [GrabTarget, MoveTarget, Noted, MoveTarget, DropTarget]
+    kinds = [GrabTarget, MoveTarget, MoveTarget, DropTarget, Noted]  # its end waited for that of the drag
     assert [type(e.command) for e in worker.journal] == kinds
     assert [m.text for m in replay(first, worker.journal).page.messages] == [f"{list(places[2].xyz)}"]
     assert live.plate.targets[2].xyz.tolist() == list(places[5].xyz)

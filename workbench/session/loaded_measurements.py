@@ -6,6 +6,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import Preview
 from workbench.identification.checks.arm_match import ArmMatch
+from workbench.identification.rows.row_selection import AbstractSplit
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +60,17 @@ class Loaded:
     def is_foreign(self) -> bool:
         """Whether these are clearly another arm's rows."""
         return self.match is not None and self.match.is_foreign
+
+
+BY_HAND = "excluded manually"
+"""The reason why a row is kept out that a user keeps out."""
+
+
+def is_of_other_rows(found: AbstractSplit | None, left_out: frozenset[int]) -> bool:
+    """Whether a result was found with other rows kept out by hand than these."""
+    rows = {} if found is None else dict(found.excluded)
+    is_back = any(why == BY_HAND and row not in left_out for row, why in rows.items())
+    return found is not None and (is_back or not left_out <= rows.keys())
 
 
 OBSERVATIONS = {

@@ -26,7 +26,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.export import File, NotedFile, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
-from workbench.session.loaded_measurements import MeasurementFile
+from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
 from workbench.session.stages import before_and_after, share_of_noise, stages
 from workbench.session.state import Session
@@ -151,6 +151,17 @@ def _loaded(session: Session) -> NextStep | None:
     return NextStep(f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=LOAD)
 
 
+def _stale(session: Session) -> NextStep | None:
+    """What was found from other rows than those that are kept now."""
+    results, out, again = session.results, session.measurements.left_out, replace(FIT, label="Identify again")
+    if not is_of_other_rows(results.identification, out):
+        again = replace(CAUSE, label="Diagnose again")
+        if results.accepted or not is_of_other_rows(results.diagnosis, out):
+            return None
+    text = f"{plural(len(out), 'row')} excluded now; the result is still of the former ones."
+    return NextStep(text, Tone.CAREFUL, again, COMPARE)
+
+
 def _added(session: Session) -> NextStep | None:
     """Everything found is in the model; the tone is good only where the causes of the rest are named."""
     found = session.results.diagnosis
@@ -228,6 +239,7 @@ ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
     _unread,
     _design,
     _loaded,
+    _stale,
     _added,
     _diagnosed,
     _identified,

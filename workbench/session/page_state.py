@@ -1,4 +1,4 @@
-"""How the page looks, what is under way, and messages: what stays with another arm."""
+"""What is under way, and messages: what stays with another arm."""
 
 import math
 from collections.abc import Mapping
@@ -18,13 +18,6 @@ class Tab(StrEnum):
     CALIBRATE = "Calibrate"
     COMPARE = "Compare"
     EXPORT = "Export"
-
-
-@dataclass(frozen=True, eq=False)
-class Opened:
-    """That a tab was opened by the program; the next time is another one of these."""
-
-    tab: Tab
 
 
 class Severity(StrEnum):
@@ -83,10 +76,10 @@ class RunningJob:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PageState:
-    """What stays with another arm: how the page looks, what is under way, and messages.
+    """What stays with another arm: what is under way, and messages.
 
     Args:
-        opened: The tab that the program opened last, if any.
+        opened: How many times the program has opened a tab.
         tab: The tab that was opened last, by the program or by hand on any page; None: not known.
         only_shown: Why nothing can be changed; empty if it can.
         caption: What the demo says at present; empty if none plays.
@@ -95,8 +88,7 @@ class PageState:
         chore: What is being worked out by the way; empty if nothing.
     """
 
-    is_dark: bool = False
-    opened: Opened | None = None
+    opened: int = 0
     tab: Tab | None = None
     only_shown: str = ""
     caption: str = ""

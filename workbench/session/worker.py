@@ -83,6 +83,7 @@ class Worker:
         self._changed = threading.Condition()
         self._cancel = threading.Event()
         self._task: AbstractTask | None = None
+        self._waiting: Callable[[], None] | None = None
         self._busy = self._closing = False
         for keeper in self._keepers:
             keeper.begin(
@@ -135,10 +136,11 @@ class Worker:
         self._put(partial(setattr, self, "_chores", tuple(chores)))
 
     def wait(self, timeout: float = 60.0) -> bool:
-        """Block until nothing is waiting or running; False after the timeout [s]."""
+        """Block until nothing runs, or waits but for the end of a drag; False after the timeout [s]."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: not (self._queue or self._busy or self._task or self._chore), timeout
+                lambda: not (self._queue or self._busy or self._chore or (self._task and not self._waiting)),
+                timeout,
             )
 
     def close(self) -> None:
@@ -183,6 +185,9 @@ class Worker:
                 self._carry_out(item)
             else:
                 item()
+            if self._waiting is not None and self._session.drag is None:
+                end, self._waiting = self._waiting, None
+                end()
             self._look_for_chores()
             if self._session is not before:
                 self._show(revision=before.page.revision + 1)
@@ -299,8 +304,14 @@ class Worker:
     def _end(
         self, task: AbstractTask, basis: int, seconds: float, result: Any, failure: Exception | None
     ) -> None:
-        """A chore that was cancelled leaves nothing; one that failed is not tried again in the same place."""
+        """A chore that was cancelled leaves nothing; one that failed is not tried again in the same place.
+
+        What a task found comes once nobody drags: it may put other targets under the hand.
+        """
         is_chore = isinstance(task, AbstractChore)
+        if self._session.drag is not None and not is_chore:
+            self._waiting = partial(self._end, task, basis, seconds, result, failure)
+            return
         if is_chore:
             self._chore, self._failed = None, None
             self._show(chore="")

@@ -29,6 +29,7 @@ from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Points
 from workbench.views.drawables.sink import Item
 from workbench.views.page import html
+from workbench.views.page.panels.index import sparkline
 
 
 def done(app, *commands):
@@ -87,6 +88,8 @@ def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
         sleep(0.05)
     assert control(app, "x, y, z [mm]").value[0] == 540.0
     assert app.worker.session.drag is not None
+    assert html_of(app, "index").count("<polyline") == 2
+    assert "<polyline" in sparkline([1.0, np.inf, 2.0])
     done(app, DropTarget(1))
 
 

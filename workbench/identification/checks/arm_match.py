@@ -68,15 +68,15 @@ class ArmMatch:
 
     @property
     def text(self) -> str:
+        """What is wrong, what to do, and last the numbers that tell it."""
         rows, arm = self.joints
-        head = f"{rows} joints in the file, {arm} in the arm: " if rows != arm else ""
+        has = f", which has {arm} joints, not {rows}" if rows != arm else ""
+        wrong = f"these rows don't fit {self.robot}{has}"
+        what = f"'{self.rival}'" if self.rival else "that was measured"
         if self.meaning is None:
-            return f"{head}these rows don't belong to {self.robot}"
-        return head + misread_text(self.meaning)
-
-    @property
-    def remedy(self) -> str:
-        return "choose the robot that was measured" if self.meaning is None else remedy(self.meaning)
+            return f"{wrong}: choose the robot {what}"
+        do = f"choose the robot {what}" if rows != arm else remedy(self.meaning)
+        return f"{wrong}: {do} ({misread_text(self.meaning)})"
 
 
 def arm_match(robot: Robot, data: Dataset) -> ArmMatch:

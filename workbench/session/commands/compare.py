@@ -164,16 +164,3 @@ class SetOverlay(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return session.updated("choices", overlay=self.overlay)
-
-
-class FollowSystem(AbstractChange):
-    """Follow the light or dark preference of a page's system."""
-
-    title = "Follow the system setting"
-    key = "system"
-    is_automatic, is_kept = True, False
-
-    is_dark: bool
-
-    def apply(self, session: Session) -> Session:
-        return session.updated("page", is_dark=self.is_dark)

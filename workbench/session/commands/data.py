@@ -131,10 +131,10 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             problem = result.preview.problems[0]
             text = problem if "Columns of the file" in problem else f"{problem}; or {CHOOSE_ON_PAGE}"
             return self._warned(session, Severity.ERROR, text)
-        text = f"{plural(len(result.dataset), 'row')} read from {result.name}"
         if result.match is not None and result.is_foreign:
             session = with_other_data(session, result)
-            return self._warned(session, Severity.WARNING, f"{text}; {result.match.text}")
+            return self._warned(session, Severity.WARNING, f"{result.name}: {result.match.text}")
+        text = f"{plural(len(result.dataset), 'row')} read from {result.name}"
         return with_other_data(session.with_message(Severity.LOG, text), result)  # the strip says it
 
     def _warned(self, session: Session, severity: Severity, text: str) -> Session:
@@ -245,7 +245,7 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
     """Refuse rows of another arm, unless forced."""
     loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
-        raise DataError(f"{loaded.match.text}; {loaded.match.remedy}, or continue anyway")
+        raise DataError(loaded.match.text)
 
 
 def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:

@@ -13,7 +13,7 @@ from workbench.session.command import AbstractTask
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.commands.identify import IdentifiedRows, Identify
-from workbench.session.loaded_measurements import Loaded
+from workbench.session.loaded_measurements import BY_HAND, Loaded
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
 from workbench.session.target_steps import begin_step
@@ -45,8 +45,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             raise DataError(why)
         rows = len(dataset) - len(session.measurements.left_out)
         if rows < MIN_ROWS:
-            remedy = "for a virtual arm, increase 'More poses' in the Measure tab"
-            raise DataError(f"a diagnosis needs at least {MIN_ROWS} rows, got {rows} ({remedy})")
+            raise DataError(f"a diagnosis needs at least {MIN_ROWS} rows, got {rows}; measure more")
 
     def compute(self, session: Session) -> tuple[Loaded, Diagnosis]:
         from workbench.diagnosis.diagnose import diagnose
@@ -58,7 +57,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             loaded.dataset,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             free=session.robot.default_free,
-            exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
+            exclude=dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
             levelled=session.measurements.levelled,
             reading=ReadAs.GIVEN,
             seed=self.seed,

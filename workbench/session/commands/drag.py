@@ -44,8 +44,7 @@ class SelectTarget(AbstractChange):
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         if session.drag is not None and session.drag.target != self.target:
-            held = f"target {session.drag.target + 1} is being dragged"
-            raise OptionError(f"{held}; select another one once it is released")
+            check_free(session)
 
     def apply(self, session: Session) -> Session:
         return replace(session, selected=self.target).updated("playback", focus=Focus.TARGET)

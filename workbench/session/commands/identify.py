@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.advice import beside
 from workbench.base.errors import OptionError
 from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
@@ -15,13 +14,13 @@ from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import ReadAs
 from workbench.identification.prior import Prior
 from workbench.identification.result import Identification
-from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
-from workbench.session.loaded_measurements import Loaded
+from workbench.session.loaded_measurements import BY_HAND, Loaded
 from workbench.session.page_state import Severity
 from workbench.session.real_arm import times_for
+from workbench.session.stages import before_and_after
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import begin_step
 
@@ -49,7 +48,7 @@ class Identify(AbstractTask[IdentifiedRows]):
     anyway: bool = False
 
     def check(self, session: Session) -> None:
-        check_same_arm(session, anyway=self.anyway)
+        check_same_arm(session, anyway=self.anyway or session.results.identification is not None)
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
             titles = ", ".join(algorithm.title for algorithm in ALGORITHMS.values())
             raise OptionError(f"choose at least one algorithm of {titles}")
@@ -69,7 +68,7 @@ class Identify(AbstractTask[IdentifiedRows]):
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
             free=session.robot.default_free,
-            exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
+            exclude=dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
             prior=_known(run.fit, names) if added and run is not None else None,
             effects=names,
             levelled=session.measurements.levelled,
@@ -93,7 +92,7 @@ class Identify(AbstractTask[IdentifiedRows]):
         if last is None and (rows := session.results.comparison) is not None:  # as later models then are
             overlay = replace(overlay, exaggeration=times_for(rows.stage_errors[:, 0], session.robot.reach))
         session = session.updated("choices", overlay=overlay)
-        return session.with_message(Severity.LOG, _summary(found, fit))
+        return session.with_message(Severity.LOG, before_and_after(session))
 
 
 def _known(fit: Fit, names: tuple[str, ...]) -> Prior | None:
@@ -102,14 +101,6 @@ def _known(fit: Fit, names: tuple[str, ...]) -> Prior | None:
     columns = [fit.problem.names.index(name) for name in names]
     rows = fit.problem.prior[:, columns]
     return Prior(names, fit.problem.prior_centre[columns], rows.T @ rows) if names else None
-
-
-@beside("the summary", "")
-def _summary(found: Identification, fit: str) -> str:
-    """Before and after in one sentence, on held-out rows where there are any."""
-    old, new = (compared(each.judged.position_mm.mean) for each in (found.nominal, found.runs[fit]))
-    kind = "held-out" if found.runs[fit].held_out else "fitted"
-    return f"mean error on {kind} poses: {old} mm with the nominal arm, {new} mm with the calibrated one"
 
 
 class SetWanted(AbstractChange):

@@ -3,7 +3,7 @@
 from enum import StrEnum
 
 from workbench.session.command import AbstractChange, computed
-from workbench.session.page_state import Opened, Severity, Tab
+from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 
 
@@ -70,7 +70,7 @@ class OpenTab(AbstractChange):
     title = computed(lambda self: f"Open {self.tab}")
 
     def apply(self, session: Session) -> Session:
-        return session.updated("page", opened=Opened(self.tab), tab=self.tab)
+        return session.updated("page", opened=session.page.opened + 1, tab=self.tab)
 
 
 class NoteTab(AbstractChange):

@@ -1,6 +1,6 @@
 """Commands for whole plates: smallest error, trials on virtual arms."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,18 +16,9 @@ from workbench.session.start import is_default_plate
 from workbench.session.state import Session
 from workbench.session.target_steps import check_free, is_better, place_plate, rescore
 
-
-@dataclass(frozen=True, eq=False)
-class FoundPlate:
-    """The result of a search.
-
-    Args:
-        plate: None if no plate keeps the constraints.
-        note: Why, or what the plate lacks; empty if nothing.
-    """
-
-    plate: Plate | None
-    note: str = ""
+FoundPlate = tuple[Plate, Plate | None, str]
+"""The plate that a search began with, the one that it found, if any, and what that lacks, or why there is
+none."""
 
 
 class ImprovePlate(AbstractTask[FoundPlate]):
@@ -65,31 +56,33 @@ class ImprovePlate(AbstractTask[FoundPlate]):
                 seed=self.seed,
             )
         except DataError as error:  # no target keeps what it must
-            return FoundPlate(None, str(error))
-        return FoundPlate(design.plate, design.narrowed)
+            return session.plate, None, str(error)
+        return session.plate, design.plate, design.narrowed
 
     def finish(self, session: Session, result: FoundPlate) -> Session:
-        check_free(session)
-        if result.plate is None:
-            searched = session.updated("history", searched=session.plate)
-            return searched.with_message(Severity.WARNING, result.note)
-        old = session.plate
-        kept = {i: target for i, target in enumerate(old.targets) if target.locked}
-        targets = tuple(kept.get(i, target) for i, target in enumerate(result.plate.targets))
-        found = replace(old, targets=targets, xyz=result.plate.xyz)
+        (begun, plate, lacks), old = result, session.plate
+        searched = session.updated("history", searched=old)
+        if plate is None:
+            return searched.with_message(Severity.WARNING, lacks)
+        found_for = dict(zip(map(id, begun.targets), plate.targets, strict=True))
+        targets = [t if t.locked else found_for.get(id(t), t) for t in old.targets]
+        is_changed = len(targets) != len(found_for) or any(id(t) not in found_for for t in old.targets)
+        if is_changed and not np.array_equal(begun.xyz, plate.xyz):
+            text = "targets were changed during the search, which moved the plate: they stay; search again"
+            return session.with_message(Severity.WARNING, text)
+        found = replace(old, targets=tuple(targets), xyz=old.xyz if is_changed else plate.xyz)
         better = place_plate(session, found)
         if not is_better(better.score, session.score):
-            searched = session.updated("history", searched=session.plate)
-            return searched.with_message(Severity.INFO, "the search found no better plate")
+            beside = " beside the targets that were changed during the search" if is_changed else ""
+            return searched.with_message(Severity.INFO, f"the search found no better plate{beside}")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
-        is_shown = session.measurements.loaded is None  # by the strip
-        if (away := 1e3 * float(np.linalg.norm(found.xyz - old.xyz))) > 0.5:
-            text, is_shown = f"the plate was moved by {away:.0f} mm; {text}", False
-        if result.note:
-            text, is_shown = f"{text}; little room: {result.note}", False
+        is_moved = (away := 1e3 * float(np.linalg.norm(found.xyz - old.xyz))) > 0.5
+        where, little = f"the plate was moved by {away:.0f} mm; " * is_moved, f"; little room: {lacks}"
         better = better.updated("history", searched=better.plate)
-        return better.with_message(Severity.LOG if is_shown else Severity.INFO, text)
+        is_shown = session.measurements.loaded is None and not is_moved and not lacks  # by the strip
+        severity = Severity.LOG if is_shown else Severity.INFO
+        return better.with_message(severity, f"{where}{text}{little if lacks else ''}")
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):

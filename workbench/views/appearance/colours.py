@@ -25,14 +25,12 @@ BLOCKED = (133, 77, 14)
 OUT_OF_REACH = (220, 68, 55)
 
 REGION = BRANCH = (100, 116, 139)
-GHOST, GHOST_DARK = (198, 206, 217), (98, 106, 120)
-GRID = (214, 220, 228)
-GRID_SECTION = (186, 195, 208)
+GHOST = (148, 156, 168)
+GRID = (115, 122, 134)
+"""Lines that are seen through: they suit light and dark pages."""
 
 SKY = (246, 248, 251)
 SKY_DARK = (24, 27, 33)
-GRID_DARK = (46, 51, 60)
-GRID_SECTION_DARK = (66, 73, 85)
 
 NOMINAL, GEOMETRY, CALIBRATED = map(_rgb, (models.NOMINAL, models.GEOMETRY, models.CALIBRATED))
 MARK = (250, 204, 21)

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs, shown_cubes
 from workbench.session.state import NO_FIELD, Session
-from workbench.views.appearance.colours import GHOST, GHOST_DARK, NO_VALUE, REGION, UNBOUNDED, scale_colours
+from workbench.views.appearance.colours import GHOST, NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid
 from workbench.views.drawables.sink import Item
 
@@ -28,8 +28,7 @@ def grid(session: Session) -> Iterator[Item]:
     """The cubes' edges on the sides of a region that is cut, on the page alone; a drag needs their time."""
     view, cuboid = session.region.view, session.plate.region
     is_cut = are_shown(session) and view.cut is not None and session.drag is None
-    ghost = GHOST_DARK if session.page.is_dark else GHOST
-    yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, ghost, cuboid.shape), shown=is_cut)
+    yield Item("region/grid", Cuboid, (cuboid.min, cuboid.max, GHOST, cuboid.shape), shown=is_cut)
 
 
 def _cubes(session: Session, *_: object) -> Cubes | None:

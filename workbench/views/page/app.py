@@ -1,6 +1,8 @@
 """The app: a session, its worker, and a page that shows it."""
 
 from collections.abc import Callable, Iterable
+from contextvars import copy_context
+from functools import partial
 
 import viser
 
@@ -53,7 +55,8 @@ class App:
         )
         asks = asks and not begun.entries
         self.demo: Demo | None = None
-        self.view = BrowserView(self.server, self.worker, show_demo=self.play_demo, asks=asks)
+        make_view = partial(BrowserView, self.server, self.worker, show_demo=self.play_demo, asks=asks)
+        self.view = copy_context().run(make_view)  # which speaks to the page, as the caller need not
         self.worker.add_view(self.view)
         self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
         for watcher in parts("watchers", AbstractView, classes=True):

@@ -35,9 +35,9 @@ def block(content: str, *, testid: str | None = None, style: str = "") -> str:
     return f'<div{name} style="{FONT};padding:0 12px;{style}">{content}</div>'
 
 
-def note(sentence: str, testid: str, *, margin: str = "4px 0") -> str:
-    """A sentence in place of a result."""
-    return block(text(sentence), testid=testid, style=f"color:{MUTED};margin:{margin}")
+def note(sentence: str, testid: str, *, margin: str = "4px 0", colour: str = MUTED) -> str:
+    """A sentence in place of a result, or above it."""
+    return block(text(sentence), testid=testid, style=f"color:{colour};margin:{margin}")
 
 
 def heading(title: str) -> str:
@@ -53,16 +53,6 @@ def folded(title: str, content: str) -> str:
     style = f"margin:8px 0;{SMALLER};color:{MUTED}"
     inner = f'<div style="color:var(--mantine-color-text);margin-top:4px">{content}</div>'
     return f'<details style="{style}">{summary}{inner}</details>' if content else ""
-
-
-def pairs(items: Iterable[tuple[str, str]]) -> str:
-    """Headings on the left, values on the right."""
-    rows = "".join(
-        f'<tr><td style="color:{MUTED};padding:1px 10px 1px 0;vertical-align:top;white-space:nowrap">'
-        f'{text(name)}</td><td style="padding:1px 0;overflow-wrap:anywhere">{text(value)}</td></tr>'
-        for name, value in items
-    )
-    return f'<table style="border-collapse:collapse;{SMALLER}">{rows}</table>'
 
 
 def bullets(lines: Iterable[str], *, style: str = "margin:0") -> str:

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import viser
 
+from workbench.base.remedy import speak_to_page
 from workbench.parts import BROKEN, warn_of_broken
-from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import NoteTab, Tell
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
@@ -19,7 +19,7 @@ from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
-from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE, PHONE_SCENE
+from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE, PHONE_SCENE, paint
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import hand_over, icons_at_once
 
@@ -49,6 +49,7 @@ class BrowserView(AbstractView):
         self._failed: set[str] = set()
         self._shown_broken = set[str]()
         session = worker.session
+        speak_to_page()
         with server.atomic():
             self._scene = Scene(server, worker, session)
         server.flush()  # a page draws the arm while the panels are made
@@ -57,7 +58,6 @@ class BrowserView(AbstractView):
             self._card = StartCard(worker, show_demo, is_open=asks)
             signals = PageSignals(server)
             self._panels, self._tabs = _build_panels(server, worker, self._card, signals)
-            server.gui.add_html(signals.dark(self._follow))
             signals.turned(lambda tab: worker.submit(NoteTab(tab)))
             for panel in self._panels:
                 self._update(panel, session)
@@ -89,8 +89,8 @@ class BrowserView(AbstractView):
             self._tabs.show(not is_mode)
             if not is_mode:  # a page may have forgotten which one was open
                 self._tabs.open(session.page.tab or Tab.MEASURE)
-        if session.page.opened is not None and session.page.opened is not self._opened:
-            self._tabs.open(session.page.opened.tab)
+        if session.page.opened > self._opened and session.page.tab is not None:
+            self._tabs.open(session.page.tab)
         self._opened = session.page.opened
 
     def _update(self, panel: AbstractPanel, session: Session) -> bool:
@@ -106,10 +106,6 @@ class BrowserView(AbstractView):
                 warn_of_broken(name, error)
             return None
 
-    def _follow(self, is_dark: bool) -> None:
-        if is_dark is not self._worker.session.page.is_dark:
-            self._worker.submit(FollowSystem(is_dark))
-
     def close(self) -> None:
         """The server is closed by its owner."""
 
@@ -118,7 +114,7 @@ def _build_panels(
     server: viser.ViserServer, worker: Worker, card: StartCard, signals: PageSignals
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
-    server.on_client_connect(lambda client: signals.sized(client, _panel_fitter(server, client)))
+    server.on_client_connect(lambda client: signals.told(client, _fitter(server, client)))
     panels: list[AbstractPanel] = []
 
     def make(panel: AbstractPanel) -> None:
@@ -133,11 +129,10 @@ def _build_panels(
             except Exception as error:  # whatever is wrong with somebody else's package
                 warn_of_broken(f"the panel {kind.__name__}", error)
 
-    opened = worker.session.page.opened
     with gui.add_folder("Next"):  # above the tabs; the style sheet keeps it in view
         make(Strip(worker))
     make_all(None)
-    tabs = Tabs(server, first=FIRST if opened is None else opened.tab)
+    tabs = Tabs(server, first=worker.session.page.tab or FIRST)
     for tab in Tab:
         with tabs.group.add_tab(tab):
             if tab is Tab.ROBOT:
@@ -151,12 +146,15 @@ def _build_panels(
     return panels, tabs
 
 
-def _panel_fitter(server: viser.ViserServer, client: viser.ClientHandle) -> Callable[[int, int], None]:
-    """What leaves the scene its part of a client's window [px], and shows it whole where that changes."""
-    was_wide = True
+def _fitter(server: viser.ViserServer, client: viser.ClientHandle) -> Callable[[int, int, bool], None]:
+    """What leaves the scene its part of a client's window [px], and shows it whole where that changes; and
+    makes that page light or dark."""
+    was_wide, was_dark = True, False
 
-    def fit(window: int, height: int) -> None:
-        nonlocal was_wide
+    def fit(window: int, height: int, is_dark: bool) -> None:
+        nonlocal was_wide, was_dark
+        if is_dark is not was_dark:
+            paint(client.gui, is_dark=is_dark)
         is_wide, is_phone = window > NARROW, window <= PHONE
         width = PANEL_WIDTH if is_wide else max(MIN_WIDTH, WINDOW_SHARE * window)
         client.gui.main_panel.set_width(width)
@@ -164,6 +162,6 @@ def _panel_fitter(server: viser.ViserServer, client: viser.ClientHandle) -> Call
             first = server.initial_camera  # a page that has just been opened may not look from there yet
             aspect = window / (0.01 * PHONE_SCENE * height) if is_phone else (window - width) / height
             aim(client, first.position, first.look_at, aspect=aspect)
-        was_wide = is_wide
+        was_wide, was_dark = is_wide, is_dark
 
     return fit

@@ -11,7 +11,7 @@ import json
 
 import viser
 
-from workbench.views.appearance.colours import SKY, SKY_DARK, css
+from workbench.views.appearance.colours import SELECTED, SKY, SKY_DARK, css
 from workbench.views.page.viser_internals import run_script
 
 PANEL_WIDTH = 470
@@ -272,10 +272,16 @@ def configure_pages(server: viser.ViserServer) -> None:
     """
     server.scene.configure_environment_map(None)
     server.scene.configure_default_lights(False)
+    paint(server.gui)
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(PANEL_WIDTH)
     server.gui.add_html(f"<style>{RULES}</style>{ENDED}")
     run_script(server.gui, SCRIPT)
+
+
+def paint(gui: viser.GuiApi, *, is_dark: bool = False) -> None:
+    """Colour the pages of this interface."""
+    gui.configure_theme(show_logo=False, show_share_button=False, brand_color=SELECTED, dark_mode=is_dark)
 
 
 def name_pages(server: viser.ViserServer, robot: str) -> None:

@@ -12,12 +12,15 @@ from workbench.views.page.local_server import LocalServer
 from workbench.views.page.viser_internals import run_script
 
 SIZED = """{
-  const tell = () => { new Image().src = `ADDRESS${innerWidth}x${innerHeight}`; };
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const tell = () => {
+    new Image().src = `ADDRESS${innerWidth}x${innerHeight}${dark.matches ? "-dark" : ""}`;
+  };
   let soon;
   addEventListener("resize", () => { clearTimeout(soon); soon = setTimeout(tell, 400); });
+  dark.addEventListener("change", tell);
   tell();
 }"""
-STYLE = 'width="1" height="1" style="position:absolute;opacity:0"'
 
 
 class PageSignals:
@@ -30,25 +33,20 @@ class PageSignals:
     def __init__(self, server: viser.ViserServer):
         self._server = server
         self._answers: dict[str, Callable[[], None]] = {}
-        self._sized: dict[str, Callable[[int, int], None]] = {}
+        self._told: dict[str, Callable[[int, int, bool], None]] = {}
         if isinstance(server, LocalServer):
             server.heard = self._heard
-
-    def dark(self, do: Callable[[bool], None]) -> str:
-        """HTML that reports whether the page's system prefers dark colours, now and when that changes."""
-        self._answers |= {"dark": lambda: do(True), "light": lambda: do(False)}
-        dark = f'<source media="(prefers-color-scheme: dark)" srcset="{self._address("dark")}">'
-        return f'<picture>{dark}<img src="{self._address("light")}" alt="" {STYLE}></picture>'
 
     def turned(self, do: Callable[[Tab], None]) -> None:
         """Have every page tell which of its tabs is open, also a page that comes later."""
         addresses = {tab: self.pressed(f"open-{tab}", partial(do, tab)) for tab in Tab}
         run_script(self._server.gui, f"window.tabs = {json.dumps(addresses)};")
 
-    def sized(self, client: viser.ClientHandle, do: Callable[[int, int], None]) -> None:
-        """Have a client's page tell the width and height of its window [px], now and when they change: the
-        camera's are those of the scene, without a docked panel, in the screen's pixels."""
-        self._sized[name := f"window-{client.client_id}"] = do
+    def told(self, client: viser.ClientHandle, do: Callable[[int, int, bool], None]) -> None:
+        """Have a client's page tell the width and height of its window [px], and whether its system prefers
+        dark colours, now and when they change: the camera's size is that of the scene, without a docked
+        panel, in the screen's pixels."""
+        self._told[name := f"window-{client.client_id}"] = do
         address = self._address(f"{name}-")
         run_script(client.gui, SIZED.replace("ADDRESS", address))
 
@@ -60,10 +58,10 @@ class PageSignals:
     def _heard(self, text: str) -> None:
         if text in self._answers:
             self._answers[text]()
-        elif size := re.fullmatch(r"(window-\d+)-(\d{1,5})x(\d{1,5})", text):
-            name, width, height = size.groups()
-            if (do := self._sized.get(name)) is not None:
-                do(int(width), int(height))
+        elif window := re.fullmatch(r"(window-\d+)-(\d{1,5})x(\d{1,5})(-dark)?", text):
+            name, width, height, dark = window.groups()
+            if (do := self._told.get(name)) is not None:
+                do(int(width), int(height), bool(dark))
 
     def _address(self, text: str) -> str:
         return self._server.message_path + text if isinstance(self._server, LocalServer) else ""

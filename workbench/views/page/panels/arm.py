@@ -5,11 +5,13 @@ import viser
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_html
 from workbench.session.commands.arm import LARGEST_ARCHIVE, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import block, bullets, heading, pairs, text
+from workbench.views.page.html import block, bullets, heading, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 MODELS = ".toml,.urdf,.xml,.zip"
@@ -62,4 +64,4 @@ def facts(robot: Robot) -> str:
         ("Masses", "known" if robot.has_masses else "unknown: of loads, only sagging joints are found"),
     ]
     notes = bullets(map(text, robot.notes))
-    return pairs(items) + (heading("Notes") + notes if notes else "")
+    return as_html([ResultTable("", (), items, words=2)]) + (heading("Notes") + notes if notes else "")

@@ -65,10 +65,11 @@ class ColumnsPanel(AbstractPanel):
 
 
 def file_of(session: Session) -> MeasurementFile | None:
-    """The file whose columns are in question."""
-    if session.measurements.unread is not None:
-        return session.measurements.unread
-    return None if session.measurements.loaded is None else session.measurements.loaded.file
+    """The file whose columns are in question: one that was refused for them, or else the loaded one."""
+    loaded, unread = session.measurements.loaded, session.measurements.unread
+    if unread is not None and (loaded is None or unread.match is None):
+        return unread
+    return None if loaded is None else loaded.file
 
 
 def _headings(session: Session) -> list[str]:
@@ -81,7 +82,8 @@ def _headings(session: Session) -> list[str]:
 def listing(file: MeasurementFile) -> str:
     """Columns with their first cell and what they are read as; problems above."""
     found = file.preview
-    problems = "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
+    problems = f"<b>{text(file.name)}</b>"
+    problems += "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
     rows = [(c.heading or "(none)", c.first[:10], _meaning(c)) for c in found.columns]
     listed = as_html([ResultTable("", ("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS], words=3)])
     return block(f"{problems}{listed}", testid="columns")

@@ -4,6 +4,8 @@ import viser
 
 from workbench.arm.joint_units import sliding
 from workbench.data.simulation.simulate import LIKELY_ERRORS
+from workbench.report.blocks import ResultTable
+from workbench.report.result_display import as_html
 from workbench.session.commands.data import (
     MAX_FILE_BYTES,
     ForgetData,
@@ -13,7 +15,7 @@ from workbench.session.commands.data import (
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import Tab
-from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
+from workbench.views.page.html import BAD, LINE, block, bullets, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 MORE = 60
@@ -65,15 +67,15 @@ class DataPanel(AbstractPanel):
 
 
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
-    """What is loaded; while another file waits for its columns or its arm, which are shown, only its name."""
-    if loaded is not None and unread is not None:
-        return note(f"{unread.name} was not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
+    """What is loaded, below the name of a file that was refused since."""
     if loaded is None:
         return ""  # the strip says it
-    notes = bullets(map(text, loaded.notes))
+    notes, refused = bullets(map(text, loaded.notes)), ""
+    if unread is not None:
+        refused = f'<div style="color:{BAD}">{text(unread.name)} was not read. What was loaded stays:</div>'
     return block(
-        f'<div style="font-weight:600;overflow-wrap:anywhere">{text(loaded.name)}</div>'
-        + pairs(loaded.facts)
+        f'{refused}<div style="font-weight:600;overflow-wrap:anywhere">{text(loaded.name)}</div>'
+        + as_html([ResultTable("", (), loaded.facts, words=2)])
         + (heading("Notes on reading") + notes if notes else ""),
         testid="preview",
         style=f"margin:8px 0;padding-top:8px;border-top:1px solid {LINE}",

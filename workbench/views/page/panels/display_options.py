@@ -1,4 +1,4 @@
-"""Light or dark mode, and keyboard shortcuts, which viser lists with its commands (Ctrl K)."""
+"""Keyboard shortcuts, which viser lists with its commands (Ctrl K)."""
 
 from functools import partial
 from typing import Any
@@ -10,8 +10,6 @@ from workbench.session.commands.drag import MoveTarget, SelectTarget, plain
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
-from workbench.session.state import Session
-from workbench.views.appearance.colours import SELECTED
 from workbench.views.page.panels.panel import AbstractPanel
 
 STEP = 0.01
@@ -24,8 +22,6 @@ class LookPanel(AbstractPanel):
     """Nothing to be seen."""
 
     tab, order = Tab.ROBOT, 90
-    keeps_typed = True
-    depends = ("page.is_dark",)
 
     def build(self, gui: viser.GuiApi) -> None:
         add, send = gui.add_command, self.sending
@@ -40,11 +36,6 @@ class LookPanel(AbstractPanel):
             name: Any = f"arrow{key}"
             move = send(partial(self._moved, STEP * np.array(along)))
             add(f"Move the target 1 cm ({key})", hotkey=name, modifier="shift").on_trigger(move)
-
-    def show(self, session: Session) -> None:
-        self._gui.configure_theme(
-            show_logo=False, show_share_button=False, brand_color=SELECTED, dark_mode=session.page.is_dark
-        )
 
     def _moved(self, by: np.ndarray, _: object) -> MoveTarget:
         session = self._worker.session

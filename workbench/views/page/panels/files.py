@@ -24,6 +24,7 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.result_card import former
 
 PARTS = "STL, the targets, joint positions to measure them with; STEP, drawings where [cad] is installed."
 FORMATS = (
@@ -84,11 +85,12 @@ class FilesPanel(AbstractPanel):
     """The calibrated arm once there is one, with the error of each file, and plate and measurements."""
 
     tab, order = Tab.EXPORT, 10
-    depends = ("robot", "measurements.loaded", "results.identification", "results.fit", "choices.wanted")
+    depends = ("robot", "measurements", "results", "choices.wanted")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
             self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
+            self.html(former)
             self.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
             save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
             self.press_one("Save", SAVED, save, FORMATS, visible=_is_identified)

@@ -17,11 +17,11 @@ from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.judgement import arm_judgement
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import CAREFUL, INKS, block, bullets, folded, note, text
+from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
 from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
-from workbench.views.page.panels.result_card import result_card
+from workbench.views.page.panels.result_card import former, is_stale, result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
@@ -49,6 +49,7 @@ class FitPanel(AbstractPanel):
         "measurements.loaded",
         "choices.wanted",
         "measurements.levelled",
+        "measurements.left_out",
         "is_idle",
     )
 
@@ -113,7 +114,7 @@ def _has_rows(session: Session) -> bool:
 
 def _card(session: Session) -> str:
     if session.results.identification is not None:
-        return result_card(session)
+        return former(session) + result_card(session)
     return "" if _has_rows(session) else note(EMPTY_NOTE, "result", margin="6px 0")
 
 
@@ -129,7 +130,7 @@ def _requirement(session: Session) -> str:
     judged = arm_judgement(session)
     if judged is None:
         return ""
-    colour = INKS[judged.tone]
+    colour = MUTED if is_stale(session) else INKS[judged.tone]
     return block(
         text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
     )

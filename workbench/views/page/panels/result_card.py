@@ -8,10 +8,11 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.report.numbers import compared
 from workbench.session.comparison import ModelStage
+from workbench.session.loaded_measurements import is_of_other_rows
 from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import STAGE_COLOURS, css
-from workbench.views.page.html import CAREFUL, MUTED, block, number, on_any_page, text
+from workbench.views.page.html import CAREFUL, MUTED, block, note, number, on_any_page, text
 
 HEIGHT, BINS = 84.0, 36
 TICKS = (1.0, 2.0, 5.0)
@@ -45,6 +46,17 @@ def result_card(session: Session) -> str:
         testid="result",
         style="margin:8px 0",
     )
+
+
+def is_stale(session: Session) -> bool:
+    """Whether the result is of other rows than those that are kept now."""
+    return is_of_other_rows(session.results.identification, session.measurements.left_out)
+
+
+def former(session: Session) -> str:
+    """What stands above a result that is."""
+    sentence = "Of the former rows: other ones are excluded now. Identify again."
+    return note(sentence, "former", colour=CAREFUL) if is_stale(session) else ""
 
 
 def weighed(session: Session, diagnosis: Diagnosis) -> str:

@@ -80,6 +80,8 @@ class Gizmo:
 
     def _move(self, kind: str, handle: viser.TransformControlsHandle, client: int) -> None:
         session = self._session
+        if session.drag is not None and session.drag.client != client + 1:
+            return  # as the demo's: it was refused
         target = session.plate.targets[session.selected]
         xyz, rpy = target.xyz, target.rpy
         if kind == ARROWS:

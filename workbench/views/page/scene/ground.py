@@ -5,43 +5,33 @@ import viser
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK
+from workbench.views.appearance.colours import GRID
 
 
-class Ground:
-    """Set up for arms of this size; only light and dark change it."""
-
-    def __init__(self, server: viser.ViserServer, robot: Robot):
-        self._server = server
-        self._reach = reach = robot.reach
-        self._height = height_above_floor(robot)
-        self._is_dark: bool | None = None
-        server.scene.set_up_direction("+z")
-        _light(server)
-        server.scene.add_frame(
-            "/base_axes", axes_length=0.17 * reach, axes_radius=0.0035 * reach, origin_radius=0.0
-        )
-        server.initial_camera.fov = np.deg2rad(42.0)
-
-    def show(self, is_dark: bool) -> None:
-        """Draw the grid, light or dark; the sky is the page's own (`style.py`)."""
-        if is_dark is self._is_dark:
-            return
-        self._is_dark = is_dark
-        cell = 0.1 if self._reach < 3.0 else 0.5
-        self._server.scene.add_grid(
-            "/ground",
-            width=4.0 * self._reach,
-            height=4.0 * self._reach,
-            cell_size=cell,
-            section_size=5.0 * cell,
-            cell_color=GRID_DARK if is_dark else GRID,
-            section_color=GRID_SECTION_DARK if is_dark else GRID_SECTION,
-            fade_distance=5.0 * self._reach,
-            fade_from="origin",
-            shadow_opacity=0.0,
-            position=(0.0, 0.0, -0.001 - self._height),
-        )
+def add_ground(server: viser.ViserServer, robot: Robot) -> None:
+    """What stays as long as the arm; the sky is the page's own (`style.py`)."""
+    reach, cell = robot.reach, 0.1 if robot.reach < 3.0 else 0.5
+    server.scene.set_up_direction("+z")
+    _light(server)
+    server.scene.add_frame(
+        "/base_axes", axes_length=0.17 * reach, axes_radius=0.0035 * reach, origin_radius=0.0
+    )
+    server.initial_camera.fov = np.deg2rad(42.0)
+    server.scene.add_grid(
+        "/ground",
+        width=4.0 * reach,
+        height=4.0 * reach,
+        cell_size=cell,
+        section_size=5.0 * cell,
+        cell_color=GRID,
+        cell_thickness=0.5,
+        section_color=GRID,
+        section_thickness=0.7,
+        fade_distance=5.0 * reach,
+        fade_from="origin",
+        shadow_opacity=0.0,
+        position=(0.0, 0.0, -0.001 - height_above_floor(robot)),
+    )
 
 
 def _light(server: viser.ViserServer) -> None:

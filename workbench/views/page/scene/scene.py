@@ -13,7 +13,7 @@ from workbench.views.drawables.scene_contents import on_page
 from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.page.camera import aim_all
 from workbench.views.page.scene.gizmo import Gizmo, Slice
-from workbench.views.page.scene.ground import Ground
+from workbench.views.page.scene.ground import add_ground
 from workbench.views.page.scene.viser_sink import PageSink
 from workbench.views.page.style import name_pages
 
@@ -46,14 +46,14 @@ class Scene:
                 self._build(session)
             if now != then:
                 self._look(session)
-            self._ground.show(session.page.is_dark)
             self._sink.is_behind = False
             self._sink.draw(on_page(session))
             self._slice.show(session)
             self.gizmo.show(session)
 
     def _build(self, session: Session) -> None:
-        self._ground, self._sink = Ground(self._server, session.robot), PageSink(self._server)
+        add_ground(self._server, session.robot)
+        self._sink = PageSink(self._server)
         name_pages(self._server, session.robot.name)
         self._slice = Slice(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
