@@ -42,7 +42,7 @@ BUDGETS = {
     "report": 800,
     "arm": 8_826,
     "data": 5_067,
-    "plate": 4_959,
+    "plate": 4_957,
     "identification": 9_189,
     "diagnosis": 6_708,
     "exports": 330,

@@ -32,8 +32,8 @@ def score_blocks(score: PlateScore) -> Iterator[Block]:
     headings = ("target", "branch", "O", "share of I [%]")
     yield ResultTable(f"{score.plate.name} for {score.robot.name}", headings, rows, words=2)
     sets = (SET.cells(chosen), SET.cells(score.single) if score.single else ["–"] * len(SET.headings))
-    rows = [*zip(SET.headings, *sets, strict=True)]
-    yield ResultTable("The set", ("", "branches above", "one branch"), rows)
+    lines = [*zip(SET.headings, *sets, strict=True)]
+    yield ResultTable("The set", ("", "branches above", "one branch"), lines)
     if score.left_out:
         yield Sentence(score.left_out)
     yield Sentence(
@@ -89,11 +89,17 @@ def _sizes(kind: str) -> ResultFields:
     return ResultFields(ResultField("mean", of=f"{kind}_mean"), ResultField("rms", of=f"{kind}_rms"), largest)
 
 
+def _index(name: str, meaning: str) -> ResultField:
+    of, title = (lambda score: score.indices[name]), f"{name}: {meaning}"
+    return ResultField("", of=of, title=title, text=number_or_open)
+
+
 PREDICTED = ResultFields(
     ResultField("position", MM, of=lambda error: error, each=_sizes("position")),
     ResultField("orientation", DEG, of=lambda error: error, each=_sizes("rotation")),
 )
 """Of a `PredictedError`."""
+MEANINGS = {name: index.meaning for name, index in INDICES.items()} | {I.name: I.meaning}
 SET = ResultFields(
     ResultField("predicted", of="error", each=PREDICTED),
     ResultField("", MM, "error.position_rms", "position error, rms", number_or_open),
@@ -108,14 +114,6 @@ SET = ResultFields(
     "visible",
     ResultField("parameters", of=lambda score: len(score.names)),
     ResultField("open", of=_open_text),
-    *(
-        ResultField(
-            "",
-            of=lambda score, name=index.name: score.indices[name],
-            title=f"{index.name}: {index.meaning}",
-            text=number_or_open,
-        )
-        for index in (*INDICES.values(), I)
-    ),
+    *(_index(*each) for each in MEANINGS.items()),
 )
 """Of the `SetScore` of one set of measurements."""
