@@ -28,7 +28,6 @@ from workbench.cli.exit_status import UNUSABLE
 from workbench.exports import FORMS, Job, export_robot
 from workbench.identification.errors.file_errors import file_text, refitted_errors
 from workbench.identification.result import Identification
-from workbench.plate.measured_plate import load_plate
 from workbench.session import start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
@@ -178,7 +177,7 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
     content = measured.path.read_bytes()
     commands = [LoadData(measured.path.name, content), Identify()]
     commands += [Diagnose(), AddEffects()] if diagnosed else []
-    session = done(start(wb.load_robot(measured.robot), load_plate("table2")), *commands)
+    session = done(start(wb.load_robot(measured.robot), wb.load_plate("table2")), *commands)
     paths = []
     for make, kind in ((calibrated_toml, "toml"), (calibrated_urdf, "urdf")):
         paths.append(folder / f"arm.{kind}")

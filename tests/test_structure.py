@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_189,
     "diagnosis": 6_708,
     "exports": 330,
-    "session": 6_204,
+    "session": 6_194,
     "views": 6_945,
     "cli": 1_453,
     "extras": 1,
@@ -57,17 +57,17 @@ BUDGETS = {
     "extras/live": 1_208,
     "extras/logs": 915,
     "extras/pendant": 1_897,
-    "extras/poses": 1_088,
+    "extras/poses": 1_087,
     "extras/production": 456,
     "extras/reproduce": 88,
     "extras/review": 266,
     "extras/service": 1_165,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_984,
+    "tests": 38_976,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_106
+READING_SET = 18_102
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

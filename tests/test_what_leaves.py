@@ -23,7 +23,6 @@ from tests.session.direct_commands import done
 from workbench.arm.robot_toml import robot_text
 from workbench.base.errors import WorkbenchError
 from workbench.exports import FORMS
-from workbench.plate.measured_plate import load_plate
 from workbench.session import export, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
@@ -189,7 +188,7 @@ def by_commands(m: Measured, folder: Path, verb: str, run: Callable) -> Left:
 
 def by_page(m: Measured, folder: Path, *_) -> Left:
     """The commands that the page sends, and the files behind its buttons."""
-    session = start(wb.load_robot(m.robot), load_plate("table2"))
+    session = start(wb.load_robot(m.robot), wb.load_plate("table2"))
     makers = {"arm.toml": ("", export.calibrated_toml), "arm.urdf": ("", export.calibrated_urdf)}
     makers |= {f"{f}{FORMS[f].ending}": (f, export.exported_as(FORMS[f])) for f in m.forms}
     for steps in ([LoadData(m.path.name, m.path.read_bytes()), Identify()], [Diagnose()], [AddEffects()]):

@@ -167,10 +167,9 @@ def are_shown(session: Session) -> bool:
 
 def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[np.ndarray, " cubes"]:
     """Which cubes are shown: those of the kept layer."""
-    keep = np.ones(len(numbers.numbers), bool)
-    if view.cut is not None:
-        keep &= np.indices(session.plate.region.shape)[view.cut].ravel() == shown_layer(session)
-    return keep
+    if view.cut is None:
+        return np.ones(len(numbers.numbers), bool)
+    return np.indices(session.plate.region.shape)[view.cut].ravel() == shown_layer(session)
 
 
 def shown_layer(session: Session) -> int:

@@ -21,7 +21,7 @@ from workbench.arm.inverse.solve import follow, solve
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled
-from workbench.base.types import Matrix4, frozen
+from workbench.base.types import frozen
 from workbench.plate.collision import hits, obstacles, shape_of, unobstructed
 from workbench.plate.optimiser.shapes import Collider
 from workbench.plate.plate import AUTO, Kind, Plate, Target
@@ -125,7 +125,7 @@ def follow_target(robot: Robot, target: Target, before: TargetState) -> TargetSt
 
     A branch that was chosen by hand is kept: where it does not reach, the target is out of reach.
     """
-    followed = follow(robot, _in_measuring_frame(robot, target), before.q, task=_task(robot, target))
+    followed = follow(robot, robot.base.pose @ target.pose, before.q, task=_task(robot, target))
     if followed.converged and before.reached:
         return _reached(followed.q, before.branch)
     near = followed.q if followed.converged else before.q
@@ -184,12 +184,8 @@ def _with_known_branch(target: Target, branches: tuple[Branch, ...]) -> Target:
 @lru_cache(maxsize=256)
 def _solve(robot: Robot, target: Target) -> InverseResult:
     """Asked for again whenever a plate is placed anew of which one target has moved."""
-    return solve(robot, _in_measuring_frame(robot, target), task=_task(robot, target))
+    return solve(robot, robot.base.pose @ target.pose, task=_task(robot, target))
 
 
 def _task(robot: Robot, target: Target) -> Task | None:
     return None if target.kind is Kind.SEAT else Task.POSITION
-
-
-def _in_measuring_frame(robot: Robot, target: Target) -> Matrix4:
-    return robot.base.pose @ target.pose

@@ -88,9 +88,8 @@ def rescore(session: Session) -> Session:
     judge = partial(score, session.robot, noise=session.noise, region_q=session.region.q)
     first = session.history.first
     first = replace(first, score=judge(first.plate, first.states))
-    now = judge(session.plate, session.states)
     history = replace(session.history, first=first, past=(), best=None)
-    return with_history(replace(session, score=now, history=history))
+    return with_history(replace(session, score=judge(session.plate, session.states), history=history))
 
 
 def is_better(score: SetScore, than: SetScore) -> bool:

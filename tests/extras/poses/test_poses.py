@@ -29,7 +29,7 @@ def test_informative_poses_are_better_and_within_limits(aria, index):
 def test_gradient_of_an_index_by_the_joint_positions(aria):
     q = rng(6).uniform(-0.9, 0.9, (5, 6))
     for index in INDICES.values():
-        search = PoseClimb(aria, index, {})
+        search = PoseClimb(aria, index)
         value, slope = search.value_and_gradient(q)
         direction = rng(7).normal(size=q.shape)
         step = 1e-5

@@ -29,17 +29,17 @@ class PoseClimb:
 
     Args:
         index: The index to maximise.
-        options: Of `linearise`: names, standard deviations.
+        names: Constants to be identified; the default free ones if None.
         basis: Combinations of constants that the index is of, see `plate.free_constants`.
     """
 
     robot: Robot
     index: AbstractIndex
-    options: dict
+    names: tuple[str, ...] | None = None
     basis: Float[np.ndarray, "p r"] | None = None
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> Linearisation:
-        return visible(linearise(self.robot, q, **self.options), self.basis)
+        return visible(linearise(self.robot, q, names=self.names), self.basis)
 
     def value(self, q: Float[np.ndarray, "rows n"]) -> float:
         return self.index.value(self.at(q))

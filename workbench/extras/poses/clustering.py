@@ -281,7 +281,7 @@ def _level(pool: _PoseCandidates, q: np.ndarray) -> Cluster:
 def _levelled(pool: _PoseCandidates, home: Cluster, goal: float) -> np.ndarray:
     """Joint positions with O moved towards the goal; a step that leaves the cube or the limits is halved."""
     low, high = pool.robot.search_limits.T
-    q, share, climb = home.q.copy(), np.ones(len(home.q)), PoseClimb(pool.robot, O(), {})
+    q, share, climb = home.q.copy(), np.ones(len(home.q)), PoseClimb(pool.robot, O())
     for _ in range(LEVELLING):
         o, slope = O().per_pose(climb.at(q)), len(q) * climb.value_and_gradient(q)[1]  # O of a set is a mean
         if np.abs(o / goal - 1.0).max() < EQUAL:

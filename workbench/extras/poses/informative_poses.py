@@ -38,8 +38,6 @@ NEARBY, NEIGHBOURS = (0.3, 0.1, 0.03), 20
 """How far random neighbours of a chosen pose may be [rad or m], one round each, and how many it has."""
 GREEDY_STARTS = 30
 """Number of greedy choices before a spread counts as impossible."""
-Chosen = tuple[Sequence[int], Sequence[int], Outcome]
-"""Numbers of the candidates of a random start and of what was chosen, and how that ended."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +91,7 @@ def informative_poses(
             option="evaluation_poses",
         )
     goal = index if evaluation_poses is None or index != "I" else evaluation_poses
-    climb = PoseClimb(robot, goal_index(goal, robot, middle, basis), {"names": names}, basis)
+    climb = PoseClimb(robot, goal_index(goal, robot, middle, basis), names, basis)
     is_single = isinstance(climb.index, O)
     if not is_single:
         _check_enough(number, len(middle.names) if basis is None else basis.shape[1])
@@ -104,8 +102,7 @@ def informative_poses(
         pool = sample_poses(robot, number if is_single else max(CANDIDATES, 5 * number), limits, rng=rng)
     else:
         pool = sample_poses(robot, max(LIMITED_CANDIDATES, 5 * number), limits, rng=rng)
-    choose = _best_dealt if is_single else _best_set
-    start, best, outcome = choose(climb, pool, number, limits, rng)
+    start, best, outcome = _chosen(climb, pool, number, limits, rng)
     before, q = climb.value(pool[start]), max((pool[start], pool[best]), key=climb.value)
     progress(0.6, f"raising {climb.index.name}")
     if is_free and outcome is not Outcome.CANCELLED:
@@ -147,13 +144,26 @@ def _blocks(climb: PoseClimb, pool: np.ndarray) -> np.ndarray:
     return linearisation.scaled.reshape(len(pool), -1, len(linearisation.names))
 
 
-def _best_dealt(climb: PoseClimb, pool: np.ndarray, number: int, limits: PoseLimits, rng) -> Chosen:
-    """As in the paper each pose is improved by itself: candidates are dealt, each hand gives its best."""
-    clash, gains = limits.clash(climb.robot, pool), O().per_pose(climb.at(pool))
-    start, best = (_dealt(by, clash, number) for by in (-np.arange(len(pool)), gains))
-    if start is None or best is None:
-        start = best = _apart(_blocks(climb, pool), clash, number, limits, rng)
-    return start, best, Outcome.CONVERGED
+def _chosen(
+    climb: PoseClimb, pool: np.ndarray, number: int, limits: PoseLimits, rng
+) -> tuple[Sequence[int], Sequence[int], Outcome]:
+    """Numbers of the candidates of a random start and of the best that were found, and how that ended.
+
+    By an index of single poses each is improved by itself, as in the paper: candidates are dealt, each hand
+    gives its best. By an index of the whole set they are chosen greedily and exchanged.
+    """
+    blocks, clash = _blocks(climb, pool), limits.clash(climb.robot, pool)
+    start = _dealt(-np.arange(len(pool)), clash, number)
+    if isinstance(climb.index, O):
+        best = _dealt(O().per_pose(climb.at(pool)), clash, number)
+        if start is None or best is None:
+            start = best = _apart(blocks, clash, number, limits, rng)
+        return start, best, Outcome.CONVERGED
+    greedy = _apart(blocks, clash, number, limits, rng)
+    start = greedy if start is None else start
+    with part_of(0.0, 0.5, f"raising {climb.index.name}"):
+        found = _exchanged(climb, blocks, [greedy, start], clash)
+    return start, found.choice.tolist(), found.outcome
 
 
 def _dealt(gains: np.ndarray, clash: np.ndarray, number: int) -> list[int] | None:
@@ -165,17 +175,6 @@ def _dealt(gains: np.ndarray, clash: np.ndarray, number: int) -> list[int] | Non
             return None
         chosen.append(int(left[np.argmax(gains[left])]))
     return chosen
-
-
-def _best_set(climb: PoseClimb, pool: np.ndarray, number: int, limits: PoseLimits, rng) -> Chosen:
-    """Greedy choice, and exchange for the index of the whole set."""
-    blocks, clash = _blocks(climb, pool), limits.clash(climb.robot, pool)
-    greedy = _apart(blocks, clash, number, limits, rng)
-    start = _dealt(-np.arange(len(pool)), clash, number)
-    start = greedy if start is None else start
-    with part_of(0.0, 0.5, f"raising {climb.index.name}"):
-        found = _exchanged(climb, blocks, [greedy, start], clash)
-    return start, found.choice.tolist(), found.outcome
 
 
 def _exchanged(climb: PoseClimb, blocks: np.ndarray, starts: list[list[int]], clash: np.ndarray) -> Exchanged:
