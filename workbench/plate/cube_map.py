@@ -17,7 +17,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.progress import cancelled, progress
+from workbench.base.progress import check_cancelled, progress
 from workbench.base.types import frozen
 from workbench.plate.observability import inverse_condition
 from workbench.plate.predicted_error import UNSEEN
@@ -76,7 +76,7 @@ class CubeMap:
 
 def map_cubes(
     robot: Robot, region: Region, rotations: Float[np.ndarray, "orientations 3 3"], *, names: tuple[str, ...]
-) -> CubeMap | None:
+) -> CubeMap:
     """Evaluate every cube of a region.
 
     Args:
@@ -85,26 +85,17 @@ def map_cubes(
     """
     tried, cubes = len(rotations), len(region.centres)
     step = max(POSES_PER_CHECK // tried, 1)
-    q, index = np.full((cubes, robot.dof), np.nan), np.full(cubes, np.nan)
-    reached, moves = np.zeros(cubes, np.int64), np.zeros((cubes, 3, len(names)))
+    found = []
     for start in range(0, cubes, step):
-        if cancelled():
-            return None
+        check_cancelled()
         part = slice(start, start + step)
         places = np.repeat(region.centres[part], tried, axis=0)
         turns = np.tile(rotations, (len(places) // tried, 1, 1))
         mask, q_tried = reachable(robot, robot.base.pose @ se3.pose(turns, places))
-        reached[part], index[part], q[part], moves[part] = _best(robot, names, mask, q_tried, tried)
+        found.append(_best(robot, names, mask, q_tried, tried))
         progress(min(start + step, cubes) / cubes, "solving for every cube")
-    return CubeMap(
-        region=region,
-        names=names,
-        reached=frozen(reached),
-        tried=tried,
-        index=frozen(index),
-        q=frozen(q),
-        moves=frozen(moves),
-    )
+    reached, index, q, moves = (frozen(np.concatenate(part)) for part in zip(*found, strict=True))
+    return CubeMap(region=region, names=names, reached=reached, tried=tried, index=index, q=q, moves=moves)
 
 
 def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, q_tried: np.ndarray, tried: int):
@@ -112,10 +103,10 @@ def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, q_tried: np.nd
     _, twists = identification_jacobian(robot, Motion(np.where(mask[:, None], q_tried, 0.0)), names)
     index = np.where(mask, inverse_condition(twists), -np.inf).reshape(-1, tried)
     best = index.argmax(1) + tried * np.arange(len(index))
-    found = mask.reshape(-1, tried).sum(1)
-    seen = found > 0
+    reached = mask.reshape(-1, tried).sum(1)
+    seen = reached > 0
     return (
-        found,
+        reached,
         np.where(seen, index.max(1), np.nan),
         np.where(seen[:, None], q_tried[best], np.nan),
         np.where(seen[:, None, None], twists[best, :3], 0.0),

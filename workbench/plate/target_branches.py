@@ -23,7 +23,7 @@ from workbench.plate.collision import hits, unobstructed
 from workbench.plate.exchange import of_information
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.observability import goal_index, index_named
-from workbench.plate.plate import AUTO, Kind, Plate, Target
+from workbench.plate.plate import AUTO, Kind, Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.target_readings import SEAT, linearise_targets
@@ -139,16 +139,11 @@ def _by_task(robot: Robot, plate: Plate) -> dict[Task | None, list[int]]:
     """
     tasks: dict[Task | None, list[int]] = {}
     for row, target in enumerate(plate.targets):
-        whole = target.kind is Kind.SEAT or _is_there(robot, target)
-        tasks.setdefault(None if whole else Task.POSITION, []).append(row)
+        is_whole = target.kind is Kind.SEAT
+        if not is_whole and target.q is not None:
+            is_whole = np.abs(in_base(robot, target.q[None])[0] - target.pose).max() < THERE
+        tasks.setdefault(None if is_whole else Task.POSITION, []).append(row)
     return tasks
-
-
-def _is_there(robot: Robot, target: Target) -> bool:
-    """Whether a target's joint angles put the tool into its whole pose."""
-    if target.q is None:
-        return False
-    return bool(np.abs(in_base(robot, target.q[None])[0] - target.pose).max() < THERE)
 
 
 def single_branches(solutions: Solutions) -> dict[str, Float[np.ndarray, "targets n"]]:

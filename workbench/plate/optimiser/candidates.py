@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -253,20 +252,8 @@ BLOCKS_PER_CHECK = 50
 """Number of blocks solved between two checks of `cancelled`."""
 
 
-class BlockSolutions(NamedTuple):
-    """Postures at blocks.
-
-    Args:
-        slots: Block of each, counted from 0.
-        places: That block.
-        q: Joint positions [rad or m].
-        branches: Names.
-    """
-
-    slots: np.ndarray
-    places: Places
-    q: np.ndarray
-    branches: np.ndarray
+BlockSolutions = tuple[Int[np.ndarray, " rows"], Places, Float[np.ndarray, "rows n"], np.ndarray]
+"""Of each posture: the number of its block, that block, joint positions [rad or m], and its branch's name."""
 
 
 def draw_pool(setting: Setting, number: int, *, rng: np.random.Generator) -> tuple[Candidates, Counter[str]]:
@@ -295,17 +282,17 @@ def solutions_at(setting: Setting, places: Places) -> BlockSolutions:
     own = places[slots]
     if setting.is_turned_by_the_arm and len(q):
         own = places_of(setting.plate.pose, se3.inverse(base) @ tool_poses(robot, Motion(q)))
-    return BlockSolutions(np.array(slots, np.int64), own, q, names)
+    return np.array(slots, np.int64), own, q, names
 
 
 def given_solutions(setting: Setting, plate: Plate) -> BlockSolutions:
     """Solutions of the given plate's targets; for a target with joint positions only the nearest ones."""
     plate.check_joints(setting.robot)
-    solutions = solutions_at(setting, places_of(plate.pose, plate.poses))
-    keep = np.ones(len(solutions.q), bool)
+    slots, places, q, names = solutions_at(setting, places_of(plate.pose, plate.poses))
+    keep = np.ones(len(q), bool)
     for slot, target in enumerate(plate.targets):
-        mine = np.flatnonzero(solutions.slots == slot)
+        mine = np.flatnonzero(slots == slot)
         if target.q is not None and len(mine):
-            turns = np.abs(np.angle(np.exp(1j * (solutions.q[mine] - target.q)))).max(1)
+            turns = np.abs(np.angle(np.exp(1j * (q[mine] - target.q)))).max(1)
             keep[mine] = turns == turns.min()
-    return BlockSolutions(*(part[keep] for part in solutions))
+    return slots[keep], places[keep], q[keep], names[keep]

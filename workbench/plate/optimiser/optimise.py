@@ -117,10 +117,9 @@ def _given_error(setting: Setting, goal: Float[np.ndarray, "rows n"], number: in
 def _given(search: Search, locked: list[int]) -> tuple[Neighbours, list[int]]:
     """Candidates of the given plate, and those that go together, locked targets first."""
     setting = search.setting
-    solutions = given_solutions(setting, setting.plate)
-    good, rows, _ = setting.examine(*solutions[1:])
-    slots = solutions.slots[rows].tolist()
-    own = np.array([locked.index(slot) if slot in locked else -1 for slot in slots], int)
+    slots, *solutions = given_solutions(setting, setting.plate)
+    good, rows, _ = setting.examine(*solutions)
+    own = np.array([locked.index(slot) if slot in locked else -1 for slot in slots[rows].tolist()], int)
     near, number = Neighbours(setting, good, own), len(setting.plate)
     exchange = search.exchange(near)
     chosen = exchange.fill(number)

@@ -131,10 +131,7 @@ class MapCubes(AbstractChore[CubeMap]):
 
     def compute(self, session: Session) -> CubeMap:
         turns, names = session.plate.poses[:MAX_ORIENTATIONS, :3, :3], identified_names(session.robot)
-        found = map_cubes(session.robot, session.plate.region, turns, names=names)
-        if found is None:
-            raise Cancelled
-        return found
+        return map_cubes(session.robot, session.plate.region, turns, names=names)
 
     def finish(self, session: Session, result: CubeMap) -> Session:
         if session.plate.region is not result.region:
