@@ -50,7 +50,7 @@ BUDGETS = {
     "views": 6_945,
     "cli": 1_453,
     "extras": 1,
-    "extras/camera": 3_514,
+    "extras/camera": 3_512,
     "extras/controllers": 706,
     "extras/hobby": 748,
     "extras/katana": 998,

@@ -201,8 +201,6 @@ class Likelihood:
 
         start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, index[rest]])
         walls = np.transpose(bounds)
-        from scipy.optimize import minimize
-
         found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=walls, options={"ftol": 1e-7})
         sizes[rest] = np.exp(found.x / scale)
         return sizes, float(found.fun)
