@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 8_826,
     "data": 5_067,
     "plate": 4_959,
-    "identification": 9_185,
+    "identification": 9_181,
     "diagnosis": 6_705,
     "exports": 330,
     "session": 6_204,
