@@ -153,7 +153,7 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
     plain = [p.name for p in problem.parameters if p.is_plain]
     mine = np.array([name in plain for name in rows.names])
     geometry = np.zeros((rows.size, len(plain)))
-    own = [piece.jacobian for block, piece in rows.pieces(here, only=mine) if block is not None]
+    own = [piece.jacobian for _, piece in rows.pieces(here, only=mine)]
     geometry[:, [plain.index(name) for name in rows.names if name in plain]] = np.concatenate(own)
     parts = [columns.table for _, columns in candidate_columns(rows, here, effects)]
     return np.concatenate([geometry, np.concatenate(parts)], axis=1)

@@ -91,7 +91,9 @@ def thinned(problem: Problem) -> Problem:
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:
     """At most so many row numbers, spread evenly over the data."""
-    return np.unique(np.linspace(0, len(data) - 1, min(count, len(data))).astype(int))
+    if len(data) <= count:
+        return np.arange(len(data))
+    return np.unique(np.linspace(0, len(data) - 1, count).astype(int))
 
 
 def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:

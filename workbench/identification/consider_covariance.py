@@ -19,15 +19,13 @@ def covariance(
         root: Square root of the covariance if residuals scattered as weighted.
         actual: Standard deviations with which they actually scatter.
     """
-    middle = np.zeros((root.shape[1], root.shape[1]))
+    known = problem.prior @ root
+    middle = known.T @ known
     for block, piece in problem.pieces(x):
         moved = piece.jacobian @ root
-        spread = moved
-        if block is not None:
-            scattered = block.with_noise(actual)
-            table = moved.reshape(*block.inverse_sigma.shape, -1)
-            spread = scattered.mixed(table, 1.0).reshape(moved.shape) * (actual.own / problem.noise.own) ** 2
-        middle += moved.T @ spread
+        table = moved.reshape(*block.inverse_sigma.shape, -1)
+        spread = block.with_noise(actual).mixed(table, 1.0).reshape(moved.shape)
+        middle += moved.T @ spread * (actual.own / problem.noise.own) ** 2
     return root @ middle @ root.T
 
 

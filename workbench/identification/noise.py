@@ -15,6 +15,7 @@ Rows without a sigma have sigma_row = 0, and s is then the root mean square of t
 """
 
 from functools import lru_cache
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -171,7 +172,8 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
         found = factorise_products(inner_products(problem, x), problem.units)
         if found is not None:
             return found
-    return factorise_pieces((piece for _, piece in problem.pieces(x)), problem.units)
+    rows = (piece for _, piece in problem.pieces(x))  # one at a time: together they may be large
+    return factorise_pieces(chain(rows, [problem.prior_at(x)]), problem.units)
 
 
 def degrees_of_freedom(problem: Problem, factor: Factor) -> float:

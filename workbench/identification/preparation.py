@@ -353,7 +353,8 @@ def _with_noise(
             text = _noise_text(problem, old)
             return whole, f"no residual is left to estimate the noise from; assuming {text}{on_top}", None
         problem = problem.with_noise(left)
-        if np.allclose((*left[:2], left.tilt), (*old[:2], old.tilt), rtol=0.2, atol=0.0):
+        sizes = ((n.position, n.rotation, n.tilt) for n in (left, old))
+        if all(abs(new - was) <= 0.2 * was for new, was in zip(*sizes, strict=True)):
             break
     near = found.x if np.abs(found.x - problem.start).max(initial=0.0) < MAX_DEVIATION else None
     noise, problem = problem.noise, whole.with_noise(problem.noise)

@@ -128,9 +128,7 @@ class Problem:
         masses, tolerance = robot.inertia if inertia else {}, robot.inertia_tolerance
         facts |= {n: Unknown("kg" if n.endswith(".mass") else "m", sigma=tolerance[n]) for n in masses}
         has_tilts = any(tilts_beside(of_rows(data, rows), kind) for kind, rows in observed_kinds(data))
-        has_loads = any(  # play depends on the sign of the load only
-            e.loads and not e.has_play for e in robot.effects
-        )
+        has_loads = any(e.loads and not e.has_play for e in robot.effects)  # play needs their signs only
         free_gravity = ((bool(masses) and has_loads) or has_tilts) and np.any(robot.gravity)
         angles = dict.fromkeys(n for s in data.sessions for n in gravity_names(s, frames) if free_gravity)
         parameters = (
@@ -303,14 +301,18 @@ class Problem:
             np.concatenate([self.knowledge, np.eye(len(self.names))[self.geometry] / self.deviation])
         )
 
+    def prior_at(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
+        """What follows the rows: whitened differences from what is known before, and their derivative."""
+        return LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior)
+
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
-        residual, jacobian = zip(*(piece for _, piece in self.pieces(x)), strict=True)
-        return LinearisedProblem(np.concatenate(residual), np.concatenate(jacobian))
+        parts = [*(piece for _, piece in self.pieces(x)), self.prior_at(x)]
+        return LinearisedProblem(*map(np.concatenate, zip(*parts, strict=True)))
 
     def pieces(
         self, x: Float[np.ndarray, " p"], *, only: Bool[np.ndarray, " p"] | None = None
-    ) -> Iterator[tuple[RowBlock | None, LinearisedProblem]]:
-        """Whitened residual and Jacobian, or some of its columns, block by block, the prior's last."""
+    ) -> Iterator[tuple[RowBlock, LinearisedProblem]]:
+        """Whitened residual and Jacobian of the rows, or some of its columns, block by block."""
         wanted = np.ones(len(x), bool) if only is None else only
         columns = np.where(wanted, np.cumsum(wanted) - 1, -1)
 
@@ -324,8 +326,7 @@ class Problem:
                 jacobian[:, places[places >= 0]] = product[:, places >= 0]
             return LinearisedProblem(self.whiten(block, part.residual).ravel(), jacobian)
 
-        yield from zip(self.blocks, in_order(filled, self.blocks), strict=True)
-        yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior[:, wanted])
+        return zip(self.blocks, in_order(filled, self.blocks), strict=True)
 
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
         """½|r|² and its gradient −Jᵀr without the Jacobian: each row's residual acts as a wrench."""
@@ -345,7 +346,7 @@ class Problem:
 
     def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
         parts = [self.whiten(block, block.residual(x)).ravel() for block in self.blocks]
-        return np.concatenate([*parts, -self.prior @ (x - self.prior_centre)])
+        return np.concatenate([*parts, self.prior_at(x).residual])
 
     def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
         """Measured residual components in m and rad from whitened ones, without robust weights and prior."""

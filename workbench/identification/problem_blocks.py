@@ -338,10 +338,6 @@ class RowBlock:
         return self.start + self.own_sigma.size
 
 
-Kind = tuple[type[AbstractObservation], np.ndarray]
-"""Rows with the first observation that fits them."""
-
-
 def tilts_beside(data: Dataset, kind: type[AbstractObservation]) -> tuple[TiltObservation, ...]:
     """Inclinometers of rows that are seen by another observation."""
     if kind is TiltObservation or data.tilt is None:
@@ -358,7 +354,7 @@ def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, "
 
 
 @lru_cache(maxsize=8)
-def observed_kinds(data: Dataset) -> list[Kind]:
+def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.ndarray]]:
     """Every row with the first observation that fits it; kept for the next call."""
     left = np.ones(len(data), bool)
     kinds = []

@@ -51,8 +51,9 @@ class Factor:
             return None  # the smallest s is no greater
         found = lapack.dtrtri(self.r)[0]
         square = found.T @ found
-        size = float(np.linalg.norm(square @ square)) ** 0.25  # at least 1 / s, and a little more
-        limit = 1.0 / (RANK_TOLERANCE * float(np.linalg.norm(self.r)))
+        fourth = square @ square
+        size = float(np.vdot(fourth, fourth)) ** 0.125  # at least 1 / s, and a little more
+        limit = 1.0 / (RANK_TOLERANCE * float(np.sqrt(np.vdot(self.r, self.r))))
         return found if size < min(WEAKLY_OBSERVABLE, limit) else None
 
     @cached_property

@@ -55,11 +55,8 @@ def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
     if count < MIN_PLACES or len(place) < MIN_ROWS * count:
         return ones
     root, variance = fit.factor.root, fit.variance_factor
-    scores, expected = np.zeros((count, len(root))), np.zeros((len(root), len(root)))
+    scores, expected = np.zeros((count, len(root))), problem.prior.T @ problem.prior
     for block, piece in problem.pieces(fit.x):
-        if block is None:
-            expected += piece.jacobian.T @ piece.jacobian
-            continue
         label = np.repeat(place[block.rows], len(piece.residual) // len(block.rows))
         order = np.argsort(label, kind="stable")
         starts = np.flatnonzero(np.diff(label[order], prepend=-1))

@@ -46,7 +46,7 @@ def _remainders(
     steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     geometry = np.einsum("pg,fgk->fpk", grams.basis, solutions[:, : grams.geometry])
-    pieces = {block.start: piece for block, piece in problem.pieces(x, only=plain) if block is not None}
+    pieces = {block.start: piece for block, piece in problem.pieces(x, only=plain)}
     fold = searched.fold[stage.keep]
     for block, columns in candidate_columns(problem, x, tried.carriers, loaded=tried.loaded):
         piece, table = pieces[block.start], columns.table

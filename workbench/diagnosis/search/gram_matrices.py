@@ -183,7 +183,7 @@ def compress(
     """
     coefficients = Coefficients.of(problem, x, effects, masses=masses)
     plain = np.array([p.is_plain for p in problem.parameters], bool)
-    parts = [piece for block, piece in problem.pieces(x, only=plain) if block is not None]
+    parts = [piece for _, piece in problem.pieces(x, only=plain)]
     residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
     basis = factorise(jacobian, residual).root
     ahead = sum(len(e.names) for e in changed)  # columns of the history come before all others

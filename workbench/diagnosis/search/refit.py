@@ -203,7 +203,7 @@ def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Probl
     """The problem with a prior about nominal along directions that don't change the poses of a rigid arm:
     base and tool compensate them."""
     plain = np.array([p.is_plain for p in rigid.parameters], bool)
-    parts = [piece for block, piece in rigid.pieces(rigid.at(begin), only=plain) if block is not None]
+    parts = [piece for _, piece in rigid.pieces(rigid.at(begin), only=plain)]
     residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
     seen = factorise(jacobian, residual).root
     unseen = np.linalg.qr(seen, mode="complete")[0][:, seen.shape[1] :]

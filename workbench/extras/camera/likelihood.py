@@ -84,12 +84,10 @@ class Pictures:
         plain = problem.with_noise(Noise(0.0, 0.0, (), 1.0)).with_row_weights(None)
         parts = []
         for block, piece in plain.pieces(x):
-            if block is not None:
-                shape = block.inverse_sigma.shape
-                by_twist = block.observation.linearise(block.poses(x), block.unknown(x)).by_twist
-                jacobian = piece.jacobian.reshape(*shape, -1)
-                seen = block.inverse_sigma > 0.0
-                parts.append(cls.of(piece.residual.reshape(shape), by_twist, seen, jacobian))
+            shape = block.inverse_sigma.shape
+            by_twist = block.observation.linearise(block.poses(x), block.unknown(x)).by_twist
+            jacobian = piece.jacobian.reshape(*shape, -1)
+            parts.append(cls.of(piece.residual.reshape(shape), by_twist, block.inverse_sigma > 0.0, jacobian))
         columns = [[getattr(p, f.name) for p in parts] for f in fields(cls)]
         return cls(*map(np.concatenate, columns[:5]), *(np.sum(column, axis=0) for column in columns[5:]))
 

@@ -66,11 +66,7 @@ class SavedArm:
 
         A TOML holds the whole model, a URDF the best purely geometric one. Arguments as of `errors`.
         """
-        arm, whole = self.robot, self.errors(data, known)
-        carried = self.formats["URDF"]
-        if carried.elements == arm.elements and not arm.effects:
-            return {"TOML": whole, "URDF": whole}
-        return {"TOML": whole, "URDF": self.errors(data, known, carried)}
+        return {name: self.errors(data, known, arm) for name, arm in self.formats.items()}
 
     @cached_property
     def formats(self) -> dict[str, Robot]:

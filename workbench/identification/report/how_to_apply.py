@@ -53,19 +53,15 @@ class Use:
         before, after = in_mm(chosen.before.position_mean), in_mm(chosen.after.position_mean)
         return f"enter {TEXT[len(chosen.parts) - 1]}: {before} → {after} on average"
 
-    @property
-    def reference(self) -> str:
-        """What the errors are measured against."""
-        return f"the calibrated model{', as far as it was measured' if self.full.notes else ''}"
-
     def blocks(self) -> Iterator[Block]:
         """What to enter into a controller, and what that leaves."""
         errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
         numbers = [("nothing (best base and tool)", *_errors(self.full.before))]
         for text, variant in zip(TEXT, self.variants, strict=True):
             numbers.append((text if variant.is_better else f"{text}: not advised", *_errors(variant.after)))
-        numbers.append((self.reference, *["0"] * len(errors)))
-        yield ResultTable(f"Remaining error relative to {self.reference}", ("entered", *errors), numbers)
+        reference = f"the calibrated model{', as far as it was measured' if self.full.notes else ''}"
+        numbers.append((reference, *["0"] * len(errors)))
+        yield ResultTable(f"Remaining error relative to {reference}", ("entered", *errors), numbers)
         entered = (self.full, self.variants[0])
         if any(variant.is_better for variant in entered):
             headings = ("joint", "with tool and base", "offsets only")

@@ -17,6 +17,7 @@ from scipy.linalg import blas
 
 from workbench.identification.algorithms.identifier import factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.errors.row_errors import median
 from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.undetermined_combinations import Factor
 
@@ -29,7 +30,7 @@ def row_weights(standardised: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "
 
     The scale is the median residual, so that up to half of the rows may be wrong.
     """
-    size = standardised / max(_median(standardised), 1e-12)
+    size = standardised / max(median(standardised), 1e-12)
     return np.maximum(1.0 - (size / BIWEIGHT) ** 2, 0.0)
 
 
@@ -119,8 +120,6 @@ def row_sizes(
     upper = linalg.qr(np.pad(root.T, ((0, max(size - root.shape[1], 0)), (0, 0))), mode="r")[0]
     root = np.asfortranarray(upper[:size].T)
     for block, piece in problem.pieces(x):
-        if block is None:
-            continue
         rows = slice(block.start, block.stop)
         residual[rows] = piece.residual
         whitened = blas.dtrmm(1.0, root, piece.jacobian.T, trans_a=1, lower=1, overwrite_b=1)
@@ -139,15 +138,9 @@ def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
     return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 
 
-def _median(values: Float[np.ndarray, " n"]) -> float:
-    """Median of finite numbers: numpy's takes far longer for few of them."""
-    middle = [(len(values) - 1) // 2, len(values) // 2]
-    return float(np.partition(values, middle)[middle].mean())
-
-
 def _typical(sizes: np.ndarray) -> np.ndarray:
     """Median size in each channel; next to 0 where nothing was measured."""
-    return np.array([max(_median(s[s > 0.0]), 1e-300) if s.any() else 1e-300 for s in sizes.T])
+    return np.array([max(median(s[s > 0.0]), 1e-300) if s.any() else 1e-300 for s in sizes.T])
 
 
 def _sizes(problem: Problem, residual: np.ndarray, room: np.ndarray) -> Float[np.ndarray, "rows 3"]:
