@@ -67,6 +67,12 @@ def test_distances_from_known_anchors(arm):
         assert result.held_out.position_mm.max < 1e-3
         off = tool_poses(result.calibrated, Motion(q))[:, :3, 3] - arm.pose(q)[:, :3, 3]
         assert np.abs(off).max() < 1e-9
+    zeros = np.array([4e-3, -2e-3, 0.05])
+    distance = rows.distance + zeros[np.arange(120) % 3] + 2e-5 * rng.standard_normal(120)
+    best = identify(load_robot("aria"), replace(rows, distance=distance), known=KNOWN).best
+    found = best.fit.problem.instrument(best.fit.x)
+    assert [found[f"wire[{n}].zero"] for n in "ABC"] == pytest.approx(zeros, abs=1e-4)
+    assert best.held_out.position_mm.mean < 0.04
 
 
 def test_loose_markers(arm):

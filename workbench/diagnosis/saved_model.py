@@ -1,7 +1,7 @@
 """The model that a diagnosis saves: fitted to all rows, its effects with standard errors and rivals; other
 models on the judging rows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -58,11 +58,11 @@ class SavedModel:
 def saved_model(search: CauseSearch) -> SavedModel:
     """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
     last, ready, geometry = search.last, search.ready, search.first.fit
-    fit = last.stage.fit
-    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.x))
+    suspect_rows = suspects(ready, last.stage.fit, geometry.problem.named(geometry.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
-    std = StandardErrors(final)
-    effects = _accepted(search, final, std)
+    effects = _accepted(search, final, std := StandardErrors(final))
+    problem, found = ready.with_scale(final.problem, final.search)
+    final = replace(final, problem=problem, search=found)
     return SavedModel(final, suspect_rows, note, std, effects, arm_now(final))
 
 

@@ -21,7 +21,7 @@ from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, thinned
-from workbench.identification.errors.expected_deviation import MAX_DEVIATION
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION, with_expected_deviation
 from workbench.identification.errors.row_errors import (
     UNKNOWN,
     Errors,
@@ -80,15 +80,18 @@ class Prepared(AbstractSplit):
     scale: str = ""
 
     def with_scale(self, problem: Problem, found: SearchOutcome) -> tuple[Problem, SearchOutcome]:
-        """A problem and its solution; where no row tells the scale, with all lengths as uncertain as that.
+        """A problem and its solution; where no row tells the scale, with all lengths as uncertain as that: as
+        the deviation from nominal that the problem, or else the first fit, expects.
 
         A search would shrink the arm to shrink its residuals: what it finds is only moved along the line on
         which no row changes, nearest to nominal.
         """
         if not self.scale:
             return problem, found
+        size = problem.deviation or with_expected_deviation(self.shared).deviation or np.inf
         free = [e.name for e in problem.robot.elements if e.name in {*problem.names, self.scale}]
-        wide = problem.again(free=free).with_shares().with_deviation(problem.deviation or np.inf)
+        wide = problem.again(free=free).with_row_weights(problem.row_weights)
+        wide = wide.with_shares().with_deviation(size)
         x, is_held = wide.at(problem.named(found.x)), np.array([name == self.scale for name in wide.names])
         jacobian, line = wide.evaluate(x).jacobian, is_held.astype(float)
         line[~is_held] = -np.linalg.lstsq(jacobian[:, ~is_held], jacobian[:, is_held], rcond=1e-9)[0][:, 0]

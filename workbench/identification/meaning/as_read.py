@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import replace
 from enum import StrEnum
 from functools import lru_cache
 
@@ -18,7 +18,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import within_postures
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import with_planes
+from workbench.identification.meaning.nominal_fit import with_planes, with_wires
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
@@ -82,33 +82,16 @@ def as_read(
     return arm, with_holding_torques(arm, _with_orientation(arm, rows))
 
 
-@dataclass(frozen=True)
-class _SameRows:
-    """Rows that equal others with the same columns, whatever was noted of them."""
-
-    columns: tuple[object, ...]
-    data: Dataset = field(compare=False)
-
-
-def _content(value: object) -> object:
-    if isinstance(value, Mapping):
-        return tuple((name, _content(inner)) for name, inner in value.items())
-    return value.tobytes() if isinstance(value, np.ndarray) else repr(value)
-
-
 @lru_cache(maxsize=2)
-def _meaning(robot: Robot, rows: _SameRows) -> RowMeaning | None:
+def _meaning(robot: Robot, data: Dataset) -> RowMeaning | None:
     """What rows mean, kept: what fits, what judges the fit, and the page ask it of the same ones."""
-    meaning = read_rows(robot, rows.data)
-    if meaning is None or rows.data.missing_units:
-        return meaning
-    return told_by_column(robot, rows.data, meaning)
+    meaning = read_rows(robot, data)
+    return meaning if meaning is None or data.missing_units else told_by_column(robot, data, meaning)
 
 
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
-    columns = (getattr(data, f.name) for f in fields(data) if f.name not in ("notes", "read_as"))
-    meaning = _meaning(robot, _SameRows(tuple(map(_content, columns)), data))
+    meaning = _meaning(robot, data)
     if meaning is None or meaning.kept is None:
         return data, meaning
     lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
@@ -119,7 +102,7 @@ def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]
 def _as_read(
     robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
-    data, meaning = understood(robot, with_planes(robot, without_still_turns(robot, data)))
+    data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
     if meaning is None and data.position is not None and data.session is not None:
