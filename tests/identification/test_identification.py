@@ -128,6 +128,10 @@ def test_contacts_do_not_shrink_the_arm(arm):
     assert all(std[name] > 2e-4 for name in lengths)  # as near as they are to nominal, not as the rows agree
     assert run.best.transfer.anywhere.position > 5e-4
     assert "nobody measured" in run.transfer_warning()
+    problem = run.ready.problem  # as of a diagnosis, which expects nothing of the constants
+    search = replace(fit.search, x=problem.at(fit.problem.named(fit.x)))
+    again = run.ready.scaled(replace(fit, problem=problem, search=search))
+    assert again.calibrated.calibration.observed.flange.position > 5e-4
 
 
 def test_held_out_anchors_of_few_rows_leave_rows_and_data_alike(arm):

@@ -1,7 +1,7 @@
 """The model that a diagnosis saves: fitted to all rows, its effects with standard errors and rivals; other
 models on the judging rows."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -61,8 +61,7 @@ def saved_model(search: CauseSearch) -> SavedModel:
     suspect_rows = suspects(ready, last.stage.fit, geometry.problem.named(geometry.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
     effects = _accepted(search, final, std := StandardErrors(final))
-    problem, found = ready.with_scale(final.problem, final.search)
-    final = replace(final, problem=problem, search=found)
+    final = ready.scaled(final)
     return SavedModel(final, suspect_rows, note, std, effects, arm_now(final))
 
 

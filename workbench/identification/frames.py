@@ -268,7 +268,7 @@ class _FrameTrial:
 def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) -> float:
     """Probability that a freer model leaves no more than this |r|² where the held frames are right."""
     size, before = freer.count + len(freer.prior), 2.0 * held.search.history[-1]
-    gained = int(factor.visible.sum() - held.factor.visible.sum())  # however weakly: a wrong arm sees more
+    gained = int(np.sum(factor.visible)) - int(np.sum(held.factor.visible))  # however weakly
     left, rounding = size - factor.rank, 1e-16 * size
     if gained <= 0 or left <= 0 or before <= rounding:
         return 1.0

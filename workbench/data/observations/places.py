@@ -14,7 +14,7 @@ Where the base stands can't be seen, and with a single point neither can the arm
 Source: derived here; contact planes of this kind in Ikits & Hollerbach, IEEE ICRA 1997.
 """
 
-from dataclasses import field, replace
+from dataclasses import field
 from typing import ClassVar, final
 
 import numpy as np
@@ -146,7 +146,7 @@ class DistanceObservation(AbstractPlaceObservation):
         wire = data.more.get("wire", np.full(len(data), ""))
         names, places = np.unique(wire[wire != ""]), super().of(data)
         of_wire = frozen((wire[:, None] == names).astype(float))
-        return replace(places, of_wire=of_wire, wires=tuple(names.tolist()))
+        return cls(places.place, places.names, np.asarray(data.distance), of_wire, tuple(names.tolist()))
 
     @property
     def unknowns(self) -> tuple[str, ...]:

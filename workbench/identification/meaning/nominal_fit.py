@@ -105,8 +105,7 @@ def with_planes(robot: Robot, data: Dataset) -> Dataset:
 
 
 def with_wires(robot: Robot, data: Dataset) -> Dataset:
-    """The rows with a draw wire, whose zero is unknown, at each anchor of a distance, and a note, where any
-    arm leaves far more without (F test)."""
+    """The rows with a draw wire of unknown zero at each anchor, where any arm leaves far more without."""
     rows, own = data.included & DistanceObservation.applies(data), data.joints == robot.dof
     if not rows.any() or not own or data.anchor is None or data.position is not None or "wire" in data.more:
         return data
