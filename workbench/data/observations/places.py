@@ -126,12 +126,7 @@ class PlaneObservation(AbstractPlaceObservation):
 
 @final
 class DistanceObservation(AbstractPlaceObservation):
-    """Distance of the tool point from an anchor.
-
-    Args:
-        of_wire: 1 where a row's draw wire is this one, whose zero is unknown.
-        wires: Names of the wires.
-    """
+    """Distance of the tool point from an anchor, and zeros of draw wires, of which a row has one or none."""
 
     distance: Float[np.ndarray, " rows"]
     of_wire: Float[np.ndarray, "rows w"] = field(default_factory=lambda: np.zeros((0, 0)))

@@ -9,16 +9,14 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.arm.joint_units import sliding_numbers
-from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, UnitError
 from workbench.base.remedy import remedy as at_entrance
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
-from workbench.data.postures import within_postures
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import with_planes, with_wires
+from workbench.identification.meaning.nominal_fit import with_holding_torques, with_planes, with_wires
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
@@ -29,8 +27,6 @@ SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
-SURE_TORQUE = 0.8
-"""Minimum correlation with the torque that holds a weight at the flange."""
 
 
 class ReadAs(StrEnum):
@@ -163,28 +159,6 @@ def oriented(data: Dataset, meaning: RowMeaning) -> Dataset:
         return data
     note = f"{found.text}: {found.size} instead of {plain.size} as the heading says; read so"
     return _read_as(found.apply(data), note)
-
-
-def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
-    """The rows with torques of the drives, with a note where the columns have the opposite sign.
-
-    The weight at the flange is the payload, compared at the same postures, or else that of the links. An arm
-    with masses needs no measured torques.
-    """
-    shown = data.torque
-    if shown is None or robot.has_masses or shown.shape[1] != robot.dof or not np.isfinite(shown).all():
-        return data
-    torque = shown
-    expected = -np.einsum("rij,i->rj", geometric_jacobian(robot.bare, data.q)[:, :3], robot.gravity)
-    if data.payload is not None and np.isfinite(data.payload).all():
-        change = within_postures(data.q, data.payload[:, None])
-        if change.any():
-            expected, torque = change * expected, within_postures(data.q, torque)
-    size = np.linalg.norm(expected) * np.linalg.norm(torque)
-    if not size or (expected * torque).sum() > -SURE_TORQUE * size:
-        return data
-    note = "torque1 … have the sign of the load; read as the torques of the drives, which hold it"
-    return replace(data, torque=-shown, notes=(*data.notes, note))
 
 
 def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
