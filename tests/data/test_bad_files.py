@@ -121,7 +121,7 @@ MILLIMETRES = SEMICOLONS.replace("[m]", "[mm]")
 WRONG = [
     # the file, its line and column that are named, and another part of the sentence
     ("q1[rad],q3[rad],x[m],y[m],z[m]\n" + ROWS, None, None, "joint 2"),
-    *((HEAD + ROWS + f"0.1,{blank},1,2,3\n", 4, "q2[rad]", "") for blank in ("", "NaN", "nan", "n/a")),
+    (HEAD + "0.1,,1,2,3\n,0.1,1,2,3\n,0.2,1,2,3\n" + ROWS, 2, "q2[rad]", "exclude"),
     *((HEAD + ROWS + f"0.1,0.2,1,{v},3\n", 4, "y[m]", "infinite") for v in ("inf", "-Infinity", "1e999")),
     *((HEAD + ROWS + f"0.1,0.2,{v},2,3\n", 4, "x[m]", v) for v in ("abc", "1.2.3", "1_000", "0x10", "12 mm")),
     (HEAD + "abc,0.2,x,y,3\n" + ROWS, 2, None, ""),

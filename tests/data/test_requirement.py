@@ -2,13 +2,8 @@ import numpy as np
 import pytest
 
 from workbench.data.accuracy_requirement import Requirement, Wanted
-from workbench.data.prediction import RowComponents
 
 NAN = float("nan")
-
-
-def rows(position, rotation):
-    return RowComponents(1e-3 * np.array(position, float), np.deg2rad(np.array(rotation, float)))
 
 
 def test_the_papers_angle():
@@ -22,18 +17,6 @@ def test_the_papers_angle():
     requirement = Requirement(radius=8e-3, insertion=0.35, per_axis=2e-3)  # just kept in the worst case
     chord = 2.0 * requirement.insertion * np.sin(0.5 * requirement.angle)
     assert requirement.displacement + np.sqrt(2.0) * chord == pytest.approx(requirement.radius)
-
-
-def test_rows_and_axes_pass_or_fail():
-    check = Requirement().wanted.check(
-        rows(
-            [[0.9, -0.9, 0.0], [1.1, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
-            [[0.6, 0.0, -0.6], [0.0, 0.0, 0.0], [0.0, -0.7, 0.0], [0.0, 0.0, 0.0]],
-        )
-    )
-    assert check.passed.tolist() == [True, False, False, True]
-    assert check.share == 0.5
-    assert check.judged.all()
 
 
 def test_lengths_are_held_against_the_limit_of_one_axis():

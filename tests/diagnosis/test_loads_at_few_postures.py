@@ -10,7 +10,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.coverage import loads_vary
 from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.meaning.as_read import with_holding_torques
+from workbench.identification.meaning.nominal_fit import with_holding_torques
 
 COMPLIANCE, OWN, LENGTHS = 8e-5, 4.0, (0.4, 0.35)
 ARM = Robot.from_dh(

@@ -67,6 +67,12 @@ def test_distances_from_known_anchors(arm):
         assert result.held_out.position_mm.max < 1e-3
         off = tool_poses(result.calibrated, Motion(q))[:, :3, 3] - arm.pose(q)[:, :3, 3]
         assert np.abs(off).max() < 1e-9
+    zeros = np.array([4e-3, -2e-3, 0.05])
+    distance = rows.distance + zeros[np.arange(120) % 3] + 2e-5 * rng.standard_normal(120)
+    best = identify(load_robot("aria"), replace(rows, distance=distance), known=KNOWN).best
+    found = best.fit.problem.instrument(best.fit.x)
+    assert [found[f"wire[{n}].zero"] for n in "ABC"] == pytest.approx(zeros, abs=1e-4)
+    assert best.held_out.position_mm.mean < 0.04
 
 
 def test_loose_markers(arm):
@@ -122,6 +128,10 @@ def test_contacts_do_not_shrink_the_arm(arm):
     assert all(std[name] > 2e-4 for name in lengths)  # as near as they are to nominal, not as the rows agree
     assert run.best.transfer.anywhere.position > 5e-4
     assert "nobody measured" in run.transfer_warning()
+    problem = run.ready.problem  # as of a diagnosis, which expects nothing of the constants
+    search = replace(fit.search, x=problem.at(fit.problem.named(fit.x)))
+    again = run.ready.scaled(replace(fit, problem=problem, search=search))
+    assert again.calibrated.calibration.observed.flange.position > 5e-4
 
 
 def test_held_out_anchors_of_few_rows_leave_rows_and_data_alike(arm):

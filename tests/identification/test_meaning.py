@@ -65,15 +65,6 @@ def motors(q: np.ndarray, k: int, share: float) -> np.ndarray:
     return shown
 
 
-def test_the_same_rows_are_searched_once_whatever_is_noted_of_them(monkeypatch):
-    asked, (robot, data) = [], measured("puma", with_rotation=True, seed=77)
-    searched = "workbench.identification.meaning.as_read.read_rows"
-    monkeypatch.setattr(searched, lambda *given: asked.append(given) or read_rows(*given))
-    for rows in (data, replace(data, notes=("odd",)), replace(data, position=data.position + 1e-6)):
-        as_read(robot, rows)
-    assert len(asked) == 2
-
-
 @pytest.mark.parametrize("kind", [k for k in ORIENTATIONS if k.numbers == 3][::4], ids=lambda k: k.name)
 def test_orientations_are_read_in_their_convention(kind):
     robot, data = measured("puma", with_rotation=True)

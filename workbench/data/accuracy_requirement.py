@@ -62,15 +62,6 @@ class Wanted:
     def json(self) -> dict[str, float | bool | None]:
         return {**POSE.json(self), "per_axis": self.per_axis}
 
-    def check(self, errors: RowComponents) -> "WantedCheck":
-        """Judge every row that has a measured point."""
-        return WantedCheck(
-            wanted=self,
-            judged=errors.has_position,
-            passed=self.within(errors) & errors.has_position,
-            unmeasured=self.rotation is not None and not np.isfinite(errors.rotation).any(),
-        )
-
     def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
         """Rows that keep it, as far as they were measured."""
         return ~(self.used_by(errors.position, errors.rotation) > 1.0)
@@ -99,33 +90,6 @@ class Wanted:
         """
         turned = np.inf if self.rotation is None else self.rotation
         return np.asarray((position <= self.position) & ~np.greater(rotation, turned))
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class WantedCheck:
-    """Pass or fail of some rows.
-
-    Args:
-        wanted: What was asked.
-        judged: Rows with a measured point; the others are not judged.
-        passed: Rows that keep every limit.
-        unmeasured: Whether an orientation is asked for and none was measured: only positions are judged.
-    """
-
-    wanted: Wanted
-    judged: Bool[np.ndarray, " rows"]
-    passed: Bool[np.ndarray, " rows"]
-    unmeasured: bool
-
-    @property
-    def text(self) -> str:
-        """What was judged, for people."""
-        return self.wanted.position_text if self.unmeasured else self.wanted.text
-
-    @property
-    def share(self) -> float:
-        """Part of the judged rows that passes; NaN if there are none."""
-        return float(self.passed.sum() / self.judged.sum()) if self.judged.any() else float("nan")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -188,6 +188,7 @@ def _validated_search(
         keep, geometry = last.stage.keep, first.fit
         if not last.model:
             geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
+        fit = ready.scaled(fit)
         arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
         errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
         judged = (Validation(e.train.take(keep), e.held_out) for e in errors)

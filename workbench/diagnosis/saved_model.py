@@ -58,11 +58,10 @@ class SavedModel:
 def saved_model(search: CauseSearch) -> SavedModel:
     """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
     last, ready, geometry = search.last, search.ready, search.first.fit
-    fit = last.stage.fit
-    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.x))
+    suspect_rows = suspects(ready, last.stage.fit, geometry.problem.named(geometry.x))
     final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
-    std = StandardErrors(final)
-    effects = _accepted(search, final, std)
+    effects = _accepted(search, final, std := StandardErrors(final))
+    final = ready.scaled(final)
     return SavedModel(final, suspect_rows, note, std, effects, arm_now(final))
 
 

@@ -128,8 +128,9 @@ def visible_parts(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Parts of base and tool that are observable in the rows."""
     kinds = carried(data)
-    fixed = (known and {*kind.of(data.take(own)).unknowns} <= known.keys() for kind, own in kinds.items())
-    base = FRAME_PARTS if any(kind.sees_base for kind in kinds) or any(fixed) else ()
+    places = ({*kind.of(data.take(own)).unknowns} for kind, own in kinds.items() if known)
+    fixed = any(all(n in (known or ()) or n.endswith(".zero") for n in names) for names in places)
+    base = FRAME_PARTS if any(kind.sees_base for kind in kinds) or fixed else ()
     if any(kind.sees_tool_rotation for kind in kinds):
         return base, FRAME_PARTS
     without = all(kind.is_tool_free or not kind.sees_tool for kind in kinds)
@@ -267,7 +268,8 @@ class _FrameTrial:
 def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) -> float:
     """Probability that a freer model leaves no more than this |r|² where the held frames are right."""
     size, before = freer.count + len(freer.prior), 2.0 * held.search.history[-1]
-    gained, left, rounding = factor.rank - held.factor.rank, size - factor.rank, 1e-16 * size
+    gained = int(np.sum(factor.visible)) - int(np.sum(held.factor.visible))  # however weakly
+    left, rounding = size - factor.rank, 1e-16 * size
     if gained <= 0 or left <= 0 or before <= rounding:
         return 1.0
     ratio = (max(before - square, 0.0) / gained) / max(square / left, rounding)

@@ -122,8 +122,9 @@ def _runs(
         share = 0.4 + 0.5 * k / len(algorithms)
         progress(share, f"{algorithm.title}: fitting {plural(len(problem.names), 'parameter')}")
         began, decided = perf_counter(), ready.identifiability
-        whole, search = ready.with_scale(problem, algorithm.search(problem, begin=begin))
-        fit = Fit(algorithm=algorithm, problem=whole, search=search, seconds=perf_counter() - began)
+        search = algorithm.search(problem, begin=begin)
+        fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
+        fit = ready.scaled(fit)
         found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
         errors, new = (found.train, found.held_out), ready.new_mountings(fit.arm)
         if decided.is_limited:

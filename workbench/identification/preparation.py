@@ -21,7 +21,7 @@ from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align, thinned
-from workbench.identification.errors.expected_deviation import MAX_DEVIATION
+from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.errors.row_errors import (
     UNKNOWN,
     Errors,
@@ -29,6 +29,7 @@ from workbench.identification.errors.row_errors import (
     instrument_places,
     row_errors,
 )
+from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, Sessions
 from workbench.identification.frames import choose_frames, visible_parts
 from workbench.identification.instrument_preparation import AbstractIdentifiability, preparation_of
@@ -79,22 +80,24 @@ class Prepared(AbstractSplit):
     identifiability: AbstractIdentifiability
     scale: str = ""
 
-    def with_scale(self, problem: Problem, found: SearchOutcome) -> tuple[Problem, SearchOutcome]:
-        """A problem and its solution; where no row tells the scale, with all lengths as uncertain as that.
+    def scaled(self, fit: Fit) -> Fit:
+        """A fit, where no row tells the scale with all lengths as uncertain as they are expected to be.
 
         A search would shrink the arm to shrink its residuals: what it finds is only moved along the line on
         which no row changes, nearest to nominal.
         """
-        if not self.scale:
-            return problem, found
+        problem = fit.problem
+        if not self.scale or self.scale in problem.names:
+            return fit
         free = [e.name for e in problem.robot.elements if e.name in {*problem.names, self.scale}]
-        wide = problem.again(free=free).with_shares().with_deviation(problem.deviation or np.inf)
-        x, is_held = wide.at(problem.named(found.x)), np.array([name == self.scale for name in wide.names])
+        wide = problem.again(free=free).with_row_weights(problem.row_weights)
+        x, is_held = wide.at(problem.named(fit.x)), np.array([name == self.scale for name in wide.names])
+        wide = with_expected_deviation(wide, problem.deviation or AUTO, x=x)
         jacobian, line = wide.evaluate(x).jacobian, is_held.astype(float)
         line[~is_held] = -np.linalg.lstsq(jacobian[:, ~is_held], jacobian[:, is_held], rcond=1e-9)[0][:, 0]
         own = line[wide.geometry]
         x -= line * (own @ (x - wide.start)[wide.geometry]) / (own @ own)
-        return wide, replace(found, x=x, factor=None)
+        return replace(fit, problem=wide, search=replace(fit.search, x=x, factor=None))
 
     def errors(self, robot: Robot, instrument: Mapping[str, float]) -> Validation:
         """Errors of a model on the fitted and on the held-out rows.

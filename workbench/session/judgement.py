@@ -49,10 +49,10 @@ def arm_judgement(session: Session) -> Sentence | None:
     if found is None or wanted is None:
         return None
     judged = _judged(found, session.results.fit, wanted)
-    if not judged.check.judged.any():
+    if judged.is_kept is None:
         return None
     passed = Tone.GOOD if judged.held_out else Tone.PLAIN
-    return Sentence(judged.verdict, tone=Tone.BAD if judged.failed else passed)
+    return Sentence(judged.verdict, tone=passed if judged.is_kept else Tone.BAD)
 
 
 @lru_cache(maxsize=2)

@@ -6,13 +6,15 @@ coordinates in metres and no singular orientation.
 
     contact with a point    residual = c − p̂,      c the point
     contact with a plane    residual = |f − r| − n·(p̂ − r),      n = (f − r)/|f − r|
-    distance l              residual = l − |p̂ − c|,      c the anchor of a ball bar or wire sensor
+    distance l              residual = l − o − |p̂ − c|,      c the anchor of a ball bar or wire sensor
 
+The zero o of a draw wire, which has a name in the column `wire`, is unknown; that of other distances is 0.
 Where the base stands can't be seen, and with a single point neither can the arm's scale.
 
 Source: derived here; contact planes of this kind in Ikits & Hollerbach, IEEE ICRA 1997.
 """
 
+from dataclasses import field
 from typing import ClassVar, final
 
 import numpy as np
@@ -124,13 +126,26 @@ class PlaneObservation(AbstractPlaceObservation):
 
 @final
 class DistanceObservation(AbstractPlaceObservation):
-    """Distance of the tool point from an anchor."""
+    """Distance of the tool point from an anchor, and zeros of draw wires, of which a row has one or none."""
 
     distance: Float[np.ndarray, " rows"]
+    of_wire: Float[np.ndarray, "rows w"] = field(default_factory=lambda: np.zeros((0, 0)))
+    wires: tuple[str, ...] = ()
     columns = ("distance",)
     word = "anchor"
     unused_text = "distances"
     channels = (Channel.POSITION,)
+
+    @classmethod
+    def of(cls, data: Dataset) -> "DistanceObservation":
+        wire = data.more.get("wire", np.full(len(data), ""))
+        names, places = np.unique(wire[wire != ""]), super().of(data)
+        of_wire = frozen((wire[:, None] == names).astype(float))
+        return cls(places.place, places.names, np.asarray(data.distance), of_wire, tuple(names.tolist()))
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        return (*super().unknowns, *(f"wire[{name}].zero" for name in self.wires))
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         guess = np.zeros((len(self.names), 3))
@@ -139,11 +154,14 @@ class DistanceObservation(AbstractPlaceObservation):
             p = poses[mine, :3, 3]
             matrix = np.column_stack([2 * p, np.ones(len(p))])
             guess[k] = np.linalg.lstsq(matrix, (p**2).sum(1) - self.distance[mine] ** 2, rcond=1e-9)[0][:3]
-        return guess.ravel()
+        return np.append(guess, np.zeros(len(self.wires)))
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
-        from_anchor = poses[:, :3, 3] - unknown.reshape(-1, 3)[self.place]
+        places, zeros = np.split(unknown, [3 * len(self.names)])
+        from_anchor = poses[:, :3, 3] - places.reshape(-1, 3)[self.place]
         length = np.maximum(np.linalg.norm(from_anchor, axis=1), 1e-12)
         direction = from_anchor / length[:, None]
         by_twist = np.concatenate([direction, np.zeros_like(direction)], axis=1)[:, None]
-        return Linearised((self.distance - length)[:, None], by_twist, self.by_place(-direction[:, None]))
+        by_unknown = np.concatenate([self.by_place(-direction[:, None]), self.of_wire[:, None]], axis=2)
+        residual = self.distance - length - self.of_wire @ zeros
+        return Linearised(residual[:, None], by_twist, by_unknown)

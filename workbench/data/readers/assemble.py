@@ -26,8 +26,15 @@ from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
-from workbench.data.readers.headings import CONTROLLER, column_of, is_of_measurement, meaning_of, suits
-from workbench.data.readers.joint_tables import OBSERVED, joined_alone
+from workbench.data.readers.headings import (
+    CONTROLLER,
+    column_of,
+    is_observed,
+    is_of_measurement,
+    meaning_of,
+    suits,
+)
+from workbench.data.readers.joint_tables import joined_alone
 from workbench.data.readers.orientation import read_orientation, unnamed_angles, written_orientation
 from workbench.data.readers.table import NUMBER
 
@@ -68,16 +75,20 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     fields = fields if beside is not None else joined_alone(fields)
     q = joint_columns(fields, joints, some=True)
     excluded = excluded_rows(fields)
-    if beside is None and (other := with_distances(with_markers(fields, q, excluded))) is not fields:
-        return assemble(other, joints=joints)
-    if len(wrong := np.argwhere(np.isnan(q) & ~excluded[:, None])):
-        row, joint = wrong[0].tolist()
+    for way in (with_markers, with_repeats, with_distances) if beside is None else ():
+        if (other := way(fields, q, excluded)) is not fields:
+            return assemble(other, joints=joints)
+    lacking = np.isnan(q) & ~excluded[:, None]
+    if 2 * lacking.any(1).sum() > (~excluded).sum():
+        row, joint = np.argwhere(lacking)[0].tolist()
         text = "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true"
         raise fields.error(text, row, f"q{joint + 1}")
     _check_range(fields)
     position = fields.stacked(("x", "y", "z"))
     rotation, notes = read_orientation(fields, usable=~excluded)
-    markers, (sigma, rounded) = markers_of(fields), _sigma(fields)
+    _counted(fields, seen := fields.numbers(r"m(\d+)[xyz]"), "marker", "m{}x")
+    places = [p for k in seen if (p := fields.stacked([f"m{k}{axis}" for axis in "xyz"])) is not None]
+    markers, (sigma, rounded) = np.stack(places, axis=1) if places else None, _sigma(fields)
     links = fields.numbers(r"tilt_[xy](\d+)")
     tilt = {k: v for k in links if (v := fields.stacked((f"tilt_x{k}", f"tilt_y{k}"))) is not None}
     observed = {"position": position, "orientation": rotation, **(beside or {})}
@@ -91,6 +102,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         touched = {**fields.values, "contact": fields.values["point"]}
         fields = replace(fields, values=touched, notes=(*fields.notes, "'point' names what was touched"))
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
+    reasons = np.where(lacking.any(1), [f"lacks q{k + 1}" for k in lacking.argmax(1)], reasons)
     found = (reasons != "") & ~excluded
     given = fields.values.get("reason", np.full(fields.rows, ""))
     return Dataset(
@@ -156,14 +168,27 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     return replace(taken, values=values, notes=notes)
 
 
-def with_distances(fields: Fields) -> Fields:
+def with_repeats(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:
+    """Each row with its posture's joints where the first of equally many has them alone, as in merged cells;
+    so with all else that the others leave blank, but for what was observed."""
+    known = ~np.isnan(q).all(1)
+    first = np.maximum.accumulate(np.where(known, np.arange(fields.rows), 0))
+    sizes = np.unique(first, return_counts=True)[1]
+    if known.all() or not known[0] or len(sizes) < 2 or np.ptp(sizes) > 0:
+        return fields
+    blank = (k for k, v in fields.values.items() if np.isin(v[~known].astype(str), ("", "nan")).all())
+    filled = {k: fields.values[k][first] for k in blank if not is_observed(k)}
+    note = f"{plural(len(sizes), 'posture')} of {sizes[0]} rows each, of which the first alone has the joints"
+    return replace(fields, values={**fields.values, **filled}, notes=(*fields.notes, note))
+
+
+def with_distances(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:
     """One row a distance where a file lists several in a row, `distance1` … of as many anchors, alone."""
     names = [f"distance{k}" for k in fields.numbers(r"distance(\d+)")]
     rest = {key: own for key, own in fields.values.items() if key not in names}
-    others = {"contact", *(column.name for column in known_columns().values() if column.observed)}
     if not names:
         return fields
-    if any(key in others or OBSERVED.fullmatch(key) for key in rest):
+    if any(key == "contact" or is_observed(key) for key in rest):
         notes = (*fields.notes, f"{span(names)} are left out beside other observations")
         return replace(fields, values=rest, notes=notes)
     lengths = np.stack([fields.values[name] for name in names], axis=1)
@@ -200,15 +225,13 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
 def unread_text(fields: Fields, key: str) -> str:
     """Columns that are left out, and how to say what they are; empty without any."""
     numbers = (n for n, own in fields.unread.items() if any(map(NUMBER.fullmatch, own)))
-    unread = [name for name in numbers if meaning_of(name) != "time"]
-    if not unread:
+    if not (unread := [name for name in numbers if meaning_of(name) != "time"]):
         return ""
-    are_places = key == "x[mm]"
+    are_places, wanted = key == "x[mm]", parse_heading(key)
     computed = [n for n in unread if are_places and CONTROLLER.search(n) and not is_of_measurement(n)]
-    wanted = parse_heading(key)
     units = {name: parse_heading(name).unit for name in computed or unread}
-    first = next((n for n, unit in units.items() if unit is None or suits(unit, wanted.name)), "")
-    if not first:
+    fitting = [n for n, unit in units.items() if unit is None or suits(unit, wanted.name)]
+    if not (first := min(fitting, key=lambda n: wanted.name not in n.lower(), default="")):
         return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
     is_counted = are_places and parse_heading(first).name[-1:].isdigit()
     says = f"{key}={first}'" + f" or 'distance1[mm]={first}'" * is_counted
@@ -229,14 +252,6 @@ def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
 def joint_units(fields: Fields) -> tuple[str, ...]:
     """Unit of each joint's column, as the file has it; empty where it has none."""
     return tuple(fields.units.get(f"q{i}", "") for i in fields.numbers(r"q(\d+)"))
-
-
-def markers_of(fields: Fields) -> Float[np.ndarray, "rows markers 3"] | None:
-    """Places of markers m1 … mK."""
-    numbers = fields.numbers(r"m(\d+)[xyz]")
-    _counted(fields, numbers, "marker", "m{}x")
-    places = [fields.stacked([f"m{i}{axis}" for axis in "xyz"]) for i in numbers]
-    return np.stack([p for p in places if p is not None], axis=1) if places else None
 
 
 def _check_range(fields: Fields) -> None:

@@ -67,7 +67,7 @@ _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "si
 _ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
-_NOT_MEASURED = re.compile(r"time|payload|temperature|torque\d+|session|group|exclude")
+_OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|tilt_\w+")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
 _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
 """Places and orientations in six or seven numbers; the rows tell which these are."""
@@ -176,8 +176,8 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
     The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of `position`
     are a pose where joints stand beside it, and nothing that was measured.
     """
-    others = {key for name in columns if (key := meaning(name)) and not _NOT_MEASURED.fullmatch(key)}
-    beside_joints = bool(others) and all(re.fullmatch(r"q\d+", key) for key in others)
+    keys = {key for name in columns if (key := meaning(name))}
+    beside_joints = "q1" in keys and not any(map(is_observed, keys))
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:
@@ -221,6 +221,12 @@ def column_of(key: str) -> Column | None:
     table = known_columns()
     of_joints = table.get(key.rstrip("0123456789"))
     return of_joints if of_joints is not None and of_joints.per is Per.JOINT else table.get(key)
+
+
+def is_observed(key: str) -> bool:
+    """Whether a column of this name is of what was observed, or of its scatter."""
+    column = column_of(key)
+    return bool(_OBSERVED.fullmatch(key)) if column is None else column.observed
 
 
 def quantities_of(key: str) -> tuple[Quantity, ...]:

@@ -5,7 +5,6 @@ heading of both, such as `Name` or `ID`, that names each row of the joints once 
 where their numbers of rows differ.
 """
 
-import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -16,10 +15,9 @@ import numpy as np
 from workbench.base.errors import DataError
 from workbench.base.wording import listed, plural
 from workbench.data.readers.fields import Fields
+from workbench.data.readers.headings import is_observed
 from workbench.parts import parts
 
-OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|distance|tilt_\w+")
-"""What a table of joints doesn't give: places and orientations there are the controller's own."""
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
 
@@ -97,8 +95,9 @@ def by_row(measured: Fields, joints: Fields) -> Fields:
 
 
 def merged(measured: Fields, more: Mapping[str, np.ndarray], joints: Fields, notes: Sequence[str]) -> Fields:
-    """Measurements with the columns of the joints' table that they lack."""
-    beside = {k: v for k, v in more.items() if not OBSERVED.fullmatch(k)}
+    """Measurements with the columns of the joints' table that they lack, but for poses there, which are the
+    controller's own."""
+    beside = {k: v for k, v in more.items() if not is_observed(k)}
     return replace(
         measured,
         values={**beside, **measured.values},

@@ -94,9 +94,8 @@ def read_measurements(
     apart = sheets_apart(source) if sheet is columns is joint_table is None else None
     sheet, joint_sheet, joint_table = (sheet, None, joint_table) if apart is None else (*apart, source)
     told: dict[str, Any] = {"joints": joints, "units_from_rows": True}
-    joint_columns: Columns = None
-    if joint_table is not None and (naming := parse_columns(columns)):
-        joint_columns, columns = of_joints_and_others(naming)
+    naming = None if joint_table is None else parse_columns(columns)
+    joint_columns, columns = of_joints_and_others(naming) if naming else (None, columns)
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, **told)
     if joint_table is not None:
         if "q1" in fields.values:
@@ -174,9 +173,7 @@ def read_by_layout(
         raise OptionError(f"unknown layout '{layout}'; known: {listed(names, longest=100)}")
     if isinstance(source, str | PathLike):
         path = Path(source)
-        if (whole := file_layout(path, layout)) is not None:
-            if sheet is not None:
-                raise _no_workbook(path, sheet)
+        if sheet is None and (whole := file_layout(path, layout)) is not None:
             return whole.read(path, parse_columns(columns) or None), whole.name
     table = read_table(source, columns=columns, sheet=sheet, joints=joints)
     headings, (offered, _) = list(table.headings), layouts.layouts()
@@ -235,10 +232,6 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
     if kind is FileKind.EXCEL:
         return read_excel(data, path, sheet=sheet)
     if sheet is not None:
-        raise _no_workbook(path, sheet)
+        raise OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
     readers = {FileKind.PARQUET: read_parquet, FileKind.NPZ: read_npz, FileKind.JSON: read_json}
     return readers.get(kind, read_text)(data, path)
-
-
-def _no_workbook(path: Path, sheet: str) -> OptionError:
-    return OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")

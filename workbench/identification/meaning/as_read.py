@@ -2,23 +2,21 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import replace
 from enum import StrEnum
 from functools import lru_cache
 
 import numpy as np
 
 from workbench.arm.joint_units import sliding_numbers
-from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, UnitError
 from workbench.base.remedy import remedy as at_entrance
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
-from workbench.data.postures import within_postures
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import with_planes
+from workbench.identification.meaning.nominal_fit import with_holding_torques, with_planes, with_wires
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
@@ -29,8 +27,6 @@ SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
-SURE_TORQUE = 0.8
-"""Minimum correlation with the torque that holds a weight at the flange."""
 
 
 class ReadAs(StrEnum):
@@ -82,33 +78,16 @@ def as_read(
     return arm, with_holding_torques(arm, _with_orientation(arm, rows))
 
 
-@dataclass(frozen=True)
-class _SameRows:
-    """Rows that equal others with the same columns, whatever was noted of them."""
-
-    columns: tuple[object, ...]
-    data: Dataset = field(compare=False)
-
-
-def _content(value: object) -> object:
-    if isinstance(value, Mapping):
-        return tuple((name, _content(inner)) for name, inner in value.items())
-    return value.tobytes() if isinstance(value, np.ndarray) else repr(value)
-
-
 @lru_cache(maxsize=2)
-def _meaning(robot: Robot, rows: _SameRows) -> RowMeaning | None:
+def _meaning(robot: Robot, data: Dataset) -> RowMeaning | None:
     """What rows mean, kept: what fits, what judges the fit, and the page ask it of the same ones."""
-    meaning = read_rows(robot, rows.data)
-    if meaning is None or rows.data.missing_units:
-        return meaning
-    return told_by_column(robot, rows.data, meaning)
+    meaning = read_rows(robot, data)
+    return meaning if meaning is None or data.missing_units else told_by_column(robot, data, meaning)
 
 
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
-    columns = (getattr(data, f.name) for f in fields(data) if f.name not in ("notes", "read_as"))
-    meaning = _meaning(robot, _SameRows(tuple(map(_content, columns)), data))
+    meaning = _meaning(robot, data)
     if meaning is None or meaning.kept is None:
         return data, meaning
     lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
@@ -119,7 +98,7 @@ def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]
 def _as_read(
     robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
-    data, meaning = understood(robot, with_planes(robot, without_still_turns(robot, data)))
+    data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
     if meaning is None and data.position is not None and data.session is not None:
@@ -180,28 +159,6 @@ def oriented(data: Dataset, meaning: RowMeaning) -> Dataset:
         return data
     note = f"{found.text}: {found.size} instead of {plain.size} as the heading says; read so"
     return _read_as(found.apply(data), note)
-
-
-def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
-    """The rows with torques of the drives, with a note where the columns have the opposite sign.
-
-    The weight at the flange is the payload, compared at the same postures, or else that of the links. An arm
-    with masses needs no measured torques.
-    """
-    shown = data.torque
-    if shown is None or robot.has_masses or shown.shape[1] != robot.dof or not np.isfinite(shown).all():
-        return data
-    torque = shown
-    expected = -np.einsum("rij,i->rj", geometric_jacobian(robot.bare, data.q)[:, :3], robot.gravity)
-    if data.payload is not None and np.isfinite(data.payload).all():
-        change = within_postures(data.q, data.payload[:, None])
-        if change.any():
-            expected, torque = change * expected, within_postures(data.q, torque)
-    size = np.linalg.norm(expected) * np.linalg.norm(torque)
-    if not size or (expected * torque).sum() > -SURE_TORQUE * size:
-        return data
-    note = "torque1 … have the sign of the load; read as the torques of the drives, which hold it"
-    return replace(data, torque=-shown, notes=(*data.notes, note))
 
 
 def _with_orientation(robot: Robot, data: Dataset) -> Dataset:

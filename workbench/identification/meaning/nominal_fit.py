@@ -3,15 +3,20 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy import special
 
 from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
+from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, listed, plural, ranges
 from workbench.data.dataset import Dataset
-from workbench.data.observations.places import PLANE, ContactObservation
+from workbench.data.observations.places import PLANE, ContactObservation, DistanceObservation
+from workbench.data.postures import within_postures
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.candidates import SIGN, Families
 from workbench.identification.meaning.meaning import ranked
@@ -23,6 +28,10 @@ from workbench.identification.problem import FrameFreedom, Problem
 
 MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
 """Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
+CHANCE, EXACT = 1e-4, 1e-9
+"""Significance level at which draw wires have unknown zeros, and |r|² that is rounding."""
+SURE_TORQUE = 0.8
+"""Minimum correlation with the torque that holds a weight at the flange."""
 CLEAR = 10.0
 """By how much planes must fit contacts better than points."""
 
@@ -97,6 +106,46 @@ def with_planes(robot: Robot, data: Dataset) -> Dataset:
         return data
     note = f"contacts {listed(flat)} are read as with planes: {in_mm(near)} off, of fixed points {in_mm(far)}"
     return replace(as_planes, notes=(*data.notes, note))
+
+
+def with_wires(robot: Robot, data: Dataset) -> Dataset:
+    """The rows with a draw wire of unknown zero at each anchor, where any arm leaves far more without."""
+    rows, own = data.included & DistanceObservation.applies(data), data.joints == robot.dof
+    if not rows.any() or not own or data.anchor is None or data.position is not None or "wire" in data.more:
+        return data
+    wired = replace(data, more={**data.more, "wire": data.anchor})
+    frames = FrameFreedom((), FRAME_PARTS[:3] if robot.tool.free is not Freedom.FIXED else ())
+    both = (Problem.build(robot, d.take(rows), frames=frames).with_shares() for d in (data, wired))
+    few, many = (p.with_deviation(MAX_DEVIATION) for p in both)
+    without, left = (max(2.0 * Opt2(limit=60).search(p).history[-1], EXACT) for p in (few, many))
+    gained, spare = len(many.names) - len(few.names), many.count + len(many.prior) - len(many.names)
+    if not special.fdtrc(gained, max(spare, 1), max(without / left - 1.0, 0.0) * spare / gained) < CHANCE:
+        return data
+    where = listed(sorted({*data.anchor[rows]}))
+    note = f"draw wires at {where} have unknown zeros: any arm leaves {np.sqrt(without / left):.2g} "
+    return replace(wired, notes=(*data.notes, f"{note}times as much without (decided from the data)"))
+
+
+def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:
+    """The rows with torques of the drives, with a note where the columns have the opposite sign.
+
+    The weight at the flange is the payload, compared at the same postures, or else that of the links. An arm
+    with masses needs no measured torques.
+    """
+    shown = data.torque
+    if shown is None or robot.has_masses or shown.shape[1] != robot.dof or not np.isfinite(shown).all():
+        return data
+    torque = shown
+    expected = -np.einsum("rij,i->rj", geometric_jacobian(robot.bare, data.q)[:, :3], robot.gravity)
+    if data.payload is not None and np.isfinite(data.payload).all():
+        change = within_postures(data.q, data.payload[:, None])
+        if change.any():
+            expected, torque = change * expected, within_postures(data.q, torque)
+    size = np.linalg.norm(expected) * np.linalg.norm(torque)
+    if not size or (expected * torque).sum() > -SURE_TORQUE * size:
+        return data
+    note = "torque1 … have the sign of the load; read as the torques of the drives, which hold it"
+    return replace(data, torque=-shown, notes=(*data.notes, note))
 
 
 def _misfit(robot: Robot, touches: Dataset) -> float:
