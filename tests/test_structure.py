@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_067,
     "plate": 4_959,
     "identification": 9_189,
-    "diagnosis": 6_708,
+    "diagnosis": 6_646,
     "exports": 330,
     "session": 6_204,
     "views": 6_945,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_984,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_106
+READING_SET = 18_104
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
