@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_067,
     "plate": 4_957,
     "identification": 9_181,
-    "diagnosis": 6_705,
+    "diagnosis": 6_646,
     "exports": 330,
     "session": 6_194,
     "views": 6_945,

@@ -177,6 +177,19 @@ def ceiling(v):
     return out
 
 
+def creeping(v):
+    """The zero of a joint settles by the logarithm of the time."""
+    joint = np.eye(v.arm.dof)[v.rng.integers(1, v.arm.dof - 1)]
+    return seen(v, v.state.q + 4e-4 * np.log1p(v.late / v.rng.uniform(0.02, 0.1))[:, None] * joint)
+
+
+def sagging_tool(v):
+    """The tool's tip gives way to gravity, by how the tool is turned."""
+    out = seen(v)
+    out[:, :3, 3] -= 4e-4 * (out[:, :3, :2] @ out[:, 2, :2, None])[..., 0]
+    return out
+
+
 def bending_table(v):
     """The table under the arm gives way with its reach."""
     out = seen(v)
@@ -258,6 +271,8 @@ STRANGERS = {
     "bent-link": Stranger(bent_link, "time"),
     "another-arm": Stranger(another_arm, "time"),
     "warming": Stranger(warming, "time"),
+    "creeping": Stranger(creeping, "time"),
+    "sagging-tool": Stranger(sagging_tool, "load"),
     "grown-link": Stranger(grown_link, "temperature", ("thermal-growth",)),
     "ceiling": Stranger(ceiling, "load", (*SOFT, "gravity-direction")),
     "table": Stranger(bending_table, "place load"),

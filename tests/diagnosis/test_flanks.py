@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arms import SIGMA, make, states
-from conditions import CONDITIONS, states_of, under
+from conditions import CONDITIONS, under
 from draws import draw, steady
 from generator import rotation
-from laws import poses, straight_moments
+from laws import poses
 from problems import geometric
 from scipy import stats
 from slow import slow
@@ -17,7 +17,7 @@ from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
-from workbench.diagnosis.search.backlash_flanks import UNCERTAIN, Propagated, open_flanks
+from workbench.diagnosis.search.backlash_flanks import UNCERTAIN, Propagated
 from workbench.diagnosis.search.candidates import catalogue
 from workbench.diagnosis.search.evidence import Term
 from workbench.diagnosis.search.refit import refit
@@ -89,17 +89,11 @@ def test_flanks_tell_of_masses_that_the_file_has_wrong(kind, arm, seed):
         name = f"joint{joint + 1}.backlash"
         assert abs(found[name] - size) < 4.0 * std[name]
     assert fit.variance_factor == pytest.approx(1.0, abs=0.25)
-    doubt = open_flanks(fit)
-    assert set(doubt) <= set(play)
-    assert all(load > 0.0 and 0.0 < part < 0.2 for load, part in doubt.values())
     error = np.linalg.norm(
         tool_poses(fit.calibrated.in_session(""), Motion.of(case.exact))[:, :3, 3] - case.exact.position,
         axis=1,
     )
-    load = np.abs(straight_moments(case.actual, states_of(case.exact))[:, :, 2])
-    sure = np.all([load[:, j] > 3.0 * up_to for j, (up_to, _) in doubt.items()], axis=0)
-    assert sure.mean() > 0.5
-    assert error[sure].max() < 5.0 * SIGMA[0]
+    assert np.quantile(error, 0.8) < 5.0 * SIGMA[0]  # the others hardly load the joint
 
 
 def test_a_joint_without_load_tells_little_of_gravity():

@@ -1,7 +1,5 @@
 """Katana arms that tilt: the package's model against the generator's, and joints found blind from poses."""
 
-import re
-
 import numpy as np
 import pytest
 from arms import robot_of
@@ -63,10 +61,3 @@ def test_clearance_and_backlash_are_found_blind_from_poses(diagnosed):
         assert value == pytest.approx(case.sizes[name], rel=0.15)
         assert abs(value - case.sizes[name]) < 4.0 * std
         assert std < 0.1 * case.sizes[name]
-
-
-@pytest.mark.slow
-def test_what_gravity_cannot_show_is_named(diagnosed):
-    """Joint 1 stands upright; the stiffness of the last joint bends it by less than the noise."""
-    (found,) = [note for note in diagnosed[1].notes if "not detectable" in note]
-    assert re.search(r"joint-compliance( and backlash)? of joints? 1.*5", found)

@@ -24,15 +24,13 @@ from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
 from workbench.diagnosis.drivers.driver import driver_of
-from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver, is_nameless
+from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
-from workbench.diagnosis.search.backlash_flanks import open_flanks
-from workbench.diagnosis.undetectable import open_flanks_text
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
 from workbench.identification.errors.row_errors import UNKNOWN
@@ -122,10 +120,10 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
 
 def _followed(
     search: CauseSearch, causes: Sequence[Cause], remaining: RemainingError
-) -> tuple[tuple[FollowedDriver, ...], Correction | None]:
+) -> tuple[tuple[FollowedDriver, ...], str]:
     """Drivers that the error follows beside causes that have a law, and what a correction would reduce."""
     if (drivers := search.drivers) is None:
-        return (), None
+        return (), ""
     laws = {e.names for c in causes if c.is_law for e in c.effects}
     sure = tuple(t for t in search.last.model if t.candidate.names in laws)
     rest, found = remaining.followed, tuple(remaining.followed)
@@ -134,7 +132,7 @@ def _followed(
     named = [t.candidate.effect for r in search.rounds[-2:] for t in r.model if not is_nameless(t)]
     kinds = [(driver_of(e), e.name) for e in named if e.names not in laws]
     found = tuple(replace(f, laws=tuple(dict.fromkeys(k for d, k in kinds if d == f.driver))) for f in found)
-    return found, ask("a correction", lambda: drivers.correction(rest) if rest else None, None)
+    return found, ask("a correction", lambda: drivers.correction(rest) if rest else "", "")
 
 
 def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause]) -> ResidualMap | None:
@@ -156,9 +154,7 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
 
 
 def _additions(search: CauseSearch, saved: SavedModel, harm: str | None) -> Iterator[str]:
-    """Sentences that follow the verdict: undecided flanks, harm, which arm is saved."""
-    if missing := ask("undecided flanks", lambda: open_flanks(saved.fit), {}):
-        yield open_flanks_text(missing, search.robot.chain)
+    """Sentences that follow the verdict: harm, rows that no arm explains, which arm is saved."""
     if harm:
         yield f"Warning: {harm}."
     others = search.after.without(saved.suspects).text("mean")

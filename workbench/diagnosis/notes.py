@@ -12,7 +12,6 @@ from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.coverage import coverage
 from workbench.diagnosis.gravity_direction import standing_notes
 from workbench.diagnosis.saved_model import SavedModel
-from workbench.diagnosis.undetectable import undetectable
 from workbench.identification.checks.instrument_scale import instrument_scale
 from workbench.identification.rows.excluded_outliers import suspect_note
 from workbench.identification.rows.two_places import two_places
@@ -49,8 +48,6 @@ def notes(
     if saved.suspects.any():
         yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), search.after.judged)
     yield from [saved.note] if saved.note is not None else []
-    if search.too_few is None and any(e.loads for e in effects):
-        yield undetectable(last)
     rows = ready.data.take(np.union1d(ready.train_rows, outliers))
     if not effects and (two := two_places(search.first.fit, rows)):  # an effect may be what parts them
         yield two

@@ -9,7 +9,7 @@ from workbench.base.wording import capital
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.drivers.driver import Shape
-from workbench.diagnosis.drivers.evidence import Correction, FollowedDriver
+from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.remaining_error import MAX_NOISE_RATIO, RemainingError
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.saved_model import SavedModel
@@ -25,7 +25,7 @@ def conclude(
     saved: SavedModel,
     causes: Sequence[Cause],
     followed: Sequence[FollowedDriver],
-    correction: Correction | None,
+    correction: str,
     residual_map: ResidualMap | None,
     remaining: RemainingError,
 ) -> tuple[Verdict, str]:
@@ -36,7 +36,7 @@ def conclude(
         saved: The saved arm, with the held-out rows that no arm explains.
         causes: Claimed causes, largest first.
         followed: Drivers that the error follows beside them.
-        correction: What a correction by those that the effects leave would reduce; None without any.
+        correction: What a correction by those that the effects leave would reduce, as a sentence.
         residual_map: Other added effects, which only predict.
         remaining: The error that is left.
     """
@@ -45,10 +45,9 @@ def conclude(
     robot, before, after = search.robot, search.before.judged, search.after.judged
     sure = search.nominal.without(saved.suspects), search.after.without(saved.suspects)
     is_added = residual_map is not None or any(c.is_added for c in causes)
-    more = f" {correction.sentence}." if correction is not None and correction.reduced else ""
     if explains_little(*sure, robot.reach):
         drivers = "".join(f" The error {f.text}." for f in followed)
-        return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)}{drivers}{more}"
+        return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)}{drivers}{correction}"
     warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
     size = after.text("mean")
     left = f"the remaining error{f' of {size}' if size else ''} {rest}"
@@ -63,14 +62,14 @@ def conclude(
     claims = _claims_text(causes, followed, residual_map)
     if not is_added:
         verdict = verdict if causes else Verdict.UNEXPLAINED
-        return verdict, f"{warning}{claims}{more} {capital(left)}."
+        return verdict, f"{warning}{claims}{correction} {capital(left)}."
     if not causes:
-        return verdict, f"{warning}{claims}{more} What remains {rest}."
+        return verdict, f"{warning}{claims}{correction} What remains {rest}."
     fall = f"{_change(before, after)} the error"
     if np.isfinite(after.main.mean):
         fall += f" from {before.text('mean')} to {after.text('mean')}"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding the effects"
-    return verdict, f"{warning}{claims} {subject} {fall}; what remains {rest}.{more}"
+    return verdict, f"{warning}{claims} {subject} {fall}; what remains {rest}.{correction}"
 
 
 def _change(before: Errors, after: Errors) -> str:

@@ -6,7 +6,9 @@
 | | sum and difference of two joints next to each other, so also products | either joint |
 | load | a joint's moment about its axis, also with its angle, the payload, other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
-| motion | a joint's last motion, also with its load or its angle | the joint |
+| | its moment; the direction of gravity in the link's frame | its link's lengths |
+| | the direction of gravity in its frame | the tool |
+| motion | a joint's last motion, also with its load, its angle or the time | the joint |
 | | a joint's last motion | another joint |
 | | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths, any constant |
@@ -14,20 +16,20 @@
 | | a pull on the tool to a point, in proportion to the way to it, as by a hose | the joint |
 
 Over a load there are its simplest shapes besides, a line and a jump, which laws have too; over time and
-temperature a line. Time is a driver only where postures come in no order: on a path it can't be told from
-them.
+temperature a line, over time a creep as well. Time is a driver only where postures come in no order: on a
+path it can't be told from them.
 """
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.chain import Axis, Chain
+from workbench.arm.chain import Axis, Chain, frames
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import Insertion, across, driven_names, inserted_names, own, turns
 from workbench.arm.effects.base_drift import mixed_share
@@ -77,6 +79,8 @@ TIME, SPEED, WAY = "the time", "the speed of the joints", "the way by which {} c
 """They in words."""
 QUICK_TIMES = 26
 """Number of eigenfunctions over time, a period each two, but for constants, which change slowly: `TIMES`."""
+CREEPS = (0.01, 0.03, 0.06, 0.12, 0.2, 0.3, 0.5)
+"""Times from which a creep is one by their logarithm, as shares of all."""
 STEADY = 0.3
 """Distance of a row from the straight way between its neighbours, as a share of a step, up to which rows show
 how fast joints moved."""
@@ -270,6 +274,9 @@ class _Rows:
         self.order = np.argsort(self.data.row, kind="stable")
         self.motion = Motion.of(self.data)
         self.alive = moved_joints(self.motion)
+        clock, _ = clock_of(self.data)
+        self.clock = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
+        self.is_clocked = mixed_share(self.motion.q, clock) > MIN_MIXED
 
     @cached_property
     def arm(self) -> Robot:
@@ -283,6 +290,14 @@ class _Rows:
     def constants(self) -> tuple[str, ...]:
         """Unknown constants of the arm."""
         return tuple(p.name for p in self.problem.parameters if p.is_geometry and p.name in self.chain.index)
+
+    @cached_property
+    def lengths(self) -> dict[int, tuple[str, ...]]:
+        """Lengths of the link after every joint that has some; the tool is that of the last."""
+        elements, places = self.chain.elements, self.chain.driven.tolist()
+        links = enumerate(elements[first + 1 : last] for first, last in pairwise(places))
+        own = {j: tuple(e.name for e in link if Axis.TX <= e.axis <= Axis.TZ) for j, link in links}
+        return {j: names for j, names in own.items() if names}
 
     @cached_property
     def wrenches(self) -> np.ndarray:
@@ -332,7 +347,8 @@ class _Rows:
     ) -> Follower:
         """A process that moves some elements, by default those of its kind, by features of these rows."""
         if not moved:
-            inserted = inserted_names(self.chain, joints, kind) if joints else kind.frame
+            shown = 3 if kind is Insertion.SLIP and not self.problem.sees_rotation else 6
+            inserted = inserted_names(self.chain, joints, kind) if joints else kind.frame[:shown]
             moved = inserted if kind else driven_names(self.chain, joints)
         effect = DriverProcess(
             joints,
@@ -368,7 +384,24 @@ def _angles(rows: _Rows) -> Iterator[Follower]:
                 yield rows.follower(Driver.ANGLE, text, both, joints=(j,), by=(j, k))
 
 
+def _hangs(rows: _Rows) -> Iterator[Follower]:
+    """What gravity moves by its direction in the frame of the tool or of a link."""
+    ends, place = np.unique([*rows.chain.driven, len(rows.chain.elements) - 1], return_inverse=True)
+    pull = rows.arm.base.rotation @ rows.arm.gravity
+    turned = frames(rows.chain, rows.motion.q, ends)[:, place, :3, :3]
+    down = np.einsum("rfij,i->rfj", turned, pull / max(float(np.linalg.norm(pull)), 1e-300))
+    what = "the direction of gravity in the frame of the "
+    both, tool = np.column_stack([down[:, -1], np.sign(down[:, -1])]), Insertion.SLIP
+    for moved, features in (tool.frame[:3], down[:, -1]), ((), both):
+        yield rows.follower(Driver.LOAD, f"{what}tool, in it", features, moved=moved, kind=tool)
+    what += "link after {}, in its lengths"
+    for j in rows.lengths.keys() & rows.varied(down):
+        own, kind = rows.lengths[j], Insertion.BEND
+        yield rows.follower(Driver.LOAD, what, down[:, j], joints=(j,), moved=own, kind=kind)
+
+
 def _loads(rows: _Rows) -> Iterator[Follower]:
+    yield from _hangs(rows)
     if not len(rows.wrenches):
         return
     chain, q, by_load = rows.chain, rows.motion.q, partial(rows.follower, Driver.LOAD, by_load=True)
@@ -381,6 +414,12 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         simple = (Shape.LINE, load[:, None]), (Shape.JUMP, leap)
         for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
             yield by_load("the load of {}", found, joints=(j,), shape=shape, tag=f" {k}")
+        if j in rows.lengths:
+            what, free = (
+                "the load of {}, in the lengths of its link",
+                np.column_stack([load, np.abs(load), leap]),
+            )
+            yield by_load(what, free, joints=(j,), moved=rows.lengths[j], kind=Insertion.BEND)
     turning = [j for j in range(chain.dof) if turns(chain, j)]
     beside = across(chain, turning, rows.wrenches)
     for k in rows.varied(beside):
@@ -429,6 +468,8 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.MOTION, SPEED, ones, moved=moved, together=speed, shape=lag)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
         shapes = {" angle": smooth(q[:, j], OTHER_LENGTH)}
+        if rows.is_clocked:
+            shapes[" change over time"] = wandering(rows.clock)
         if rows.path is not None:
             way = np.column_stack([sign[:, j], rows.path.wound[:, j]])
             yield rows.follower(Driver.MOTION, WAY, way, joints=(j,))
@@ -445,12 +486,14 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
 
 
 def _times(rows: _Rows) -> Iterator[Follower]:
-    clock, _ = clock_of(rows.data)
-    if mixed_share(rows.motion.q, clock) > MIN_MIXED:
-        t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
-        yield from _through_all(rows, Driver.TIME, TIME, wandering(t, QUICK_TIMES))
+    if rows.is_clocked:
+        yield from _through_all(rows, Driver.TIME, TIME, wandering(rows.clock, QUICK_TIMES))
+        for begin in CREEPS:
+            yield from _through_all(
+                rows, Driver.TIME, TIME, np.log1p(rows.clock / begin)[:, None], f" {begin}"
+            )
         unsaid = f"{TIME}, as under a payload that changes, in {{}}"
-        yield from _payloads(rows, Driver.TIME, unsaid, wandering(t))
+        yield from _payloads(rows, Driver.TIME, unsaid, wandering(rows.clock))
     if len(names := rows.data.sessions) > 1:
         session = np.column_stack([rows.data.in_session(name) for name in names[1:]])
         yield from _through_all(rows, Driver.TIME, "the session", session)
@@ -458,12 +501,10 @@ def _times(rows: _Rows) -> Iterator[Follower]:
 
 def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
     """A process of all constants of the arm over time, also on a path; none without unknown constants."""
-    rows, clock = _Rows(problem, x, None), clock_of(problem.data)[0]
+    rows = _Rows(problem, x, None)
     if rows.constants:
-        t = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
-        yield rows.follower(
-            Driver.TIME, f"{TIME}, in the arm's constants", wandering(t), moved=rows.constants
-        )
+        what, wave = f"{TIME}, in the arm's constants", wandering(rows.clock)
+        yield rows.follower(Driver.TIME, what, wave, moved=rows.constants)
 
 
 def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
@@ -501,19 +542,19 @@ def _temperatures(rows: _Rows) -> Iterator[Follower]:
         yield from _payloads(rows, Driver.TEMPERATURE, softer, wave - wave.mean(0), kg=0.0)
 
 
-def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features) -> Iterator[Follower]:
+def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features, tag="") -> Iterator[Follower]:
     """A driver of all rows through everything that it may move, by any function and by the first feature."""
-    chain, seen = rows.chain, Insertion.SLIP.frame[: 6 if rows.problem.sees_rotation else 3]
+    chain = rows.chain
     lengths = [e for e in chain.elements if Axis.TX <= e.axis <= Axis.TZ and e.link != BASE]
     values = np.array([[chain.values[chain.index[e.name]]] for e in lengths])
-    for shape, features in (None, wave), (Shape.LINE, wave[:, :1]):
-        through = partial(rows.follower, driver, features=features, shape=shape)
+    for shape, features in ((None, wave), (Shape.LINE, wave[:, :1]))[: wave.shape[1]]:
+        through = partial(rows.follower, driver, features=features, shape=shape, tag=tag)
         yield through(f"{name}, in the measuring frame", kind=Insertion.DRIFT)
-        yield through(f"{name}, in the tool", moved=seen, kind=Insertion.SLIP)
+        yield through(f"{name}, in the tool", kind=Insertion.SLIP)
         for j in range(chain.dof):
             yield through(f"{name}, in {{}}", joints=(j,))
         yield through(f"{name}, in the arm's lengths", moved=tuple(e.name for e in lengths), together=values)
-        if rows.constants:
+        if rows.constants and not tag:
             slow = features[:, : TIMES + 1]
             yield through(f"{name}, in the arm's constants", moved=rows.constants, features=slow)
 

@@ -14,6 +14,7 @@ And no process over its driver may explain a noticeable part beside it. Masses a
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
@@ -82,7 +83,8 @@ class Challenge:
         apart: Log odds of the best process through its own elements, of its own driver and shape, against
             the best one through others or of another driver: each as free as the other.
         rivals: The best ones elsewhere, together as many as the law has joints.
-        rest: Share of the error that processes over its own driver explain beside it.
+        rest: Share of the error that processes over its own driver explain beside it …
+        allowed: … and how much they may.
         scatter: Share of it and of what its joints scatter more than most that is of this.
         driver: Its driver.
         is_simplest: Whether it has one coefficient a joint and the rivals have more, and nothing over its
@@ -93,6 +95,7 @@ class Challenge:
     apart: float
     rivals: tuple[Follower, ...]
     rest: float
+    allowed: float
     scatter: float
     driver: Driver
     is_simplest: bool
@@ -105,7 +108,7 @@ class Challenge:
         is, and is never certain.
         """
         open_for = (-1.0 if self.is_simplest else 1.0) * np.log(PROBABLE)
-        is_complete = self.rest <= MAX_REST and self.scatter <= MAX_SCATTER
+        is_complete = self.rest <= self.allowed and self.scatter <= MAX_SCATTER
         if self.lead < np.log(PROBABLE) or self.apart < open_for or not is_complete:
             return 1.0
         is_sure = min(self.lead, self.apart) >= np.log(CERTAIN_LAW) and self.scatter <= MAX_REST
@@ -114,7 +117,7 @@ class Challenge:
     @property
     def doubt(self) -> str:
         """Why it isn't certain, as a clause; empty if nothing speaks against it."""
-        if self.rest > MAX_REST:
+        if self.rest > self.allowed:
             return f"{100 * self.rest:.0f} % of the error over its driver is something else"
         if self.scatter > MAX_REST:
             return f"a joint of it scatters besides, by {100 * self.scatter:.0f} % of its error"
@@ -160,31 +163,10 @@ class FollowedDriver:
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
 
 
-@dataclass(frozen=True)
-class Correction:
-    """What processes would reduce, cross-validated.
-
-    Args:
-        before: Rms error with the saved model [mm, deg]; NaN for what was not measured.
-        after: With the processes besides.
-    """
-
-    before: Sequence[float]
-    after: Sequence[float]
-
-    @property
-    def reduced(self) -> list[int]:
-        """What it reduces noticeably: 0 the error of positions, 1 that of orientations."""
-        pairs = enumerate(zip(self.before, self.after, strict=True))
-        return [k for k, (before, after) in pairs if after < MAX_LEFT * before]
-
-    @property
-    def sentence(self) -> str:
-        changes = (
-            " to ".join(f"{size[k]:.3g}{(' mm', '°')[k]}" for size in (self.before, self.after))
-            for k in self.reduced
-        )
-        return f"A correction from your rows would reduce {' and '.join(changes)}"
+def reduced(before: Sequence[float], after: Sequence[float]) -> str:
+    """Which rms errors, of positions [mm] and orientations [deg], something noticeably reduces, in words."""
+    changes = zip(before, after, (" mm", "°"), strict=True)
+    return in_words([f"{old:.3g} to {new:.3g}{unit}" for old, new, unit in changes if new < MAX_LEFT * old])
 
 
 def followed_text(parts: Sequence[Follower]) -> str:
@@ -276,24 +258,27 @@ class DriverEvidence:
         even = [f for f in self._over(driver) if bends and f.is_even and f.shape is Shape.LINE]
         free = max(best(f for f in home if f.shape is None or f in link)[0], best(even)[0])
         found = [best(f for f in self._over(d) if f not in (*home, *even)) for d in Driver]
-        for by_step, step in self._steps(left.model, law) if driver is Driver.TIME else ():
-            if self._holds(step, law):
-                there = max(there, by_step)
-            else:
-                found.append((by_step, (step,)))
+        is_step = all(isinstance(t.candidate.effect, AbstractStep) for t in law)  # as a process is
+        found += [(g, (step,)) for g, step in self._steps(left.model, law) if not self._holds(step, law)]
         gain, rivals = max(found, key=lambda each: each[0])
-        alike = [f for f in self._over(driver) if joints & {*f.joints} or not joints or not f.joints]
+        own_load = driver is Driver.LOAD  # which the tool has, not all joints
+        alike = [
+            f for f in self._over(driver) if not joints or joints & {*f.joints} or not (f.joints or own_load)
+        ]
         beside = max((o for f in alike if (o := self._beside.get(f))), key=lambda o: o.gain, default=None)
-        minimum = max(MIN_GAIN, MIN_GAIN_SHARE * own)
+        allowed, minimum = MAX_REST, max(MIN_GAIN, MIN_GAIN_SHARE * own)
+        if driver is Driver.TIME and not is_step:  # a law that says what comes later
+            allowed, minimum = 0.0, float(np.log(PROBABLE))
         more = kin if beside is None or beside.gain <= minimum else (*kin, beside.term)
         rest = self._share(left, law, more) if more else 0.0
         is_simple = len({n for t in law for n in t.candidate.names}) <= max(len(joints), 1)
         jumps = (r.shape is Shape.JUMP and not r.candidate.effect.insertion for r in rivals)
         as_simple = [is_jump or len(r.candidate.names) == 1 for is_jump, r in zip(jumps, rivals, strict=True)]
         is_simplest = is_simple and not more and not (rivals and all(as_simple))
-        there = max(there, own - 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count)))
+        freedom = 0.0 if is_step else 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count))
+        there = max(there, own - freedom)
         lead, apart = own - max(gain, free), there - gain
-        return Challenge(lead, apart, rivals, rest, self._scatter(law), driver, is_simplest)
+        return Challenge(lead, apart, rivals, rest, allowed, self._scatter(law), driver, is_simplest)
 
     @property
     def _model(self) -> Model:
@@ -315,6 +300,8 @@ class DriverEvidence:
             if best is None or tried[best].gain < minimum:
                 break
             gains = {f: o.gain for f, o in tried.items()}
+            near = [f for f in gains if f.driver == best.driver and gains[best] - gains[f] < np.log(PROBABLE)]
+            best = max(near, key=lambda f: (not f.candidate.effect.insertion.of_joint, gains[f]))  # usual
             over_time = [f for f in tried if f.phrase.startswith(TIME) and best.driver is Driver.TEMPERATURE]
             if over_time:  # a change of temperature hides a knock, and tells when it was
                 by_step, step, _ = self._stepped(left.model, max(over_time, key=gains.__getitem__))
@@ -333,13 +320,12 @@ class DriverEvidence:
                     grams = _compressed(self.searched, self.problem, left.model, (*self.followers, step))
                     shown, left = step, left_of(grams, left.model)
                     larger = (*left.model, _offered(left, [step])[step].term)
-            if best.shape is Shape.LAG:
-                against = self._against_play(left, best, tried[best])
-                before = replace(before, lead=min(before.lead, against))
-                shown = best.as_lag(self._delay(best, larger))
-            found[best.driver] = replace(before, parts=(*before.parts, shown))
             if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
+                against = min(before.lead, self._against_play(left, best, tried[best]))
+                lag = best.as_lag(self._delay(best, larger))
+                found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag))
                 break
+            found[best.driver] = replace(before, parts=(*before.parts, shown))
             left = with_one_more(left, larger)
         return tuple(found.values())
 
@@ -379,11 +365,8 @@ class DriverEvidence:
         unsure = [t for t in model if is_nameless(t) or t in undecided]
         over = [f for d in (Driver.TIME, Driver.TEMPERATURE) for f in self._over(d)]
         over += [f for f in self._over(Driver.PLACE) if not f.joints]  # pulls are the arm's own
-        for _ in range(MAX_FOLLOWERS if unsure else 0):
-            best = max(_offered(left, over).values(), key=lambda o: o.gain, default=None)
-            if best is None or best.gain < MIN_GAIN:
-                break
-            left, most = with_one_more(left, (*left.model, best.term)), max(most, best.gain)
+        for gain, larger in islice(_one_by_one(left, over), MAX_FOLLOWERS if unsure else 0):
+            left, most = larger, max(most, gain)
         alone, beside = (own_offers(self.grams, m) for m in (model, left.model))
         gains = zip(model, alone, beside, strict=False)
         averages = [t for t, o, rest in gains if rest.gain <= 0.0 and o.gain < MIN_LAW_SHARE * most]
@@ -392,7 +375,7 @@ class DriverEvidence:
         if len(others) == len(kept):
             return kept
         after, before = remaining(self.searched, [kept, others]).tolist()
-        return kept if Correction(before, after).reduced else others
+        return kept if reduced(before, after) else others
 
     @cached_property
     def _clock(self) -> tuple[np.ndarray, np.ndarray]:
@@ -403,13 +386,11 @@ class DriverEvidence:
 
     def _steps(self, model: Model, law: Model) -> Iterator[tuple[float, Follower]]:
         """Processes over time as steps where those of some laws are, their places as many."""
-        stage = self.searched.stage
-        constants = tuple(constants_over_time(stage.problem, stage.fit.x))
-        events = {t.candidate: t.candidate.effect for t in law}
+        stage, events = self.searched.stage, {t.candidate: t.candidate.effect for t in law}
         steps = {c: e.moment for c, e in events.items() if isinstance(e, AbstractStep)}
         for candidate, moment in steps.items():
             clocked = [f for f in self.followers if f.phrase.startswith(TIME)]  # not what sessions do
-            tried = [f for f in clocked if f.shape is None] or constants
+            tried = [f for f in clocked if f.shape is None] or constants_over_time(stage.problem, stage.fit.x)
             found = [f.as_step(*self._clock, moment) for f in tried]
             gains = np.array(self._gains(model, found)) - np.log(candidate.tries)
             yield from zip(gains.tolist(), found, strict=True)
@@ -442,8 +423,8 @@ class DriverEvidence:
         found = _offered(left_of(grams, model), some)
         return [found[f].gain if f in found else -np.inf for f in some]
 
-    def correction(self, followed: Sequence[FollowedDriver]) -> Correction:
-        """What processes would reduce beside the saved model."""
+    def correction(self, followed: Sequence[FollowedDriver]) -> str:
+        """What processes would reduce beside the saved model, cross-validated, in a sentence, if anything."""
         model, stage = self._model, self.searched.stage
         parts = [part.candidate for each in followed for part in each.parts]
         effects = [c.effect for c in (*(t.candidate for t in model), *parts)]
@@ -451,7 +432,8 @@ class DriverEvidence:
         grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
         more = (*model, *(o.term for o in offers(left_of(grams, model), parts)))
         whole = replace(self.searched, grams=grams, model=more)
-        return Correction(*remaining(whole, [model, more]).tolist())
+        change = reduced(*remaining(whole, [model, more]).tolist())
+        return f" A correction from your rows would reduce {change}." if change else ""
 
     def _over(self, driver: Driver) -> list[Follower]:
         return [f for f in self.followers if f.driver == driver]
@@ -526,12 +508,16 @@ def _offered(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]
 
 def evidence_of(left: Remainder, some: Sequence[Follower]) -> float:
     """Evidence of processes beside a model, taken in one after the other."""
-    total = 0.0
+    return sum(gain for gain, _ in _one_by_one(left, some))
+
+
+def _one_by_one(left: Remainder, some: Sequence[Follower]) -> Iterator[tuple[float, Remainder]]:
+    """Evidence of the best process beside a model, and what this one leaves, until none follows any more."""
     while (best := max(_offered(left, some).values(), key=lambda o: o.gain, default=None)) is not None:
         if best.gain < MIN_GAIN:
             break
-        left, total = with_one_more(left, (*left.model, best.term)), total + best.gain
-    return total
+        left = with_one_more(left, (*left.model, best.term))
+        yield best.gain, left
 
 
 def is_nameless(term: Term) -> bool:

@@ -29,7 +29,6 @@ from workbench.base.types import Outcome
 from workbench.diagnosis.search.candidate_columns import acting
 from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
 PATTERNS = 12
@@ -44,8 +43,6 @@ UNCERTAIN = 0.01
 """τ₀ relative to the load's standard deviation over rows and uncertain masses: friction and deflection."""
 SCALES = 0.02, 0.1, 0.3, 1.0
 """Scales of the masses' stated standard deviations that are tried."""
-TWO_SIDED = 1.96
-"""Standard deviations either side of a 95 % interval."""
 MEDIAN = 0.455
 """95 % quantile of χ² with one degree of freedom."""
 MAX_LOG_ODDS = 30.0
@@ -131,25 +128,6 @@ def holding_likeliest(problem: Problem, x: Float[np.ndarray, " p"]) -> Problem:
         if np.array_equal(side, last):
             break
     return _holding(problem, side)
-
-
-def open_flanks(fit: Fit) -> dict[int, tuple[float, float]]:
-    """Joints whose flank is undecided at small loads because of uncertain masses: up to which load [N m or
-    N], and in what share of the rows."""
-    weighing, out = _weighing(fit.problem), {}
-    if not weighing or not _play(fit.problem):
-        return {}
-    middle = np.zeros((len(fit.problem.data), len(_play(fit.problem))))
-    loads = _loads(fit.problem, fit.x, middle)
-    spread = np.array([fit.problem.inertia_tolerance[fit.problem.names[i]] for i in weighing])
-    known = fit.covariance[np.ix_(weighing, weighing)] / np.outer(spread, spread)
-    width = TWO_SIDED * np.sqrt(((loads.slope @ known) * loads.slope).sum(2))
-    is_open = np.abs(loads.size + loads.slope @ loads.off) < width
-    for k, joint in enumerate(_play(fit.problem)):
-        if is_open[:, k].any():
-            mine = width[is_open[:, k], k]
-            out[joint] = float(np.median(mine) * loads.unit[k]), float(is_open[:, k].mean())
-    return out
 
 
 def _play(problem: Problem) -> dict[int, int]:

@@ -43,8 +43,8 @@ EVENT_PRIOR_ODDS = 20
 """Prior odds of an event relative to an effect of the arm."""
 MIN_EVENT_SHARE = 0.08
 """Share of the residual that an event must explain to be tried; smaller ones could not be claimed."""
-PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
-"""Time constants to try, as shares of the total duration."""
+PACES = np.geomspace(1.0 / 30.0, 0.4, 65)
+"""Time constants to try, as shares of the total duration; the last one is that of a drift without an end."""
 MAX_PIECES = 160
 """Maximum number of pieces of time for the event search; near events that were found, every row is a
 piece."""
@@ -198,7 +198,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
             sums, squares = (np.tensordot(w, history[:, mine], 1) for w in (weights, weights**2))
             gains = search.gains(sums[:, :, :size], squares[:, :, size:][:, :, mine])
             best = int(np.argmax(gains))
-            if gains[best] > 0.0:
+            if gains[best] > 0.0 and best + 1 < len(PACES):
                 pace, ordered = float(PACES[best] * span), line.clock[line.order]
                 over = min(int(np.searchsorted(ordered, begin + WARM_AT * pace)), len(ordered) - 1)
                 warm_up = WarmUp(kind.event.joints, begin=begin, pace=pace)  # from the first row on

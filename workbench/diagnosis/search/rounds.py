@@ -70,8 +70,8 @@ class Stage:
         geometric_problem: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
         model: The accepted effects.
         fit: Geometry and their coefficients.
-        spared: Outliers close to each other in time: an event may explain them, so they are not excluded
-            before events were searched.
+        spared: Outliers close to each other in time, or many: an event or play may explain them, so they are
+            not excluded before these were searched.
     """
 
     data: Dataset
@@ -122,8 +122,9 @@ def geometry_first(problem: Problem) -> Stage:
     everything = np.ones(len(data), bool)
     wide = fit.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
     out = find_outliers(wide, robust_fit(wide, fit.x), everything)
-    fewest = MIN_WINDOW_OUTLIERS + 2 * int(out.mean() > MANY)  # many crowd by chance
-    spared = crowded(out, data, within=EVENT_WINDOW, fewest=fewest)
+    spared = out  # many may be one side of a play
+    if out.mean() <= MANY:
+        spared = crowded(out, data, within=EVENT_WINDOW, fewest=MIN_WINDOW_OUTLIERS)
     stage = Stage(data, ~out | spared, problem, (), fit, spared)
     return _without_outliers(_fit(stage, None, ()), None)
 
@@ -163,7 +164,7 @@ def rounds(
         last = _search(stage, fold, tried, events, without)
         if stage.spared.any():
             spared, stage = stage.spared, replace(stage, spared=np.zeros(len(stage.data), bool))
-            if not any(t.candidate.effect.is_event for t in last.model):
+            if not any(t.candidate.effect.is_event or t.candidate.effect.has_play for t in last.model):
                 stage = _without_outliers(_fit(replace(stage, keep=stage.keep & ~spared), None, ()), None)
                 last = _search(stage, fold, tried, events, without)
         same = _same(last.model, stage.model)
