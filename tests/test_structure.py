@@ -50,12 +50,12 @@ BUDGETS = {
     "views": 6_945,
     "cli": 1_453,
     "extras": 1,
-    "extras/camera": 3_553,
+    "extras/camera": 3_514,
     "extras/controllers": 706,
     "extras/hobby": 748,
     "extras/katana": 998,
     "extras/live": 1_208,
-    "extras/logs": 915,
+    "extras/logs": 860,
     "extras/pendant": 1_897,
     "extras/poses": 1_088,
     "extras/production": 456,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_165,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_984,
+    "tests": 38_979,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_106
