@@ -88,6 +88,9 @@ def test_the_plain_layout_can_be_forced(tmp_path):
     assert read_measurements(path).position[0].tolist() == [0.002, 0.003, 0.004]
     with refuses(DataError, "nothing was observed"):
         read_measurements(path, layout="plain")
+    head = ",".join(["timestamp", *(f"actual_q_{k}" for k in range(6)), "x[mm],y[mm],z[mm]"])
+    path.write_text(f"{head}\n0,{'0,' * 6}1,2,3\n")
+    assert read_measurements(path).position[0].tolist() == [0.001, 0.002, 0.003]  # more than a log
 
 
 @pytest.mark.parametrize("vertical", ["zenith[gon]", "elevation[deg]"])

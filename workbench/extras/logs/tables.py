@@ -30,7 +30,8 @@ class Rtde(AbstractTableLayout):
     joints = tuple(f"actual_q_{i}" for i in range(6))
 
     def matches(self, headings: list[str]) -> bool:
-        return {"timestamp", *self.joints} <= set(headings) and not {"x", "y", "z"} <= set(headings)
+        names = {parse_heading(heading).name.lower() for heading in headings}
+        return {"timestamp", *self.joints} <= names and not {"x", "y", "z"} <= names
 
     def read(self, table: Table) -> Fields:
         names = {heading: f"q{k}[rad]" for k, heading in enumerate(self.joints, 1)} | {"timestamp": "time[s]"}
