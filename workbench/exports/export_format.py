@@ -53,22 +53,11 @@ class Job:
     def frames(self) -> JointFrames:
         return joint_frames(self.robot)
 
-    def require_nominal(self, form: str) -> Robot:
-        """The nominal arm; refused if there is none."""
-        if self.nominal is None:
-            raise OptionError(
-                f"--for {form} needs --nominal ROBOT, the model that the controller has", option="--nominal"
-            )
-        return self.nominal
-
-    def require_before(self, form: str) -> Robot:
-        """The arm before its calibration; refused if nobody says."""
-        if self.before is None:
-            raise OptionError(
-                f"--for {form} --into needs --nominal ROBOT, the model that was calibrated",
-                option="--nominal",
-            )
-        return self.before
+    def required(self, arm: Robot | None, form: str, what: str) -> Robot:
+        """The nominal arm, or that before its calibration; refused if nobody says."""
+        if arm is None:
+            raise OptionError(f"--for {form} needs --nominal ROBOT, the model {what}", option="--nominal")
+        return arm
 
 
 class AbstractForm(ABC):
@@ -118,27 +107,19 @@ class Exported:
 
     Args:
         path: Where.
-        left: Difference of the file's tool from that of the calibrated arm, all of it.
+        position: Maximum distance of the file's tool from that of the calibrated arm [m].
+        rotation: Maximum angle [rad].
         verdict: The same in words, and the error of the file's arm.
         rows: Poses that were compared.
         notes: What to know before it is used.
     """
 
     path: Path
-    left: PoseErrors
+    position: float
+    rotation: float
     verdict: str
     rows: int
     notes: tuple[str, ...]
-
-    @property
-    def position(self) -> float:
-        """Maximum distance [m]."""
-        return self.left.position_max
-
-    @property
-    def rotation(self) -> float:
-        """Maximum angle [rad]."""
-        return self.left.rotation_max
 
 
 def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = COMPARED_POSES) -> Exported:
@@ -168,7 +149,8 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
     return Exported(
         path=write_text(path, text),
-        left=left,
+        position=left.position_max,
+        rotation=left.rotation_max,
         verdict=_verdict(calibrated, left, len(q)),
         rows=len(q),
         notes=tuple(notes),
@@ -194,9 +176,13 @@ def _verdict(robot: Robot, left: PoseErrors, poses: int) -> str:
 def tool_note(tool: Matrix4) -> Iterable[str]:
     """What to enter as the tool where a form ends before it; nothing if that is nothing."""
     if not np.allclose(tool, np.eye(4), atol=1e-12):
-        xyz = ", ".join(f"{1e3 * v:.4f}" for v in tool[:3, 3])
-        turn = ", ".join(f"{v:.7f}" for v in se3.matrix_to_rotvec(tool[:3, :3]))
-        yield f"enter the tool frame (TCP) {xyz} mm, rotation vector {turn} rad: the file has no place for it"
+        yield f"enter the tool frame (TCP) {pose_text(tool)}: the file has no place for it"
+
+
+def pose_text(pose: Matrix4) -> str:
+    xyz = ", ".join(f"{1e3 * v:.4f}" for v in pose[:3, 3])
+    turn = ", ".join(f"{v:.7f}" for v in se3.matrix_to_rotvec(pose[:3, :3]))
+    return f"{xyz} mm, rotation vector {turn} rad"
 
 
 def _names(effects: Iterable[AbstractEffect]) -> str:

@@ -93,15 +93,13 @@ def test_a_folder_of_tables_is_not_read_one_by_one(tmp_path):
 
 def png(path: Path, side: int) -> Path:
     """A black picture whose header claims so many pixels each way."""
-    data = zlib.compress(bytes(101 * 100))
 
     def part(kind, content):
         size = struct.pack(">I", len(content))
         return size + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
-    head = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
-    parts = part(b"IHDR", head) + part(b"IDAT", data) + part(b"IEND", b"")
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
+    head, data = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0), zlib.compress(bytes(101 * 100))
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", head) + part(b"IDAT", data) + part(b"IEND", b""))
     return path
 
 

@@ -195,15 +195,15 @@ def test_what_is_no_bag_is_refused(tmp_path):
 
 
 def optitrack(path: Path, run, *, bodies=("Tool",), unit="Meters") -> Path:
-    """A take of Motive with rigid bodies, as docs.optitrack.com describes the columns."""
-    scale = {"Meters": 1.0, "Millimeters": 1e3}[unit]
+    """A take of Motive with rigid bodies; some have no words before their headings."""
+    scale, words = {"Meters": (1.0, ("Type", "Name", "ID")), "Millimeters": (1e3, ("", "", ""))}[unit]
     lines = [
         f"Format Version,1.23,Take Name,a,Capture Frame Rate,{RATE},Rotation Type,"
         f"Quaternion,Length Units,{unit}",
         "",
-        ",Type," + ",".join(["Rigid Body"] * 8 * len(bodies)),
-        ",Name," + ",".join(name for name in bodies for _ in range(8)),
-        ",ID," + ",".join("1" for name in bodies for _ in range(8)),
+        f",{words[0]}," + ",".join(["Rigid Body"] * 8 * len(bodies)),
+        f",{words[1]}," + ",".join(name for name in bodies for _ in range(8)),
+        f",{words[2]}," + ",".join("1" for name in bodies for _ in range(8)),
         ",," + ",".join((["Rotation"] * 4 + ["Position"] * 3 + ["Mean Marker Error"]) * len(bodies)),
         "Frame,Time (Seconds)," + ",".join(["X,Y,Z,W,X,Y,Z,"] * len(bodies)),
     ]

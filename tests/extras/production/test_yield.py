@@ -31,15 +31,13 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.start import default_plate, start
 from workbench.session.state import UndoStep
 
-MADE = Production(tolerance=(5e-5, 5e-4), play=(1e-5, 1e-3))
-SEED = np.random.SeedSequence(7)
-
 
 @pytest.fixture(scope="module")
 def fixed(aria, plate):
     """The plate with the branches in which it is scored, and as it is made."""
     found = wb.score(aria, plate).measured
-    return replace(plate.with_joints(found.q, found.branches), production=MADE)
+    made = Production(tolerance=(5e-5, 5e-4), play=(1e-5, 1e-3))
+    return replace(plate.with_joints(found.q, found.branches), production=made)
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +102,9 @@ def test_arms_pass_eq_3_and_fewer_do_with_more_noise(aria, fixed, found):
 def test_an_arm_is_calibrated_with_the_targets_that_it_reaches(trial):
     targets = list(trial.plate.targets)
     targets[4] = replace(targets[4], xyz=np.array([3.0, 0.0, 0.5]))
-    met, errors = replace(trial, plate=replace(trial.plate, targets=tuple(targets))).judged_arm(SEED)
+    met, errors = replace(trial, plate=replace(trial.plate, targets=tuple(targets))).judged_arm(
+        np.random.SeedSequence(7)
+    )
     assert met.tolist() == [k != 4 for k in range(10)]
     assert np.abs(errors).max() < 1e-7
     three = {"met": np.array([met, ~met | True, met]), "errors": np.zeros((3, 1, 6))}

@@ -89,14 +89,14 @@ class PixelSource(AbstractSource):
     ] = None
 
     def read(self, path: Path, arm: "Robot", joints: Path | None) -> "Dataset | None":
-        from workbench.extras.camera.folder import read_folder, unpacked
-        from workbench.extras.camera.pixel_table import read_pixels
-        from workbench.extras.camera.rig import read_rig
-
         if self.target is None:
             if self.camera is not None:
                 raise OptionError("--camera needs --target FILE: the board or tags in view")
             return None
+        from workbench.extras.camera.folder import read_folder, unpacked
+        from workbench.extras.camera.pixel_table import read_pixels
+        from workbench.extras.camera.rig import read_rig
+
         rig, is_packed = read_rig(self.camera, self.target), path.is_file() and path.suffix.lower() == ".zip"
         if not (is_packed or path.is_dir()):
             return read_pixels(path, rig, joints=joints, dof=arm.dof)

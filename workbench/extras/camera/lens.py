@@ -8,7 +8,6 @@ the arm.
 
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -17,14 +16,11 @@ from workbench.base.errors import DataError
 from workbench.base.types import Freedom, frozen
 from workbench.base.wording import plural
 from workbench.extras.camera.camera import DISTORTION_SIGMA, Camera, Mount, as_opencv, opencv
-from workbench.extras.camera.picture_files import picture_files, readable
 from workbench.extras.camera.resection import FAR_OFF, placed_alone
 from workbench.extras.camera.rig import Rig
 
 FOCAL_SIGMA = 0.5
 """How well a focal length is known from nothing, relative to it."""
-CENTRE_SIGMA, GUESSED_SIGMA = 0.03, 0.15
-"""How well a lens's centre is known from the size of pictures, and of a table's corners, per width."""
 LENSES = ((0.5, 0.0), (0.7, -0.2), (1.0, 0.0), (1.8, 0.0), (3.2, 0.0))
 """Focal lengths that are tried, per width of the picture (fields of view from 90° to 18°), with k1."""
 REFINED, VIEWS = 3, 16
@@ -35,29 +31,17 @@ SPARE = 24
 """Numbers that the pictures must have beyond the target's pose in each."""
 
 
-def assumed_of_folder(rig: Rig, folder: Path) -> Rig:
-    """The rig with a camera that took the pictures of a folder, where it has none."""
-    if rig.cameras:
-        return rig
-    files = list(picture_files(folder, rig))
-    sizes = [picture.shape[::-1] for picture in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
-    return replace(rig, cameras=(_assumed("", rig, max(sizes, key=sizes.count), CENTRE_SIGMA),))
+def with_assumed(rig: Rig, names: Iterable[str], size: tuple[int, int], centre: float) -> Rig:
+    """The rig with cameras on what does not carry the target, where no file describes any.
 
-
-def assumed_of_corners(rig: Rig, names: Iterable[str], uv: Float[np.ndarray, "n 2"]) -> Rig:
-    """The rig with the cameras that a table of corners names, where it has none."""
-    if rig.cameras:
-        return rig
-    size = tuple((np.nanmax(uv, axis=0, initial=0.0).astype(int) + 1).tolist())
-    cameras = (_assumed(name, rig, size, GUESSED_SIGMA) for name in dict.fromkeys(names))
-    return replace(rig, cameras=tuple(cameras))
-
-
-def _assumed(name: str, rig: Rig, size: tuple[int, int], centre: float) -> Camera:
-    """A camera on what does not carry the target."""
+    Args:
+        names: Of the cameras; "" for the only one.
+        size: Of their pictures [px].
+        centre: How well the lens's centre is known, per width.
+    """
     f, height = map(float, size)
-    return Camera(
-        name=name or "camera",
+    one = Camera(
+        name="camera",
         size=size,
         intrinsics=frozen(np.array([f, f, 0.5 * (f - 1.0), 0.5 * (height - 1), *np.zeros(5)])),
         mounted=Mount.WORLD if rig.mounted is Mount.TOOL else Mount.TOOL,
@@ -65,6 +49,7 @@ def _assumed(name: str, rig: Rig, size: tuple[int, int], centre: float) -> Camer
         sigma=frozen(np.array([FOCAL_SIGMA * f, FOCAL_SIGMA * f, *[centre * f] * 2, *DISTORTION_SIGMA])),
         is_assumed=True,
     )
+    return replace(rig, cameras=tuple(replace(one, name=n or one.name) for n in dict.fromkeys(names)))
 
 
 def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) -> tuple[Rig, list[str]]:

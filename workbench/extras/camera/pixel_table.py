@@ -27,10 +27,13 @@ from workbench.data.readers.headings import PIXEL_LABELS
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.corner_detection import PixelRows, find_corners
-from workbench.extras.camera.lens import assumed_of_corners, assumed_of_folder, with_lenses
+from workbench.extras.camera.lens import with_assumed, with_lenses
+from workbench.extras.camera.picture_files import picture_files, readable
 from workbench.extras.camera.resection import with_corners
 from workbench.extras.camera.rig import Rig
 
+CENTRE_SIGMA, GUESSED_SIGMA = 0.03, 0.15
+"""How well a lens's centre is known from the size of pictures, and of a table's corners, per width."""
 STRANGE = 0.02
 """Share of corners with unknown names from which on the target is called the wrong one."""
 SAME_JOINTS = 1e-6
@@ -56,7 +59,10 @@ def read_pixels(
         if beside is None:
             text = f"pictures need the joints at which they were taken; {_give_joints()}"
             raise FileError(text, path=str(source))
-        rig = assumed_of_folder(rig, Path(source))
+        if not rig.cameras:
+            files = list(picture_files(Path(source), rig))
+            sizes = [each.shape[::-1] for each in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
+            rig = with_assumed(rig, [""], max(sizes, key=sizes.count), CENTRE_SIGMA)
         return pixel_data(find_corners(Path(source), rig), rig, beside, dof=dof)
     fields = read_fields(source, layout="plain")
     return pixel_data(_rows(fields), rig, beside or _one_a_picture(fields), dof=dof)
@@ -92,7 +98,9 @@ def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
 def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = None) -> Dataset:
     """Corners and joints as a `Dataset`, a row a picture in the order of the joints; arguments as above."""
     names, notes = _names(rows, joints)
-    rig = assumed_of_corners(rig, rows.camera.tolist(), rows.uv)
+    if not rig.cameras:
+        size = (np.nanmax(rows.uv, axis=0, initial=0.0).astype(int) + 1).tolist()
+        rig = with_assumed(rig, rows.camera.tolist(), (size[0], size[1]), GUESSED_SIGMA)
     place, camera, strange = _points(rows, rig)
     picture = {name: k for k, name in enumerate(names)}
     row = np.array([picture[name] for name in plain_names(rows.image)])

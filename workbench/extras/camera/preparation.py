@@ -1,6 +1,6 @@
 """What is done with pictures between their choice and the first search: whether they suit their joints."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 from typing import final
@@ -13,7 +13,6 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
-from workbench.extras.camera.findings import Identifiability
 from workbench.extras.camera.likelihood import Likelihood, Pictures
 from workbench.extras.camera.model_selection import select_camera_step
 from workbench.extras.camera.resection import with_parts_in_view
@@ -44,9 +43,12 @@ class PicturePreparation(AbstractPreparation):
     """Pictures that suit their joints and show a board that is used; their content decides on the arm."""
 
     readings = PictureReadings
+    decide = staticmethod(select_camera_step)
     undiagnosed = "pictures can't be diagnosed; Identify decides what they can determine"
 
     def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
+        """Pictures that don't suit their joints; one counts the less the farther it is off, so that a few
+        wrong ones don't bend the fit."""
         _check_number(data)
         if (turn := _largest_turn(robot, data)) < MIN_TURN:
             raise DataError(
@@ -54,7 +56,29 @@ class PicturePreparation(AbstractPreparation):
                 f"determine the poses of camera and target; {TURN_MORE}",
                 found=turn,
             )
-        return mismatched_pictures(robot, data)
+        free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
+        problem = Problem.build(robot, data, free=free).with_noise(ROUGH)
+        x, off = problem.start, Pictures.at(problem, problem.start).off
+        for _ in range(ROBUST_ROUNDS):
+            weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
+            x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
+            off = Pictures.at(problem, x).off
+        usual = float(np.median(off))
+        if usual > HOPELESS:
+            raise DataError(
+                f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera "
+                f"and target, half of them are {1e3 * usual:.0f} mm off or more; check that each row is its "
+                "picture's, the order, units and signs of the joints, the robot, and 'mounted' in "
+                "target.toml and camera.toml"
+            )
+        lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
+        if lost.mean() >= MAX_WRONG:
+            return {}
+        image = PictureReadings.of(data).image
+        return {
+            int(i): f"image {image[i]} does not fit its joint readings: {1e3 * off[i]:.1f} mm off"
+            for i in np.flatnonzero(lost)
+        }
 
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
         data = with_parts_in_view(data)
@@ -63,11 +87,6 @@ class PicturePreparation(AbstractPreparation):
             return data
         why = f"the tool turned by only {np.rad2deg(turn):.0f}°, so other orientations are poorly determined"
         return replace(data, notes=(*data.notes, f"{why}; {TURN_MORE}"))
-
-    def decide(
-        self, robot: Robot, data: Dataset, *, free: Sequence[str], build: Callable[..., Problem]
-    ) -> tuple[Problem, Identifiability]:
-        return select_camera_step(robot, data, free=free, build=build)
 
     def comparable(self, held: Dataset, fitted: Dataset) -> Dataset:
         own, other = rig_of(held), rig_of(fitted)
@@ -106,36 +125,3 @@ def _largest_turn(robot: Robot, data: Dataset) -> float:
     """By which the tool turned from the first picture to any other [rad]."""
     turn = predict(robot, data.take(data.included))[:, :3, :3]
     return float(np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1).max())
-
-
-def mismatched_pictures(robot: Robot, data: Dataset) -> dict[int, str]:
-    """Rows whose picture does not suit their joints, with the reason.
-
-    A picture counts the less in the fit the farther it is off, so that a few wrong ones don't bend it.
-
-    Raises:
-        DataError: most suit nothing.
-    """
-    free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
-    problem = Problem.build(robot, data, free=free).with_noise(ROUGH)
-    x, off = problem.start, Pictures.at(problem, problem.start).off
-    for _ in range(ROBUST_ROUNDS):
-        weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
-        x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
-        off = Pictures.at(problem, x).off
-    usual = float(np.median(off))
-    if usual > HOPELESS:
-        raise DataError(
-            f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera and "
-            f"target, half of them are {1e3 * usual:.0f} mm off or more; check that each row is its "
-            "picture's, the order, units and signs of the joints, the robot, and 'mounted' in target.toml "
-            "and camera.toml"
-        )
-    lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
-    if lost.mean() >= MAX_WRONG:
-        return {}
-    image = PictureReadings.of(data).image
-    return {
-        int(i): f"image {image[i]} does not fit its joint readings: {1e3 * off[i]:.1f} mm off"
-        for i in np.flatnonzero(lost)
-    }

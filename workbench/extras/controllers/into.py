@@ -25,9 +25,9 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.base.wording import in_mm
-from workbench.exports.export_format import AbstractForm, Job
+from workbench.exports.export_format import AbstractForm, Job, pose_text
 
-FILE = "the file of --into"
+FILE, WAS = "the file of --into", "that was calibrated"
 MARK = " calibrated by workbench "
 """Comment in a file that has a calibration."""
 FAR, ANGLE = 2e-3, np.deg2rad(0.5)
@@ -143,7 +143,7 @@ class Urdf(AbstractForm):
             here = at
         flange = own.at_zero[-1]
         for end in placing.ends[:1]:
-            nominal = joint_frames(job.require_before(self.name)).at_zero[-1]
+            nominal = joint_frames(job.required(job.before, self.name, WAS)).at_zero[-1]
             moved = new[placing.links.index(end)].at_zero @ se3.inverse(end.at_zero)
             flange = base @ moved @ placing.base @ nominal
         return JointFrames(tuple(joints), frozen(se3.inverse(here) @ flange)).robot(job.robot)
@@ -154,20 +154,14 @@ class Urdf(AbstractForm):
         if not placing.is_named:
             yield f"joints matched by their order, as their names differ: {', '.join(names)}"
         if not np.array_equal(placing.base, np.eye(4)):
-            yield f"the arm's base is at {_text(placing.base)} of the file's root"
+            yield f"the arm's base is at {pose_text(placing.base)} of the file's root"
         if not np.array_equal(robot.base.pose, np.eye(4)):
             yield "the calibrated base frame is not written: the file's root stays where it is"
         if not placing.ends or not np.allclose(robot.tool.pose, np.eye(4), atol=SAME):
             last = placing.moves[len(names)] @ placing.chain[-1].at_zero
             tool = se3.inverse(last) @ placing.base @ job.frames.at_zero[-1] @ robot.tool.pose
-            where = f"in the frame of the file's joint '{names[-1]}' it is at {_text(tool)}"
+            where = f"in the frame of the file's joint '{names[-1]}' it is at {pose_text(tool)}"
             yield f"the tool is not written; {where}"
-
-
-def _text(pose: Matrix4) -> str:
-    xyz = ", ".join(f"{1e3 * v:.4f}" for v in pose[:3, 3])
-    turn = ", ".join(f"{v:.7f}" for v in se3.matrix_to_rotvec(pose[:3, :3]))
-    return f"{xyz} mm, rotation vector {turn} rad"
 
 
 def parse(text: str) -> Any:
@@ -223,7 +217,7 @@ def _placing(job: Job) -> Placing:
     """The nominal arm in the file of a job, and how the calibration moves it; of the last job."""
     if job.source is None:
         raise OptionError("--for urdf needs --into FILE, the model to update", option="--into")
-    nominal, root = joint_frames(job.require_before("urdf")), parse(job.source)
+    nominal, root = joint_frames(job.required(job.before, "urdf", WAS)), parse(job.source)
     if any(joint.joint.kind is not JointKind.REVOLUTE for joint in nominal.joints):
         raise OptionError("--for urdf is for arms of revolute joints; export a new URDF with --urdf")
     if root.tag != "robot":

@@ -70,7 +70,7 @@ class UrCalibration(AbstractForm):
             yield "give the arm's own calibration.conf as --into: its other lines (checksums) then stay"
 
     def _nominal(self, job: Job) -> np.ndarray:
-        nominal = job.require_nominal(self.name)
+        nominal = job.required(job.nominal, self.name, "that the controller has")
         rows = table_of(nominal)[1]
         turning = all(j.kind is JointKind.REVOLUTE for j in nominal.joints)
         if nominal.convention not in ("dh", "hayati") or any(r["beta"] for r in rows) or not turning:

@@ -1,8 +1,8 @@
 """Motion capture as text: takes that OptiTrack's Motive exports as CSV.
 
-A line of settings (`Format Version, …, Length Units, Meters`), lines `Type`, `Name`, `ID` and
-`Rotation | Position` over every column, then `Frame, Time (Seconds), X, Y, Z, W, X, Y, Z, …`. The columns of
-the tool get the headings of a plain table and are read like one.
+A line of settings (`Format Version, …, Length Units, Meters`), lines of every column's type, name, ID and
+`Rotation | Position`, then `Frame, Time (Seconds), X, Y, Z, W, X, Y, Z, …`. The columns of the tool get the
+headings of a plain table and are read like one.
 """
 
 from pathlib import Path
@@ -36,11 +36,9 @@ class Mocap(AbstractFileLayout):
         rows = [[cell.strip().strip('"') for cell in line.split(mark)] for line in text.splitlines()]
         try:
             bodies, markers, frames, notes = _parts(rows)
-        except (IndexError, KeyError, StopIteration) as error:
-            raise FileError(
-                f"is not a complete export of a take ({type(error).__name__}): export it again with headings",
-                path=str(path),
-            ) from None
+        except (IndexError, KeyError, StopIteration):
+            text = "is not a complete export of a take: export it again from Motive, with all its headings"
+            raise FileError(text, path=str(path)) from None
         tools, note = markers, f"markers m1 … m{len(markers)} are {listed(list(markers))}"
         if bodies:
             name = chosen(list(bodies), naming, f"{path}: bodies", "pose")
@@ -67,17 +65,18 @@ def _parts(rows: list[list[str]]) -> tuple[Columns, Columns, list[list[str]], li
     unit, notes = UNITS[settings.get("Length Units", "Meters")], list[str]()
     notes.append(f"lengths in {unit}, as the file states")
     start = next(i for i, row in enumerate(rows) if row[:1] == ["Frame"])
-    above = {row[1]: row for row in rows[1:start] if len(row) > 2 and row[1] in ("Type", "Name")}
+    found = {"Rigid Body": Columns(), "Marker": Columns()}
+    types, names = next((row, rows[k]) for k, row in enumerate(rows[1:start], 2) if {*row} & {*found})
     parts = next(row for row in rows[1:start] if "Position" in row)
     headings = {("Position", a): f"{a.lower()}[{unit}]" for a in "XYZ"}
     if settings.get("Rotation Type", "Quaternion") == "Quaternion":
         headings |= {("Rotation", a): f"q{a.lower()}" for a in "WXYZ"}
     else:
         notes.append("orientations are left out: export them again with rotation type Quaternion")
-    found, axes = {"Rigid Body": Columns(), "Marker": Columns()}, rows[start]
+    axes = rows[start]
     for i in range(2, len(axes)):
-        if above["Type"][i] in found and (parts[i], axes[i]) in headings:
-            found[above["Type"][i]].setdefault(above["Name"][i], {})[i] = headings[parts[i], axes[i]]
+        if types[i] in found and (parts[i], axes[i]) in headings:
+            found[types[i]].setdefault(names[i], {})[i] = headings[parts[i], axes[i]]
     end = next((k for k, row in enumerate(rows) if k > start and not row[0]), len(rows))
     frames = [(row + [""] * len(axes))[: len(axes)] for row in rows[start + 1 : end]]
     if not frames:
