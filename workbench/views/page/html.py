@@ -69,20 +69,6 @@ def badge(title: str, colour: str) -> str:
     )
 
 
-def number(value: float, digits: int = 3) -> str:
-    """A number with so many significant digits; a dash where there is none."""
-    if np.isnan(value):
-        return "–"
-    if np.isinf(value):
-        return "∞"
-    if value == 0:
-        return "0"
-    places = max(0, digits - 1 - int(np.floor(np.log10(abs(value)))))
-    if abs(value) >= 10**digits:
-        return f"{value:,.0f}".replace(",", " ")
-    return f"{value:.{min(places, 8)}f}"
-
-
 def change(now: float, first: float, *, is_verdict: bool = True) -> str:
     """Change against the beginning in percent; one that judges is green if smaller, red if larger."""
     if not (np.isfinite(now) and np.isfinite(first)) or first == 0:
