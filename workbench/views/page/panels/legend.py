@@ -8,7 +8,7 @@ import viser
 
 from workbench.report.numbers import compared
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
-from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
+from workbench.session.cube_fields import are_shown, drawn_field, inputs
 from workbench.session.real_arm import bending_robot
 from workbench.session.stages import shown_stage, stage_words
 from workbench.session.state import Focus, Session
@@ -104,17 +104,14 @@ def cubes_scale(session: Session) -> str:
         return ""
     if (numbers := field.values(session)) is None:
         return f'<div style="color:{MUTED}">{text(field.title)} …</div>' if session.page.chore else ""
-    return f'<div title="Grey: no value.">{text(field.title)}</div>{scale_bar(field, numbers)}'
-
-
-def scale_bar(field: CubeField, numbers: CubeValues) -> str:
-    """The colour scale of the cubes with its ends."""
     is_better = field.larger_is_better
     low, high = (compared(field.factor * end, 2) for end in (numbers.low, numbers.high))
     if field.is_signed:
         low, high = f"−{high}", f"+{high}"
     first, last = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
-    return colour_scale(((0.0, first), (100.0, f"{last} {text(field.unit)}")), larger_is_better=is_better)
+    ends = (0.0, first), (100.0, f"{last} {text(field.unit)}")
+    shown = colour_scale(ends, larger_is_better=is_better)
+    return f'<div title="Grey: no value.">{text(field.title)}</div>{shown}'
 
 
 def colour_scale(ticks: Iterable[tuple[float, str]], *, larger_is_better: bool = False) -> str:

@@ -6,6 +6,7 @@ from functools import partial
 import viser
 
 from workbench.base.assets import built_in_robots
+from workbench.base.wording import capital
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot, LoadModel, holds_robot
 from workbench.session.commands.data import MAX_FILE_BYTES, load_command, load_endings
@@ -92,7 +93,10 @@ class StartCard(AbstractPanel):
 
     def _build_questions(self, gui: viser.GuiApi, builders: Iterable[Build | None]) -> None:
         """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
-        label, hint = "Your robot: URDF, TOML, ZIP with meshes, DH table", "The nominal arm."
+        label, hint = (
+            "Your robot: URDF, TOML, ZIP, DH table",
+            "The nominal arm; a URDF with its meshes as a ZIP.",
+        )
         self.upload(label, load, hint, endings=f"{MODELS},.csv", maximum=MAX_FILE_BYTES)
         robot = self.dropdown("… or built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
         self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
@@ -134,7 +138,7 @@ class StartCard(AbstractPanel):
         return block(
             f'{purpose}<div style="color:{MUTED}">{sentence}</div>'
             + (robot if is_asking else "")
-            + f'<div style="color:{BAD}">{text(wrong)}</div><div>{text(working)}</div>',
+            + f'<div style="color:{BAD}">{text(capital(wrong))}</div><div>{text(working)}</div>',
             testid="start",
             style="margin-bottom:8px",
         )
