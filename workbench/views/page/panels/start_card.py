@@ -100,9 +100,9 @@ class StartCard(AbstractPanel):
         self.upload(label, load, hint, endings=f"{MODELS},.csv", maximum=MAX_FILE_BYTES)
         robot = self.dropdown("… or built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
         self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
-        for title, build in (kind.names_robot for kind in panels() if kind.names_robot is not None):
+        for title, make in (kind.names_robot for kind in panels() if kind.names_robot is not None):
             with gui.add_folder(title, expand_by_default=False):
-                build(self, gui)
+                make(self, gui)
         self._inputs = {build: gui.add_folder(None) for build in builders}
         for build, folder in self._inputs.items():
             with folder:
