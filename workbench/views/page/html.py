@@ -19,11 +19,6 @@ INKS = {Tone.PLAIN: MUTED, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD
 """Of a verdict."""
 
 
-def on_any_page(colour: str) -> str:
-    """A colour nearer to that of the words around, so that it reads on light and on dark pages."""
-    return f"color-mix(in srgb, {colour} 60%, currentColor)"
-
-
 def text(value: object) -> str:
     """Any value, harmless in HTML."""
     return escape(readable(str(value)), quote=True)

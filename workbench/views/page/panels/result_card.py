@@ -12,7 +12,7 @@ from workbench.session.loaded_measurements import is_of_other_rows
 from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import STAGE_COLOURS, css
-from workbench.views.page.html import CAREFUL, MUTED, block, note, on_any_page, text
+from workbench.views.page.html import CAREFUL, MUTED, block, note, text
 
 HEIGHT, BINS = 84.0, 36
 TICKS = (1.0, 2.0, 5.0)
@@ -71,11 +71,11 @@ def weighed(session: Session, diagnosis: Diagnosis) -> str:
 
 
 def numbers(done: tuple[StageErrors, ...]) -> str:
-    """The errors, large, with an arrow between them."""
+    """The errors, large, with an arrow between them; in colours that read on light and on dark pages."""
     parts = [
         f'<div style="text-align:center"><div style="font-size:24px;font-weight:650;line-height:1.2">'
         f"{compared(stage.error)}</div>"
-        f'<div style="color:{on_any_page(colour)};font-weight:600;max-width:9em">'
+        f'<div style="color:color-mix(in srgb,{colour} 60%,currentColor);font-weight:600;max-width:9em">'
         f"{text(stage.words)}</div></div>"
         for stage, colour in zip(done, _colours(done), strict=True)
     ]
