@@ -13,7 +13,7 @@ from workbench.arm.meshes import link_meshes
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.optimiser.constraints import is_clear_of
-from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints, holds_urdf
+from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints, holds_robot
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut
@@ -104,7 +104,7 @@ def test_a_urdf_in_an_archive_brings_its_meshes(first):
     stl = trimesh.creation.box((0.3, 0.05, 0.05)).export(file_type="stl")
     for meshes in ({"one/meshes/arm.stl": stl}, {}):
         command = LoadModel("arm.zip", zipped(("one/urdf/one.urdf", URDF), *meshes.items()))
-        assert holds_urdf(command.name, command.content)
+        assert holds_robot(command.name, command.content)
         session = command.finish(first, command.compute(first))
         assert [len(mesh.faces) for mesh in link_meshes(session.robot)] == [12] * len(meshes)
         assert ("shown without its meshes" in session.page.messages[-1].text) is not bool(meshes)

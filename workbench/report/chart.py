@@ -14,7 +14,7 @@ from jaxtyping import Float
 from workbench.report.numbers import significant
 
 WIDTH = 340.0
-LEFT, FOOT, MARGIN = 48.0, 16.0, 6.0
+LEFT, FOOT, MARGIN = 54.0, 16.0, 6.0
 """Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
 ROW, THICK = 26.0, 14.0
 """Height of a row with a bar, and of the bar."""
@@ -92,12 +92,9 @@ class Chart:
         if not len(y := y[np.isfinite(y)]):
             return ""
         low, high = y.min() if self.floor is None else self.floor, y.max()
-        bottom, top = significant(float(low)), significant(float(high))
         parts = [f'<path d="M{LEFT} 0V{self.height:.0f}H{WIDTH:.0f}" fill="none" {_ink("stroke", 0.3)}/>']
-        parts += [
-            text(LEFT - 4, MARGIN + 6, top, anchor="end"),
-            text(LEFT - 4, self.height, bottom, anchor="end"),
-        ]
+        for at, end in ((self.height, low), (MARGIN + 6, high)):
+            parts.append(text(LEFT - 4, at, significant(float(end)), anchor="end"))
         first, last = float(x.min()), float(x.max())
         for place, label in self.ticks:
             at = self._across(place, first, last)

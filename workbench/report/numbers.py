@@ -13,13 +13,16 @@ def short(value: float, digits: int = 3) -> str:
 
 
 def significant(value: float) -> str:
-    """A number with three significant digits; – where nothing was measured."""
-    return "–" if np.isnan(value) else f"{value:.3g}"
+    """A number with three significant digits, as short as can be; – where nothing was measured."""
+    return "–" if np.isnan(value) else f"{value:.3g}".replace("e+0", "e").replace("e-0", "e−")
 
 
-def compared(value: float) -> str:
-    """The same with its zeros, as beside others: 0.430; a dash where nothing was measured."""
-    return "–" if np.isnan(value) else f"{value:#.3g}".rstrip(".")
+def compared(value: float, digits: int = 3) -> str:
+    """The same with its zeros, as beside others, and large ones without powers of ten: 0.430, 22 400."""
+    if not np.isfinite(value):
+        return "–" if np.isnan(value) else "∞"
+    is_large = abs(value) >= 10.0**digits
+    return f"{value:,.0f}".replace(",", " ") if is_large else f"{value:#.{digits}g}".rstrip(".")
 
 
 def signed(value: float, digits: int) -> str:

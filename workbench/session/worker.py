@@ -185,7 +185,7 @@ class Worker:
                 self._carry_out(item)
             else:
                 item()
-            if self._waiting is not None and self._session.drag is None:
+            if self._waiting is not None and (self._session.drag is None or self._cancel.is_set()):
                 end, self._waiting = self._waiting, None
                 end()
             self._look_for_chores()
@@ -282,8 +282,6 @@ class Worker:
         try:
             with running(progress, cancel.is_set, hear=suspect):
                 result = task.compute(session)
-            if cancel.is_set() and not is_chore:
-                raise Cancelled
         except Exception as error:
             failure = error
         self._put(partial(self._end, task, basis, time.monotonic() - begin, result, failure))
@@ -309,9 +307,11 @@ class Worker:
         What a task found comes once nobody drags: it may put other targets under the hand.
         """
         is_chore = isinstance(task, AbstractChore)
-        if self._session.drag is not None and not is_chore:
-            self._waiting = partial(self._end, task, basis, seconds, result, failure)
-            return
+        if not is_chore and failure is None:
+            failure = Cancelled() if self._cancel.is_set() else None
+            if failure is None and self._session.drag is not None:
+                self._waiting = partial(self._end, task, basis, seconds, result, failure)
+                return
         if is_chore:
             self._chore, self._failed = None, None
             self._show(chore="")

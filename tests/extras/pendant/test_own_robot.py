@@ -21,11 +21,12 @@ from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.statics.moments import joint_moments
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, ShapeError
+from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.displayed import Displayed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, read_joint_table, table_readings
+from workbench.session.commands.arm import LoadModel, holds_robot
 
 ANGLES = (se3.matrix_to_rpy, lambda r: se3.matrix_to_rpy(r)[..., ::-1], se3.matrix_to_rotvec)
 
@@ -186,6 +187,16 @@ FANUC = [
     *((0, 0, 55, -90), (-90, 0, 345, 180), (0, 0, 30, -90)),
     *((0, -360, 0, 90), (0, 0, 0, -90), (0, -85, 0, 180)),
 ]
+
+
+def test_a_table_on_the_page_says_its_convention_or_gives_poses():
+    table = "\n".join(["theta,d,a,alpha", *(",".join(map(str, row)) for row in FANUC)]).encode()
+    assert holds_robot("own.csv", table)
+    assert not holds_robot("rows.csv", b"q1[deg],d[mm],x[mm],alpha[deg]\n")
+    with refuses(OptionError, "standard DH", "modified DH (Craig)", "three poses"):
+        LoadModel("own.csv", table).model()
+    found = LoadModel("own.csv", b"# convention = dh\n" + table).model()
+    assert (found.dof, found.convention) == (6, "dh")
 
 
 @pytest.mark.parametrize("signs", [(1.0,) * 6, (1, -1, 1, -1, 1, -1)])

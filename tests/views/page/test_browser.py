@@ -12,12 +12,12 @@ from playwright.sync_api import expect
 from workbench import load_robot
 from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.simulate import virtual_arm
+from workbench.report.numbers import compared as as_shown
 from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
 from workbench.views.drawables.viewpoint import first_view
 from workbench.views.page.camera import aim
-from workbench.views.page.html import number as as_shown
 
 pytestmark = pytest.mark.browser
 

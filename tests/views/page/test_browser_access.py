@@ -1,13 +1,16 @@
-"""Everybody's page in a real Chromium: names for every control, readable words, keys for every command."""
+"""Everybody's page in a real Chromium: names for every control, readable words, tabs in one row."""
 
 from contextlib import suppress
 
 import pytest
 
+from tests.browser import PANEL
 from workbench.session.page_state import Tab
 from workbench.views.appearance.colours import SKY, SKY_DARK
+from workbench.views.page.style import PANEL_WIDTH
 
 pytestmark = pytest.mark.browser
+NARROWED = f"() => document.querySelector('[data-testid=hint]') && Math.abs({PANEL}.offsetWidth - 376) < 8"
 PROBLEMS = """() => {
   const out = [], shade = v => (v /= 255) <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4;
   const light = c => .2126 * shade(c[0]) + .7152 * shade(c[1]) + .0722 * shade(c[2]);
@@ -56,3 +59,16 @@ def test_every_control_has_a_name_and_all_words_can_be_read(app, look, is_dark):
             screen.wait(lambda: not screen.page.evaluate(PROBLEMS))
         assert screen.page.evaluate(PROBLEMS) == [], tab
     screen.page.emulate_media(color_scheme="light")
+
+
+def test_the_panel_is_as_wide_as_its_window_allows_and_all_tabs_stand_in_one_row(look, chromium, app):
+    """A page tells the window's size: the scene's is in pixels that are drawn, and without the panel."""
+    page = look(new=True).page
+    assert page.evaluate(f"{PANEL}.offsetWidth") == pytest.approx(PANEL_WIDTH, abs=8)
+    tabs = page.get_by_role("tablist").filter(has_text="Plate").get_by_role("tab").all()
+    assert len(tabs) == len(Tab)
+    assert len({tab.bounding_box()["y"] for tab in tabs}) == 1
+    with chromium.new_context(viewport={"width": 900, "height": 700}) as context:
+        narrow = context.new_page()
+        narrow.goto(f"{app.url}/?fixedDpr=2")
+        narrow.wait_for_function(NARROWED, timeout=60_000)

@@ -30,27 +30,21 @@ def plural(shown: np.ndarray) -> np.ndarray:
     return shown * [1, -1, 1, 1, 1, 1] + np.deg2rad([0, 0, 0, 90, 0, 0])
 
 
-def saved(screen, button: str, path):
-    with screen.page.expect_download() as download:
-        screen.press(button)
-    download.value.save_as(path)
-    return path
-
-
 def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     arm = load_robot("ur10e")
     table, typed, shown = pendant(arm, 3)
-    (tmp_path / "mine.csv").write_text(table)
     screen = look()
     screen.tab("Robot")
     screen.page.get_by_text("Your own robot", exact=True).click()
-    screen.give("DH table or URDF", tmp_path / "mine.csv")
-    screen.page.get_by_role("button", name="mine.csv", exact=True).wait_for()
-    screen.page.locator("textarea:visible").fill("\n".join(typed))
-    screen.press("Check against these poses")
+    for label, words in (("DH table", table), ("Poses", "\n".join(typed))):
+        screen.page.get_by_label(label, exact=True).fill(words)
+    screen.press("Open and check")
     screen.until(lambda session: session.robot.name != "ARIA", timeout=120.0)
     screen.page.get_by_text("joint 2 = -q2").first.wait_for()
-    found = tool_poses(read_toml(saved(screen, "This robot (TOML)", tmp_path / "mine.toml")), Motion(shown))
+    with screen.page.expect_download() as download:
+        screen.press("This robot (TOML)")
+    download.value.save_as(tmp_path / "mine.toml")
+    found = tool_poses(read_toml(tmp_path / "mine.toml"), Motion(shown))
     wanted = tool_poses(arm, Motion(plural(shown)))
     assert np.abs(found - wanted)[:, :3, 3].max() < 1e-4
 

@@ -41,6 +41,10 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_six_clicks(app, chro
             page.locator('[data-testid="hint"]', has_text=text).wait_for(timeout=120_000)
 
         press("A robot and measurements")
+        page.get_by_label("… or built in", exact=True).click()
+        page.keyboard.type("ur5e")  # in place of what stands there
+        page.get_by_role("option", name="ur5e", exact=True).click()
+        page.locator('[data-testid="start"]', has_text="Robot: UR5e").wait_for(timeout=60_000)
         files = page.locator(".mantine-Modal-body input[type=file]")
         files.nth(0).set_input_files(robot)
         page.locator('[data-testid="start"]', has_text="Robot: own").wait_for(timeout=60_000)

@@ -13,6 +13,7 @@ from viser._messages import GuiUpdateMessage
 
 from workbench import Motion, load_robot, read_measurements, tool_poses
 from workbench.plate.plate_toml import read_plate
+from workbench.report.numbers import compared
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
@@ -28,7 +29,6 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Points
 from workbench.views.drawables.sink import Item
-from workbench.views.page import html
 from workbench.views.page.panels.index import sparkline
 
 
@@ -75,7 +75,7 @@ def test_in_a_drag_the_numbers_that_count_go_ahead_of_the_scene(app, monkeypatch
     assert len(flushed) == 2
     assert len(messages) > len(ahead)
     assert {type(m) for m in ahead} == {GuiUpdateMessage}
-    assert html.number(1e3 * app.worker.session.score.position) in ahead[0].updates["content"]
+    assert compared(1e3 * app.worker.session.score.position) in ahead[0].updates["content"]
     done(app, DropTarget(1))
 
 

@@ -2,6 +2,7 @@
 
 import atexit
 import io
+import re
 import shutil
 import tempfile
 import zipfile
@@ -47,12 +48,10 @@ class ChooseRobot(AbstractTask[Session]):
     Args:
         name: Which one.
         keep: Whether the measurements are this robot's, and stay.
-        poses: Typed from the pendant, which the robot must give; signs, offsets and units are found.
     """
 
     name: str
     keep: bool = False
-    poses: tuple[str, ...] = ()
 
     title = computed(lambda self: f"Choose the robot {self.name}")
 
@@ -70,7 +69,7 @@ class ChooseRobot(AbstractTask[Session]):
         if self.name.lower() not in (known := built_in_robots()):  # a journal may say anything
             text = f"unknown arm '{self.name}'; built-in: {', '.join(known)}"
             raise OptionError(text, option="name", found=self.name)
-        robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
+        robot = load_robot(self.name)
         if self.keep and (file := self._unread(session)) is not None:
             begun = start_with(robot, session)
             again = LoadData(file.name, file.content, file.columns)
@@ -97,7 +96,8 @@ class LoadModel(AbstractTask[Session]):
     Args:
         name: Its name, of which only the ending matters.
         content: Its bytes.
-        poses: Typed from the pendant, which the robot must give; a joint table (.csv) needs them.
+        poses: Typed from the pendant, which the robot must give; without any, a joint table (.csv) may mean
+            one arm only.
     """
 
     name: str
@@ -134,7 +134,11 @@ class LoadModel(AbstractTask[Session]):
                 path = _unpacked(path)
             if b"[[target]]" in self.content:
                 return read_plate(path)
-            return _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
+            if not self.poses and path.suffix.lower() != ".csv":
+                return load_robot(path)
+            for check in parts("robot_checks"):
+                return check(path, self.poses)
+            raise OptionError("tables and poses need workbench.extras.pendant, which isn't installed")
         except WorkbenchError as error:
             raise OptionError(str(error).replace(f"{folder}/", "")) from error
 
@@ -150,8 +154,13 @@ class LoadModel(AbstractTask[Session]):
         return self.name.lower().endswith(".zip")
 
 
-def holds_urdf(name: str, content: bytes) -> bool:
-    """Whether a file is an archive with a URDF in it."""
+def holds_robot(name: str, content: bytes) -> bool:
+    """Whether a file is a robot's, as an archive with a URDF in it or a joint table is."""
+    if name.lower().endswith((".toml", ".urdf", ".xml", ".xacro")):
+        return True
+    if name.lower().endswith(".csv"):
+        words = set(re.findall(r"[a-zα]+", content[:400].decode(errors="replace").lower()))  # its headings
+        return {"d", "a"} <= words and bool(words & {"alpha", "α", "twist"})
     with suppress(*DAMAGED):
         if name.lower().endswith(".zip"):
             with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -264,13 +273,6 @@ def drawn_joints(session: Session) -> np.ndarray:
     if session.playback.focus is Focus.JOG and session.playback.jogged is not None:
         return session.playback.jogged
     return session.states[session.selected].q
-
-
-def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
-    """The robot of a file, or a built-in one, that gives typed poses."""
-    for check in parts("robot_checks"):
-        return check(source, poses)
-    raise OptionError("typed poses can't be checked: what does it, workbench.extras.pendant, isn't installed")
 
 
 def start_with(robot: Robot, session: Session) -> Session:

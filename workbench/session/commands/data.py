@@ -183,7 +183,8 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng, length=self.errors[0], angle=self.errors[1])
         actual = actual.with_effects(*actual.effects, *hidden_effects(actual, self.effects, rng=rng)[0])
-        instrument = _seats(session)
+        noise = {"sigma_position": session.noise.position, "sigma_rotation": session.noise.rotation}
+        instrument = Instrument(name="as set in the Plate tab", observes=Observes.POSE, **noise)
         progress(0.3, "measuring at the targets")
         used, near = reached_postures(actual, session)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
@@ -324,15 +325,8 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     return with_comparison(session)
 
 
-def _seats(session: Session) -> Instrument:
-    """The plate's seats as an instrument, with the session's noise."""
-    place, turn = session.noise.position, session.noise.rotation
-    name = "as set in the Plate tab"
-    return Instrument(name=name, observes=Observes.POSE, sigma_position=place, sigma_rotation=turn)
-
-
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
-    position, rotation = _seats(session).deviations
+    noise = f"{session.noise.position * 1e3:.3g} mm, {np.rad2deg(session.noise.rotation):.3g}°"
     left_out = len(session.states) - targets
     length, angle = command.errors
     hidden = f"hidden errors up to {1e3 * length:.3g} mm and {np.rad2deg(angle):.3g}° per constant"
@@ -341,7 +335,7 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
         ("Arm", hidden),
         ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
         ("Held out for checking", f"{CHECK_POSES} poses in the region near the targets"),
-        ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
+        ("Noise", noise),
     )
 
 

@@ -8,6 +8,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
 from workbench.report.blocks import Tone
+from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.judgement import plate_judgement
 from workbench.session.live_score import PlateTrial
@@ -76,7 +77,7 @@ class ImprovePlate(AbstractTask[FoundPlate]):
             beside = " beside the targets that were changed during the search" if is_changed else ""
             return searched.with_message(Severity.INFO, f"the search found no better plate{beside}")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
-        text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
+        text = f"predicted error in the region: {compared(before)} → {compared(now)} mm"
         is_moved = (away := 1e3 * float(np.linalg.norm(found.xyz - old.xyz))) > 0.5
         where, little = f"the plate was moved by {away:.0f} mm; " * is_moved, f"; little room: {lacks}"
         better = better.updated("history", searched=better.plate)

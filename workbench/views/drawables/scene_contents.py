@@ -10,9 +10,9 @@ from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.region import grid, region
 from workbench.views.drawables.sink import Item
 
-SUBJECTS = (arms, plate, region, measured)
+SUBJECTS = (arms, blame, plate, region, measured)
 """What page and recordings show; each yields its items for a session."""
-ON_PAGE = (plate_before, grid, branches, blame, selected_row_mark)
+ON_PAGE = (plate_before, grid, branches, selected_row_mark)
 """What the page alone shows besides."""
 
 

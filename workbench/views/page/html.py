@@ -19,11 +19,6 @@ INKS = {Tone.PLAIN: MUTED, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD
 """Of a verdict."""
 
 
-def on_any_page(colour: str) -> str:
-    """A colour nearer to that of the words around, so that it reads on light and on dark pages."""
-    return f"color-mix(in srgb, {colour} 60%, currentColor)"
-
-
 def text(value: object) -> str:
     """Any value, harmless in HTML."""
     return escape(readable(str(value)), quote=True)
@@ -67,20 +62,6 @@ def badge(title: str, colour: str) -> str:
         f'<span style="display:inline-block;width:9px;height:9px;border-radius:50%;background:{colour};'
         f'margin-right:6px"></span><span style="font-weight:600">{text(title)}</span>'
     )
-
-
-def number(value: float, digits: int = 3) -> str:
-    """A number with so many significant digits; a dash where there is none."""
-    if np.isnan(value):
-        return "–"
-    if np.isinf(value):
-        return "∞"
-    if value == 0:
-        return "0"
-    places = max(0, digits - 1 - int(np.floor(np.log10(abs(value)))))
-    if abs(value) >= 10**digits:
-        return f"{value:,.0f}".replace(",", " ")
-    return f"{value:.{min(places, 8)}f}"
 
 
 def change(now: float, first: float, *, is_verdict: bool = True) -> str:

@@ -224,6 +224,7 @@ setInterval(() => {{
   }}
 }}, 1000);
 addEventListener("pointermove", () => document.body.classList.remove("typing"));
+addEventListener("click", e => {{ if (e.target.matches(".mantine-Select-input")) e.target.select(); }});
 addEventListener("keydown", e => {{
   document.body.classList.add("typing");  // hints of what is under a pointer at rest would cover the tabs
   const link = /^Arrow(Left|Right)$/.test(e.key) && e.target.closest?.("svg a");
@@ -260,8 +261,9 @@ const end = () => {{
 for (const name of ["pointerup", "pointercancel"]) addEventListener(name, end, true);
 addEventListener("blur", end);  // the window's alone: a control that was pressed before loses its focus too
 """
-"""Every tab keeps where it is scrolled to, and the server is told which is open. Screen readers get names
-and landmarks. A page without a graphics card draws a sixth of its pixels while a hand moves something."""
+"""Every tab keeps where it is scrolled to, and the server is told which is open. What is typed into a list
+replaces what was chosen. Screen readers get names and landmarks. A page without a graphics card draws a sixth
+of its pixels while a hand moves something."""
 
 
 def configure_pages(server: viser.ViserServer) -> None:

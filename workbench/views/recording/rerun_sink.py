@@ -81,14 +81,14 @@ def quaternion(rotation: np.ndarray) -> np.ndarray:
 
 
 def _log_mesh(canvas: Canvas, path: str, old: Mesh | None, new: Mesh) -> None:
-    changed = {"solid"} if old is None else differences(old, new)
+    changed, ink = differences(old, new) if old else {"solid"}, (*new.colour, round(255 * new.opacity))
     if old is not None and is_same(old.solid.vertices, new.solid.vertices):
         changed.discard("solid")
     if changed & {"solid", "pose"}:
         solid = new.solid if new.pose is None else new.solid.moved(new.pose)
-        canvas.log(path, mesh(solid, new.colour, flat=new.flat))
+        canvas.log(path, mesh(solid, ink, flat=new.flat))
     elif "colour" in changed:
-        canvas.log(path, rr.Mesh3D.from_fields(albedo_factor=new.colour))
+        canvas.log(path, rr.Mesh3D.from_fields(albedo_factor=ink))
 
 
 def _log_arm(canvas: Canvas, path: str, old: Arm | None, new: Arm) -> None:

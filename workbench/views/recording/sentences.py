@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.base.wording import plural
+from workbench.report.numbers import compared
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.commands.edit import MovePlate
 from workbench.session.cube_fields import field_of
@@ -33,13 +34,13 @@ def _place(session: Session, *, is_plate: bool) -> str:
     if not is_plate and not state.measurable:
         return f"{text}, {state.obstacle}"
     error = session.score.position
-    return f"{text}; predicted error {1e3 * error:.3g} mm rms" if np.isfinite(error) else text
+    return f"{text}; predicted error {compared(1e3 * error)} mm rms" if np.isfinite(error) else text
 
 
 def headline(session: Session) -> str:
     """What is seen, how good it is, and what a demo says of it, as markdown."""
     score = session.score
-    figures = f"predicted error {1e3 * score.position:.3g} mm, O {score.indices['O']:.3f}"
+    figures = f"predicted error {compared(1e3 * score.position)} mm, O {score.indices['O']:.3f}"
     figures = before_and_after(session) if session.results.identification else figures
     return f"**{title(session)}:** {figures}\n\n{session.page.caption}"
 

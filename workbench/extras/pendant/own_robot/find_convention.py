@@ -149,6 +149,13 @@ def readings_of(source: Path | str, *, tip: str | None = None) -> list[TableRead
 
 
 def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:
-    """The arm that gives typed poses, with what was found in its notes."""
+    """The arm that gives typed poses, or the one that a table can only be; what was found is in its notes."""
+    if not poses:
+        read, *others = readings_of(source)
+        if others:
+            ways = "; or ".join(", ".join(one.assumptions) for one in (read, *others))
+            raise OptionError(f"the table may be {ways}: say its convention, or type three poses")
+        notes = (*read.robot.notes, f"it fits: {', '.join(read.assumptions)}")
+        return replace(read.robot.with_frames(base=UNKNOWN, tool=UNKNOWN), notes=notes)
     found = check_robot(source, poses)
     return replace(found.robot, notes=(*found.robot.notes, *found.notes))

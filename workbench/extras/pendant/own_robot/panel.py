@@ -1,23 +1,43 @@
-"""One's own robot on the page, checked against typed poses."""
+"""One's own robot on the page, by its table or its file, checked against typed poses."""
+
+from collections.abc import Callable
 
 import viser
 
-from workbench.base.assets import built_in_robots
-from workbench.session.command import AbstractCommand
-from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
-from workbench.session.commands.messages import Tell
+from workbench.session.commands.arm import LARGEST_MODEL, LoadModel
 from workbench.session.export import robot_toml
 from workbench.session.page_state import Tab
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.panel import AbstractPanel
 
-KINDS = ".csv,.urdf,.xml,.toml"
-A_FILE = "a file"
 HOW = (
-    "At least three poses as shown on the pendant, flange in the robot's base, one per line: joint positions "
-    "= x, y, z and three angles. Units, signs, offsets and the convention are determined automatically."
+    "Type the table of your robot, one joint a line below the headings. Three poses from the pendant (flange "
+    "in the robot's base) tell units, signs, zeros and convention. Without a table they check the open robot."
 )
-EXAMPLE = "0, -90, 90, 0, 90, 0 = 392.3, 109.2, 500, 180, 0, 90"
+TABLE = "theta, d, a, alpha\n0, 399, 0, -90\n-90, 0, 350, 0"
+POSES = "One a line, joint positions = x, y, z and three angles: 0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90"
+CONVENTIONS = {"as the poses tell": "", "standard DH": "dh", "modified DH (Craig)": "craig"}
+
+
+def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes], LoadModel]:
+    """Fields for a table and poses, and what opens the robot; returns what opens a file likewise."""
+    gui.add_html(block(text(HOW), style=f"color:{MUTED}"))
+    table = panel.line("DH table", f"Such as {TABLE}", multiline=True)
+    convention = panel.dropdown("Convention", CONVENTIONS, "Of the table.")
+    poses = panel.line("Poses", POSES, multiline=True)
+
+    def checked(name: str, content: bytes) -> LoadModel:
+        return LoadModel(name, content, tuple(filter(None, map(str.strip, poses.typed.splitlines()))))
+
+    def opened() -> LoadModel:
+        if not table.typed.strip():
+            return checked(*robot_toml(panel.session))
+        said = convention.typed and f"# convention = {convention.typed}\n"
+        return checked("own-robot.csv", f"{said}{table.typed}".encode())
+
+    hint = "Try every interpretation of table and poses; start over with the arm that fits."
+    panel.button("Open and check", opened, viser.Icon.CHECKS, hint, main=True)
+    return checked
 
 
 class OwnRobotPanel(AbstractPanel):
@@ -25,40 +45,11 @@ class OwnRobotPanel(AbstractPanel):
 
     tab, order = Tab.ROBOT, 20
     keeps_typed = True
-    _file: tuple[str, bytes] | None = None
+    names_robot = "… or its DH table", build_table
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Your own robot", expand_by_default=False):
-            gui.add_html(block(text(HOW), style=f"color:{MUTED}"))
-            arms, hint = (A_FILE, *built_in_robots()), "A file below, or a built-in arm to check."
-            self._source = self.dropdown("It is", arms, hint)
-            self._upload = self.upload(
-                "DH table or URDF",
-                self._keep,
-                "A table with columns theta, d, a, alpha (.csv), or a description of the robot.",
-                endings=KINDS,
-                maximum=LARGEST_MODEL,
-            )
-            self._poses = self.line("Poses", f"Such as {EXAMPLE}", multiline=True)
-            self.button(
-                "Check against these poses",
-                self._check,
-                viser.Icon.CHECKS,
-                "Try every interpretation of the table and the numbers; start over with the arm that fits.",
-                main=True,
-            )
+            checked = build_table(self, gui)
+            label, hint = ("… or its file", "Its table (.csv) or description, which has to give these poses.")
+            self.upload(label, checked, hint, endings=".csv,.urdf,.xml,.toml", maximum=LARGEST_MODEL)
             self.download("This robot (TOML)", robot_toml, "The robot as it is now, before any calibration.")
-
-    def _keep(self, name: str, content: bytes) -> None:
-        self._file, self._upload.label = (name, content), name[-40:]
-        set_value(self._source.control, A_FILE)
-
-    def _check(self) -> AbstractCommand:
-        poses = tuple(line.strip() for line in self._poses.typed.splitlines() if line.strip())
-        if not poses:
-            return Tell(f"enter three poses from the pendant, one per line, such as {EXAMPLE}")
-        if self._source.typed != A_FILE:
-            return ChooseRobot(self._source.typed, poses=poses)
-        if self._file is None:
-            return Tell("choose a file with the robot's table or description, or a known arm")
-        return LoadModel(*self._file, poses=poses)

@@ -8,15 +8,14 @@ from workbench.base.assets import built_in_robots
 from workbench.report.blocks import ResultTable
 from workbench.report.result_display import as_html
 from workbench.session.commands.arm import LARGEST_ARCHIVE, ChooseRobot, LoadModel
-from workbench.session.commands.messages import Tell
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import block, bullets, heading, text
-from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.panels.panel import AbstractPanel
 
 MODELS = ".toml,.urdf,.xml,.zip"
 CHOSEN = "choose …"
-"""In a list of robots while the session's is none that was chosen there."""
+"""In a list of robots while the session's is of a file."""
 
 
 class ArmPanel(AbstractPanel):
@@ -26,16 +25,10 @@ class ArmPanel(AbstractPanel):
     depends = ("robot", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
-        arms, at_first = (CHOSEN, *built_in_robots()), "aria"
-        self._choice = gui.add_dropdown("Robot", arms, initial_value=at_first, hint="The built-in arms.")
+        arms = (CHOSEN, *built_in_robots())
         hint = "Start again with this arm, on its own plate, or on yours if it reaches half of the targets."
-        self.button(
-            "Change to this robot",
-            self._chosen,
-            viser.Icon.ROBOT,
-            hint,
-            disabled=lambda s: s.page.job is not None,
-        )
+        self._arm = self.dropdown("Robot", arms, hint, self._open, disabled=lambda s: not s.is_idle)
+        self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), self._arm)
         self.upload(
             "Open a robot or plate",
             LoadModel,
@@ -46,14 +39,11 @@ class ArmPanel(AbstractPanel):
         )
         self.html(lambda s: block(facts(s.robot), testid="arm", style="margin:6px 0"))
 
-    def _chosen(self) -> ChooseRobot | Tell:
-        unchosen = Tell("choose a robot from the list first, or open your own")
-        return unchosen if self._choice.value == CHOSEN else ChooseRobot(self._choice.value)
-
-    def show(self, session: Session) -> None:
-        shown = self._choice.value
-        if shown != CHOSEN and session.is_idle and load_robot(shown).name != session.robot.name:
-            set_value(self._choice, CHOSEN)  # it is of a file, or was chosen elsewhere
+    def _open(self, session: Session) -> str:
+        """The open arm, unless it is of a file; while another one comes, that one."""
+        arms, own = built_in_robots(), session.robot.name
+        open_ = (n for n in (self._arm.typed, own.lower()) if n in arms and load_robot(n).name == own)
+        return next(open_, CHOSEN) if session.is_idle else self._arm.typed
 
 
 def facts(robot: Robot) -> str:

@@ -11,6 +11,7 @@ from workbench.exports import FORMS, AbstractForm
 from workbench.identification.errors.file_errors import file_notes, judging_text, sizes
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import Identification
+from workbench.report.numbers import compared
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
@@ -48,14 +49,22 @@ def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> 
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
-        f'<div><b>{text(errors[name])}</b> <span style="color:{MUTED}">{what}</span>'
-        f"{_verdict(run.file_errors[name], wanted)}</div>"
+        f'<div><b>{text(errors[name])}</b> <span style="color:{MUTED}">'
+        f"{_range(run.file_errors[name])}{what}</span>{_verdict(run.file_errors[name], wanted)}</div>"
         for name, what in holds.items()
         if name in errors
     )
     notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
     content = heading(f"Mean error of each file on {judging_text(run)}") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
+
+
+def _range(errors: Errors) -> str:
+    """How far the mean error of so few rows may be from that of many; nothing where they have no length."""
+    known = 1e3 * errors.position[np.isfinite(errors.position)]
+    if len(known) < 2:
+        return ""
+    return f"± {compared(2.0 * known.std(ddof=1) / np.sqrt(len(known)), 2)} mm at other rows; "
 
 
 def _verdict(errors: Errors, wanted: Wanted | None) -> str:

@@ -269,7 +269,8 @@ class AbstractControls:
         send = partial(self._worker.submit, command)
         with suppress(WorkbenchError):  # a file that can't be read: its refusal says so
             if event is not None and (lost := command.removes(self.session)):
-                ask(event, "Remove the measurements?", lost, command.title, send)
+                back = partial(self.show_fields, self.session)
+                ask(event, "Remove the measurements?", lost, command.title, send, otherwise=back)
                 return
         send()
 
@@ -291,10 +292,11 @@ def ask(
     do: Callable[[], object],
     *,
     build: Callable[[viser.GuiApi], object] = lambda gui: None,
+    otherwise: Callable[[], object] = lambda: None,
 ) -> None:
     """Do something once the user has said so, in a sheet over the page of the user who pressed a button.
 
-    `title` says what is to be decided; `build` makes what more is asked.
+    `title` says what is to be decided; `build` makes what more is asked; `otherwise` takes a choice back.
     """
     if event.client is None:
         return
@@ -306,9 +308,10 @@ def ask(
             gui.add_button(label, hint=question),
             gui.add_button("Cancel", color="gray", hint="Go back."),
         )
-    no.on_click(lambda _: dialogue.close())
 
-    @yes.on_click
-    def _(_: object) -> None:
+    def close(action: Callable[[], object], _: object) -> None:
         dialogue.close()
-        do()
+        action()
+
+    yes.on_click(partial(close, do))
+    no.on_click(partial(close, otherwise))

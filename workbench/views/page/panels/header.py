@@ -105,11 +105,19 @@ class Messages(AbstractPanel):
         self.html(lambda s: _message(self._newest_here(s), dismiss))
 
     def _newest_here(self, session: Session) -> Message | None:
-        newest, tab = _newest(session), session.page.tab
+        """The last message for the user; one that only informs is over as soon as another comes.
+
+        None as well if the strip says the same; a refusal is shown all the same.
+        """
+        messages, tab = session.page.messages, session.page.tab
+        last = messages[-1:] if messages and messages[-1].severity is Severity.INFO else ()
+        newest = next(reversed((*(m for m in messages if m.severity not in PASSING), *last)), None)
         if newest is not self._seen[0] or self._seen[1] is None:
             self._seen = newest, tab
-        is_over = newest is not None and newest.severity is not Severity.ERROR and tab is not self._seen[1]
-        return None if is_over else newest
+        if newest is None or newest.severity is Severity.ERROR:
+            return newest
+        is_repeated = next_step(session).sentence.rstrip(".").lower() in newest.text.lower()
+        return None if is_repeated or tab is not self._seen[1] else newest
 
 
 def _progress(session: Session) -> float:
@@ -145,21 +153,6 @@ def _time(job: RunningJob) -> str:
     left = job.end - now
     shown = f"{10 * max(round(left / 10.0), 1)} s" if left < 90.0 else f"{left / 60.0:.0f} min"
     return f"about {shown} left"
-
-
-def _newest(session: Session) -> Message | None:
-    """The last message for the user; one that only informs is over as soon as another comes.
-
-    None as well if the strip says the same; a refusal is shown all the same.
-    """
-    messages = session.page.messages
-    last = messages[-1:] if messages and messages[-1].severity is Severity.INFO else ()
-    newest = next(reversed((*(m for m in messages if m.severity not in PASSING), *last)), None)
-    advice = next_step(session).sentence.rstrip(".").lower()
-    is_repeated = (
-        newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower()
-    )
-    return None if is_repeated else newest
 
 
 def _message(message: Message | None, dismiss: str) -> str:

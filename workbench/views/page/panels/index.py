@@ -11,11 +11,12 @@ from workbench.plate.plate import Plate
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
 from workbench.report.chart import Chart, Marks
+from workbench.report.numbers import compared
 from workbench.session.page_state import Tab
 from workbench.session.state import Drag, Session
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import BAD, MUTED, block, change, heading, number, text
+from workbench.views.page.html import BAD, MUTED, block, change, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 INDEX = INDICES["O"]
@@ -78,15 +79,15 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
         f"Root mean square over the cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in "
         f"any posture, each target measured once. Includes: {included}."
     )
-    own = f"and {number(np.rad2deg(now.rotation))}°, rms" if np.isfinite(now.rotation) else "rms"
+    own = f"and {compared(np.rad2deg(now.rotation))}°, rms" if np.isfinite(now.rotation) else "rms"
     index, last = now.indices[INDEX.name], before.indices[INDEX.name]
     error_change = change(now.position, before.position) if is_moved else ""
     index_change = change(index, last, is_verdict=False) if is_moved else ""
     errors, indices = zip(*trace, strict=True) if trace else ((), ())
     return (
         '<div style="display:flex;gap:16px;font-variant-numeric:tabular-nums">'
-        + _figure("predicted", f"{number(1e3 * now.position)} mm", own + error_change, about, errors)
-        + _figure("O", f"O {number(index, 4)}", "1 is best" + index_change, OBSERVABILITY, indices)
+        + _figure("predicted", f"{compared(1e3 * now.position)} mm", own + error_change, about, errors)
+        + _figure("O", f"O {compared(index, 4)}", "1 is best" + index_change, OBSERVABILITY, indices)
         + f'</div><div data-testid="reading" style="{ONE_LINE}">{_about(session)}</div>'
     )
 
@@ -127,8 +128,8 @@ def _about(session: Session) -> str:
         return f'<span style="color:{BAD}">Unbounded: parameters stay open. {way}.</span>'
     length = np.sqrt(3.0) * session.noise.position
     times = error / length
-    share = "Below" if times < 1.0 else f"{number(times, 2)} ×"
-    reading = f"{number(1e3 * session.noise.position)} mm per axis, {number(1e3 * length)} mm in all"
+    share = "Below" if times < 1.0 else f"{compared(times, 2)} ×"
+    reading = f"{compared(1e3 * session.noise.position)} mm per axis, {compared(1e3 * length)} mm in all"
     return f"{share} the error of one reading ({reading})"
 
 
@@ -141,7 +142,7 @@ def loss_bars(session: Session) -> str:
         colour = css(target_colour(state, selected=i == session.selected))
         tooltip = f"target {i + 1}: " + (_without(rise) if state.measurable else state.obstacle)
         place, height = np.array([float(i)]), np.array([100.0 * share])
-        drawn.append(Marks(place, height, colour, [tooltip], radius=7.0, is_bar=True))
+        drawn.append(Marks(place, height, colour, [tooltip], radius=6.0, is_bar=True))
     svg = Chart(drawn, 50.0, ticks=[(float(i), f"{i + 1}") for i in range(len(drawn))], floor=0.0).svg()
     selected = _without(rises[session.selected]) or "does not count"
     return (

@@ -6,8 +6,9 @@ from functools import partial
 import numpy as np
 import viser
 
+from workbench.report.numbers import compared
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
-from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs
+from workbench.session.cube_fields import are_shown, drawn_field, inputs
 from workbench.session.real_arm import bending_robot
 from workbench.session.stages import shown_stage, stage_words
 from workbench.session.state import Focus, Session
@@ -32,7 +33,7 @@ from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
 from workbench.views.drawables.viewpoint import first_view
 from workbench.views.page.camera import aim
-from workbench.views.page.html import MUTED, block, number, text
+from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import MORE, ONLY_TRACK
@@ -103,17 +104,14 @@ def cubes_scale(session: Session) -> str:
         return ""
     if (numbers := field.values(session)) is None:
         return f'<div style="color:{MUTED}">{text(field.title)} …</div>' if session.page.chore else ""
-    return f'<div title="Grey: no value.">{text(field.title)}</div>{scale_bar(field, numbers)}'
-
-
-def scale_bar(field: CubeField, numbers: CubeValues) -> str:
-    """The colour scale of the cubes with its ends."""
     is_better = field.larger_is_better
-    low, high = (number(field.factor * end, 2) for end in (numbers.low, numbers.high))
+    low, high = (compared(field.factor * end, 2) for end in (numbers.low, numbers.high))
     if field.is_signed:
         low, high = f"−{high}", f"+{high}"
     first, last = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
-    return colour_scale(((0.0, first), (100.0, f"{last} {text(field.unit)}")), larger_is_better=is_better)
+    ends = (0.0, first), (100.0, f"{last} {text(field.unit)}")
+    shown = colour_scale(ends, larger_is_better=is_better)
+    return f'<div title="Grey: no value.">{text(field.title)}</div>{shown}'
 
 
 def colour_scale(ticks: Iterable[tuple[float, str]], *, larger_is_better: bool = False) -> str:
@@ -184,7 +182,7 @@ def colour_bar(scale: ErrorScale) -> str:
     for i, tick in enumerate(scale.ticks):
         at = 100.0 * float(scale.shares(np.array(tick)))
         if i in (0, last) or ENDS[0] < at < ENDS[1]:
-            shown = ("≤ " if i == 0 else "≥ " if i == last else "") + number(1e3 * tick, 1)
+            shown = ("≤ " if i == 0 else "≥ " if i == last else "") + compared(1e3 * tick, 1)
             ticks.append((at, shown + (" mm" if i == last else "")))
     return colour_scale(ticks)
 
@@ -202,7 +200,7 @@ def row_errors(rows: Comparison, row: int, words: Mapping[ModelStage, str]) -> s
     """Errors of a row."""
     kind = "held out" if rows.held_out[row] else "fitted"
     known = [
-        f"{number(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {words[stage]}"
+        f"{compared(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {words[stage]}"
         for stage in rows.stages
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]

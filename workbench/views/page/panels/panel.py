@@ -67,6 +67,8 @@ class AbstractPanel(AbstractControls):
     """What the controls show: names of parts of the session, or what finds one; plain values, and objects
     that a command replaces to change them."""
     door: ClassVar[Door | None] = None
+    names_robot: ClassVar[tuple[str, Build] | None] = None
+    """Another way to say on the start card which robot it is: its title, and its controls."""
     keeps_typed: ClassVar[bool] = False
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""

@@ -12,7 +12,7 @@ from workbench.session.loaded_measurements import is_of_other_rows
 from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import STAGE_COLOURS, css
-from workbench.views.page.html import CAREFUL, MUTED, block, note, number, on_any_page, text
+from workbench.views.page.html import CAREFUL, MUTED, block, note, text
 
 HEIGHT, BINS = 84.0, 36
 TICKS = (1.0, 2.0, 5.0)
@@ -35,7 +35,9 @@ def result_card(session: Session) -> str:
         below = f"No positions were measured{where}."
     elsewhere = ""
     if np.isfinite(expected := expected_elsewhere(session)):
-        says = f"{number(expected)} mm expected" if expected < first.error else "not certain to beat nominal"
+        says = (
+            f"{compared(expected)} mm expected" if expected < first.error else "not certain to beat nominal"
+        )
         hint = text(capital(found.transfer_warning()))
         elsewhere = f'<div title="{hint}" style="color:{CAREFUL}">{says} elsewhere</div>'
     return block(
@@ -69,11 +71,11 @@ def weighed(session: Session, diagnosis: Diagnosis) -> str:
 
 
 def numbers(done: tuple[StageErrors, ...]) -> str:
-    """The errors, large, with an arrow between them."""
+    """The errors, large, with an arrow between them; in colours that read on light and on dark pages."""
     parts = [
         f'<div style="text-align:center"><div style="font-size:24px;font-weight:650;line-height:1.2">'
-        f"{number(stage.error)}</div>"
-        f'<div style="color:{on_any_page(colour)};font-weight:600;max-width:9em">'
+        f"{compared(stage.error)}</div>"
+        f'<div style="color:color-mix(in srgb,{colour} 60%,currentColor);font-weight:600;max-width:9em">'
         f"{text(stage.words)}</div></div>"
         for stage, colour in zip(done, _colours(done), strict=True)
     ]
@@ -99,7 +101,7 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
         Marks(x, _steps(some, edges), ink, (stage.words,), is_line=True, is_filled=True)
         for stage, some, ink in zip(done, values, _colours(done), strict=True)
     ]
-    seen = [Upright(float(np.log(noise)), f"the instrument: {number(noise, 2)} mm", "currentColor")]
+    seen = [Upright(float(np.log(noise)), f"the instrument: {compared(noise, 2)} mm", "currentColor")]
     lines = seen if noise > 0.0 else ()
     return Chart(marks, HEIGHT, ticks=_ticks(edges), uprights=lines, floor=0.0, testid="histogram").svg()
 

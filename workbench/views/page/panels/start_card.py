@@ -6,8 +6,9 @@ from functools import partial
 import viser
 
 from workbench.base.assets import built_in_robots
+from workbench.base.wording import capital
 from workbench.session.command import AbstractCommand
-from workbench.session.commands.arm import ChooseRobot, LoadModel, holds_urdf
+from workbench.session.commands.arm import ChooseRobot, LoadModel, holds_robot
 from workbench.session.commands.data import MAX_FILE_BYTES, load_command, load_endings
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption
@@ -92,10 +93,16 @@ class StartCard(AbstractPanel):
 
     def _build_questions(self, gui: viser.GuiApi, builders: Iterable[Build | None]) -> None:
         """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
-        label, hint = "Your robot: URDF, TOML, ZIP with meshes", "The nominal arm."
-        self.upload(label, load, hint, endings=MODELS, maximum=MAX_FILE_BYTES)
+        label, hint = (
+            "Your robot: URDF, TOML, ZIP, DH table",
+            "The nominal arm; a URDF with its meshes as a ZIP.",
+        )
+        self.upload(label, load, hint, endings=f"{MODELS},.csv", maximum=MAX_FILE_BYTES)
         robot = self.dropdown("… or built in", (CHOSEN, *built_in_robots()), "The built-in arms.")
         self.form(lambda name: None if name == CHOSEN else ChooseRobot(name), robot)
+        for title, make in (kind.names_robot for kind in panels() if kind.names_robot is not None):
+            with gui.add_folder(title, expand_by_default=False):
+                make(self, gui)
         self._inputs = {build: gui.add_folder(None) for build in builders}
         for build, folder in self._inputs.items():
             with folder:
@@ -131,7 +138,7 @@ class StartCard(AbstractPanel):
         return block(
             f'{purpose}<div style="color:{MUTED}">{sentence}</div>'
             + (robot if is_asking else "")
-            + f'<div style="color:{BAD}">{text(wrong)}</div><div>{text(working)}</div>',
+            + f'<div style="color:{BAD}">{text(capital(wrong))}</div><div>{text(working)}</div>',
             testid="start",
             style="margin-bottom:8px",
         )
@@ -181,5 +188,4 @@ def _ask_for_rows(panel: AbstractPanel, gui: viser.GuiApi) -> None:
 
 def load(name: str, content: bytes) -> AbstractCommand:
     """What a dropped file is: a robot or measurements, on whichever of the two buttons."""
-    is_model = name.lower().endswith((".toml", ".urdf", ".xml", ".xacro")) or holds_urdf(name, content)
-    return LoadModel(name, content) if is_model else load_command(name, content)
+    return LoadModel(name, content) if holds_robot(name, content) else load_command(name, content)
