@@ -10,7 +10,8 @@ from workbench.data.readers import preview, read_measurements
 
 HEAD = "q1[rad],q2[rad],x[m],y[m],z[m]\n"
 ROWS = "0.1,0.2,1.0,2.0,3.0\n0.3,0.4,1.1,2.1,3.1\n"
-TWICE = HEAD.strip() + ",Xm,Ym,Zm\n" + "".join(f"0,0,{k},{k * k},1,{k + 2},{k * k},3\n" for k in range(6))
+TWICE = "".join(f"0,0,{k},{k * k},1,{k + 2},{k * k},{3 + 2 * (k % 2)}\n" for k in range(6))
+TWICE = f"{HEAD.strip()},Xm,Ym,Zm\n{TWICE}"
 
 
 def refusal(path, error=FileError, **options):

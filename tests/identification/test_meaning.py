@@ -34,6 +34,8 @@ ARMS = {
               (0, 0.06, 0, 0)], "rrrrrr"),
     "seven": ([(0, 0.36, 0, -H), (0, 0, 0, H), (0, 0.42, 0, H), (0, 0, 0, -H), (0, 0.4, 0, -H), (0, 0, 0, H),
                (0, 0.126, 0, 0)], "rrrrrrr"),
+    "cobot": ([(0, 0.15, 0, -H), (-H, 0.15, 0.43, 0), (0, -0.13, 0.41, 0), (H, 0.11, 0, H), (0, 0.11, 0, -H),
+               (0, 0.11, 0, 0)], "rrrrrr"),
     "scara": ([(0, 0.3, 0.35, 0), (0, 0, 0.25, np.pi), (0, 0.1, 0, 0), (0, 0, 0, 0)], "rrpr"),
     "gantry": ([(0, 1, 0, -H), (-H, 1, 0, -H), (H, 0.5, 0, 0), (0, 0.2, 0, H), (0, 0, 0.1, -H),
                 (0, 0.15, 0, 0)], "ppprrr"),
@@ -86,6 +88,7 @@ def test_orientations_are_read_in_their_convention(kind):
     [
         ("puma", False, lambda d: replace(d, position=d.position / 25.4), "inch labelled mm"),
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
+        ("cobot", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "or else joint 1 = -q1"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
         ("seven", False, lambda d: replace(d, position=-d.position), "or else left-handed"),

@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 """Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors …"""
-COMPUTED = 1e-5
-"""Errors of a nominal arm below this share of its reach are of rows that were computed with it."""
+COMPUTED, EXACT = 1e-5, 5e-6
+"""Errors of a nominal, and a calibrated arm below this share of its reach are of rows that were computed."""
 IMPLAUSIBLE_SHARE, CERTAIN = 0.1, 3.0
 """… as are flanges that move by this share of the reach, or by that angle, on average within the limits; both
 if they exceed so many standard errors."""
@@ -376,6 +376,8 @@ class Identification(AbstractReported, AbstractSplit):
         own, best = self.identifiability, self.best
         yield self.computed
         before, after = self.nominal.train, best.train
+        if (off := best.held_out.position_mm.rms) < 1e3 * EXACT * self.nominal_robot.reach:
+            yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
             yield _set_apart(self.outliers, after)
         if self.suspects:

@@ -51,8 +51,8 @@ _DATES = ("", *(day + time for day in _DAYS for time in _TIMES), _TIMES[0], _TIM
 """Forms of dates: ISO, and those of controllers and spreadsheets; last times of an unknown day."""
 NO_DAY = 1900
 """Year of times of an unknown day."""
-MIN_ROWS, ALIKE = 6, 0.02
-"""Fewest rows that are compared, and the share of their spread by which places of one motion may differ."""
+MIN_ROWS, ALIKE = 6, 0.25
+"""Fewest rows compared, and the share of their spread by which places of one motion, or tool, may differ."""
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
 
 

@@ -14,6 +14,8 @@ ALIKE = 1.3
 """Ratio of misfits below which the simplest reading is taken."""
 SAME = 0.01
 """Share of the reach within which two readings put the flange in one place."""
+REVERSED = 0.5
+"""Complexity by which signs of some joints, as makers choose them, are likelier than mirrored axes."""
 SHOWN = 6
 """Readings that are named in a list."""
 
@@ -60,9 +62,8 @@ class RowMeaning:
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     """The simplest of the readings that fit alike; the others by what tells them from it."""
     found = sorted(search.found, key=lambda r: r.score)
-    right = min((r.score for r in found if not r.mirrored), default=np.inf)
-    twins = [r for r in found if r.mirrored and right < ALIKE * r.score + search.floor]
-    found = [r for r in found if r not in twins]  # no instrument mirrors where signs of joints do as well
+    twins = [r for r in found if r.mirrored and any(_stands_for(o, r, search.floor) for o in found)]
+    found = [r for r in found if r not in twins]
     ties = [r for r in found if r.score < ALIKE * found[0].score + search.floor]
     ties += [r for r in found if r.is_plain and r.fits and r.score < CLEAR * found[0].score]
     best = min(ties, key=lambda r: (round(r.cost, 3), r.score))
@@ -96,6 +97,12 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     )
     is_turned = meaning.is_found and replace(best, inverse=False).is_plain and best.inverse
     return replace(meaning, turned=best) if is_turned else meaning
+
+
+def _stands_for(one: RowReading, twin: RowReading, floor: float) -> bool:
+    """Whether signs of joints say what mirrored axes do, and are likelier: no instrument mirrors."""
+    is_likely = not one.mirrored and one.cost < twin.cost + REVERSED
+    return is_likely and one.score < ALIKE * twin.score + floor
 
 
 def _texts(readings: list[RowReading]) -> tuple[str, ...]:
