@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 8_826,
     "data": 5_067,
     "plate": 4_957,
-    "identification": 9_181,
+    "identification": 9_190,
     "diagnosis": 6_646,
     "exports": 316,
     "session": 6_194,
