@@ -50,7 +50,7 @@ BUDGETS = {
     "views": 6_945,
     "cli": 1_453,
     "extras": 1,
-    "extras/camera": 3_493,
+    "extras/camera": 3_486,
     "extras/controllers": 700,
     "extras/hobby": 748,
     "extras/katana": 998,

@@ -187,11 +187,11 @@ class PixelObservation(AbstractObservation):
             mine = np.s_[:, eye.number, part]
             there = np.isfinite(self.measured[mine]).all(2) & (eye.rows & plate.rows)[:, None]
             row, spot = np.nonzero(there)
-            board = self._placed_at(plate.owner, unknown)
+            first, k = place[f"{eye.owner}.x"], place[f"{plate.owner}.x"]
+            placement, board = (Placed.at(unknown[n : n + 6]) for n in (first, k))
             bent = [place[f"{target.owner}.{n}"] for n in target.shape]
             moves = np.reshape([own for *_, own in target.shape.values()], (-1, *target.points.shape))
             held = se3.apply(board.pose, target.still + np.tensordot(unknown[bent], moves, 1))
-            first, placement = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
             lens = place.get(f"{camera.owner}.fx")
             intrinsics = camera.intrinsics if lens is None else unknown[lens : lens + 9]
             fixed, carried = camera.mounted is Mount.WORLD, camera.carried(poses)[row]
@@ -209,7 +209,6 @@ class PixelObservation(AbstractObservation):
             out[..., first + 3 : first + 6] = _times(_turned(by_q, from_camera), placement.turning)
             if lens is not None:
                 out[..., lens : lens + 9] = at.by_intrinsics
-            k = place[f"{plate.owner}.x"]
             out[..., k : k + 3] = by_held
             turned = _turned(by_held, (held - board.pose[:3, 3])[spot])
             out[..., k + 3 : k + 6] = -_times(turned, board.turning)
@@ -220,10 +219,6 @@ class PixelObservation(AbstractObservation):
         return Linearised(
             residual.reshape(rows), by_twist.reshape(*rows, 6), by_unknown.reshape(*rows, len(place))
         )
-
-    def _placed_at(self, owner: str, unknown: np.ndarray) -> Placed:
-        first = self._place[f"{owner}.x"]
-        return Placed.at(unknown[first : first + 6])
 
     def own_errors(self, seen: Linearised) -> OwnErrors:
         """Root mean square of each picture's corners, and the error of the tool that they suggest."""

@@ -52,12 +52,10 @@ class LoadPictures(AbstractLoad[Loaded]):
                 "joints, or find camera and target alone with 'workbench identify FOLDER --target FILE'"
             )
         seen = PictureReadings.of(data).seen.sum((1, 2))
+        shown = f"{int((seen > 0).sum())} of {len(data)} show the target, {int(seen.sum())} corners"
         cameras = (f"{c.name}, {ON[c.mounted]}, intrinsics {c.free}" for c in rig.cameras)
         facts = (
-            (
-                "Pictures",
-                f"{int((seen > 0).sum())} of {len(data)} show the target, {int(seen.sum())} corners",
-            ),
+            ("Pictures", shown),
             ("Camera", "; ".join(cameras)),
             ("Target", f"{rig.text}, {ON[rig.mounted]}"),
         )
