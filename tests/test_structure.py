@@ -50,7 +50,7 @@ BUDGETS = {
     "views": 6_945,
     "cli": 1_453,
     "extras": 1,
-    "extras/camera": 3_486,
+    "extras/camera": 3_484,
     "extras/controllers": 700,
     "extras/hobby": 748,
     "extras/katana": 998,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_165,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_976,
+    "tests": 38_970,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_102
