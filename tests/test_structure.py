@@ -54,7 +54,7 @@ BUDGETS = {
     "extras/controllers": 700,
     "extras/hobby": 748,
     "extras/katana": 998,
-    "extras/live": 1_208,
+    "extras/live": 1_205,
     "extras/logs": 860,
     "extras/pendant": 1_897,
     "extras/poses": 1_087,

@@ -99,7 +99,7 @@ def test_a_row_is_not_booked_for_a_target_where_the_tool_is_not(pose):
     assert "target 4" in place.advice
     with refuses(DataError, "target 1", "target 4", f"{1e3 * far:.1f} mm"):
         acquisition.stored()
-    acquisition = acquisition.turned_to(3).stored()
+    acquisition = acquisition.next(3).stored()
     assert acquisition.current == 4
     acquisition = stored(acquisition, 4, 5, pose=pose)
     assert acquisition.dataset(source="x").group.tolist() == ["target 4", "target 5", "target 6"]
@@ -111,7 +111,7 @@ def test_at_no_target_nothing_is_stored(pose):
     assert not acquisition.place().is_known
     for by in (0, 3):
         with refuses(DataError, "mm", "not at a target"):
-            acquisition.turned_to(by).stored()
+            acquisition.next(by).stored()
 
 
 @pytest.mark.parametrize(("millimetres", "degrees", "known"), [(29, 0, True), (31, 0, False), (0, 6, False)])
@@ -140,11 +140,11 @@ def test_an_instrument_in_a_frame_of_its_own_is_no_reason_to_refuse():
 
 
 def test_rows_are_taken_again_and_targets_passed_over():
-    acquisition = stored(stored(acquired(), 0, 1, 2).turned_to(2), 5)
+    acquisition = stored(stored(acquired(), 0, 1, 2).next(2), 5)
     assert [*acquisition.rows] == [0, 1, 2, 5]
     acquisition = acquisition.again().again()
     assert ([*acquisition.rows], acquisition.current) == ([0, 1], 2)
-    acquisition = acquisition.turned_to(-3)
+    acquisition = acquisition.next(-3)
     assert acquisition.current == len(PLATE) - 1
-    acquisition = acquisition.turned_to(1).again()
+    acquisition = acquisition.next(1).again()
     assert ([*acquisition.rows], acquisition.current) == ([1], 0)

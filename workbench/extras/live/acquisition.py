@@ -151,7 +151,7 @@ class Acquisition:
         message = f"{name_of(index)}: its row was discarded; measure it again"
         return replace(self, rows=rows, current=index, message=message)
 
-    def turned_to(self, by: int) -> "Acquisition":
+    def next(self, by: int = 1) -> "Acquisition":
         """Another target is current, counted from the present one and around."""
         current = (self.current + by) % len(self.plate)
         has_row = " has a row, which the next replaces" if current in self.rows else ""

@@ -1,6 +1,8 @@
 """Guided measurement: the arm moves from target to target, and rows are stored one by one (ARIA 5.1)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -143,39 +145,34 @@ class TakeSample(AbstractChange):
         return self if is_plain else None
 
 
-class StoreRow(AbstractChange):
+class AbstractMeasuringStep(AbstractChange):
+    """What changes the guided measurement; refused where it can't."""
+
+    change: ClassVar[Callable[[Acquisition], Acquisition]]
+
+    def check(self, session: Session) -> None:
+        self.apply(session)
+
+    def apply(self, session: Session) -> Session:
+        return session.with_part(Measuring(type(self).change(measuring(session))))
+
+
+class StoreRow(AbstractMeasuringStep):
     """Keep the latest sample as the current target's row."""
 
-    title = "Store the row"
-
-    def check(self, session: Session) -> None:
-        self.apply(session)
-
-    def apply(self, session: Session) -> Session:
-        return session.with_part(Measuring(measuring(session).stored()))
+    title, change = "Store the row", Acquisition.stored
 
 
-class TakeAgain(AbstractChange):
+class TakeAgain(AbstractMeasuringStep):
     """Drop the current target's row, or else the one that was stored last; its target is current again."""
 
-    title = "Retake a row"
-
-    def check(self, session: Session) -> None:
-        self.apply(session)
-
-    def apply(self, session: Session) -> Session:
-        return session.with_part(Measuring(measuring(session).again()))
+    title, change = "Retake a row", Acquisition.again
 
 
-class NextWanted(AbstractChange):
-    """Go to the next or previous target; stored rows stay until they are stored again."""
+class NextWanted(AbstractMeasuringStep):
+    """Go to the next target; stored rows stay until they are stored again."""
 
-    title = "Go to another target"
-
-    by: int = 1
-
-    def apply(self, session: Session) -> Session:
-        return session.with_part(Measuring(measuring(session).turned_to(self.by)))
+    title, change = "Go to another target", Acquisition.next
 
 
 class UseRows(AbstractChange):
