@@ -174,8 +174,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
             remedy = "drag some within reach, or choose other branches"
             raise DataError(f"the arm reaches none of the targets; {remedy}")
 
-    def removes(self, session: Session) -> str:
-        return "" if session.results.is_empty else at_stake(session)
+    removes = AbstractLoad.removes
 
     def compute(self, session: Session) -> Loaded:
         rng = np.random.default_rng(self.seed)
