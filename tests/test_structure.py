@@ -46,8 +46,8 @@ BUDGETS = {
     "identification": 9_190,
     "diagnosis": 6_646,
     "exports": 316,
-    "session": 6_194,
-    "views": 6_945,
+    "session": 6_189,
+    "views": 6_924,
     "cli": 1_453,
     "extras": 1,
     "extras/camera": 3_484,
@@ -56,7 +56,7 @@ BUDGETS = {
     "extras/katana": 998,
     "extras/live": 1_205,
     "extras/logs": 860,
-    "extras/pendant": 1_897,
+    "extras/pendant": 1_895,
     "extras/poses": 1_087,
     "extras/production": 456,
     "extras/reproduce": 88,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_970,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_102
+READING_SET = 18_093
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

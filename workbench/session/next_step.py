@@ -153,7 +153,8 @@ def _loaded(session: Session) -> NextStep | None:
 
 def _stale(session: Session) -> NextStep | None:
     """What was found from other rows than those that are kept now."""
-    results, out, again = session.results, session.measurements.left_out, replace(FIT, label="Identify again")
+    results, out = session.results, session.measurements.left_out
+    again = replace(FIT, label="Identify again", command=results.asked or FIT.command)
     if not is_of_other_rows(results.identification, out):
         again = replace(CAUSE, label="Diagnose again")
         if results.accepted or not is_of_other_rows(results.diagnosis, out):

@@ -177,6 +177,7 @@ class Results:
     """What was found from the measurements.
 
     Args:
+        asked: The command that identified.
         accepted: Effects that were added to the model, as the diagnosis found them.
         geometry: The fit without them, on the same rows, if there was one; else the diagnosis has its own.
         fit: Name of the algorithm whose robot is shown.
@@ -185,6 +186,7 @@ class Results:
     """
 
     identification: Identification | None = None
+    asked: Any = None
     diagnosis: Diagnosis | None = None
     accepted: tuple[AbstractEffect, ...] = ()
     geometry: Run | None = None

@@ -303,7 +303,6 @@ class Worker:
         self, task: AbstractTask, basis: int, seconds: float, result: Any, failure: Exception | None
     ) -> None:
         """A chore that was cancelled leaves nothing; one that failed is not tried again in the same place.
-
         What a task found comes once nobody drags: it may put other targets under the hand.
         """
         is_chore = isinstance(task, AbstractChore)

@@ -174,8 +174,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
             remedy = "drag some within reach, or choose other branches"
             raise DataError(f"the arm reaches none of the targets; {remedy}")
 
-    def removes(self, session: Session) -> str:
-        return "" if session.results.is_empty else at_stake(session)
+    removes = AbstractLoad.removes
 
     def compute(self, session: Session) -> Loaded:
         rng = np.random.default_rng(self.seed)
@@ -183,8 +182,9 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng, length=self.errors[0], angle=self.errors[1])
         actual = actual.with_effects(*actual.effects, *hidden_effects(actual, self.effects, rng=rng)[0])
-        noise = {"sigma_position": session.noise.position, "sigma_rotation": session.noise.rotation}
-        instrument = Instrument(name="as set in the Plate tab", observes=Observes.POSE, **noise)
+        place, turn, name = session.noise.position, session.noise.rotation, "as set in the Plate tab"
+        pose = Observes.POSE
+        instrument = Instrument(name=name, observes=pose, sigma_position=place, sigma_rotation=turn)
         progress(0.3, "measuring at the targets")
         used, near = reached_postures(actual, session)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)

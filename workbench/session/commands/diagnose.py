@@ -93,7 +93,7 @@ class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
         accepted = tuple(a.effect for a in found.effects)
         before = session.results
         geometry = before.geometry if before.accepted else before.run
-        return Identify().finish(session, fits, accepted=accepted, geometry=geometry)
+        return (before.asked or Identify()).finish(session, fits, accepted=accepted, geometry=geometry)
 
 
 def _found(session: Session) -> "Diagnosis":

@@ -83,9 +83,8 @@ class Identify(AbstractTask[IdentifiedRows]):
         check_unchanged(session, loaded, "identify")
         fit, last = found.best.fit.algorithm.name, session.results.identification
         is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
-        results = replace(session.results, **more)
-        geometry = results.geometry if is_same else None
-        results = replace(results, identification=found, fit=fit, geometry=geometry, row=0)
+        kept = more if is_same else more | {"geometry": None}
+        results = replace(session.results, **kept, identification=found, asked=self, fit=fit, row=0)
         session = begin_step(session, is_whole=True).updated("playback", focus=Focus.ROW)
         session = with_comparison(replace(session, results=results).updated("measurements", unread=None))
         overlay = replace(session.choices.overlay, stage=None)
