@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_190,
     "diagnosis": 6_646,
     "exports": 316,
-    "session": 6_191,
+    "session": 6_188,
     "views": 6_945,
     "cli": 1_453,
     "extras": 1,
@@ -64,10 +64,10 @@ BUDGETS = {
     "extras/service": 1_165,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_976,
+    "tests": 38_970,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_097
+READING_SET = 18_093
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
