@@ -56,6 +56,7 @@ class Candidates:
         branches: Names of the inverse-kinematics branches.
         placements: Of the arm at the target and during the retreat.
         rows: Whitened rows per scaled parameter.
+        own: Slot of the locked target that each is of, the first slots being theirs; −1 of all others.
     """
 
     places: Places
@@ -64,6 +65,7 @@ class Candidates:
     branches: np.ndarray
     placements: Float[np.ndarray, "rows stops frames 4 4"]
     rows: Float[np.ndarray, "rows m p"]
+    own: Int[np.ndarray, " rows"]
 
     def __len__(self) -> int:
         return len(self.q)
@@ -171,8 +173,9 @@ class Setting:
             branches=branches[rows],
             placements=stops,
             rows=self.rows(q[rows], places[rows]),
+            own=np.full(len(rows), -1),
         )
-        near = Neighbours(self, every, np.full(len(every), -1))
+        near = Neighbours(self, every)
         clear = np.array([near.misses(i, i) for i in range(len(every))], bool)
         return every.take(keep(OWN_BLOCK, clear)), rows, missed
 
@@ -202,16 +205,10 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """Which candidates can be on one plate together.
-
-    Args:
-        setting: Their common setting.
-        own: Slot of the locked target that each is of, the first slots being theirs; −1 of all others.
-    """
+    """Which candidates of one setting can be on one plate together."""
 
     setting: Setting
     pool: Candidates
-    own: Int[np.ndarray, " rows"]
     _seen: dict[tuple[int, int], bool] = field(default_factory=dict)
 
     @cached_property
@@ -220,8 +217,8 @@ class Neighbours:
 
     def options(self, slot: int, others: Iterable[int]) -> Bool[np.ndarray, " rows"]:
         """Candidates for a slot that are far enough from all others, those of its own target if locked."""
-        xy = self.pool.places[:, :2]
-        result = self.own == (slot if slot in self.own else -1)
+        xy, own = self.pool.places[:, :2], self.pool.own
+        result = own == (slot if slot in own else -1)
         for other in others:
             result &= np.hypot(*(xy - xy[other]).T) >= self.setting.spacing
         return result

@@ -55,12 +55,11 @@ def optimise(
     with part_of(0.0, 0.0, "looking at the given plate"):
         start_cost = _given_error(setting, goal, number)
         given, kept = _given(search, locked)
-        best = given.pool.take(np.array(kept)) if len(kept) == number else None
+        best = given.take(np.array(kept)) if len(kept) == number else None
     try:
         with part_of(0.0, POOL_SHARE):
             pool, missed = draw_pool(setting, places, rng=rng)
-        own = np.concatenate([given.own, np.full(len(pool), -1)])
-        near = Neighbours(setting, Candidates.joined(given.pool, pool), own)
+        near = Neighbours(setting, Candidates.joined(given, pool))
         exchange = search.exchange(near)
         for i in range(starts):
             filling = exchange if i < 2 else search.drawn(near)
@@ -114,14 +113,14 @@ def _given_error(setting: Setting, goal: Float[np.ndarray, "rows n"], number: in
     ).cost
 
 
-def _given(search: Search, locked: list[int]) -> tuple[Neighbours, list[int]]:
+def _given(search: Search, locked: list[int]) -> tuple[Candidates, list[int]]:
     """Candidates of the given plate, and those that go together, locked targets first."""
     setting = search.setting
     slots, *solutions = given_solutions(setting, setting.plate)
     good, rows, _ = setting.examine(*solutions)
     own = np.array([locked.index(slot) if slot in locked else -1 for slot in slots[rows].tolist()], int)
-    near, number = Neighbours(setting, good, own), len(setting.plate)
-    exchange = search.exchange(near)
+    good, number = replace(good, own=own), len(setting.plate)
+    exchange = search.exchange(Neighbours(setting, good))
     chosen = exchange.fill(number)
     if len(chosen) < len(locked):
         slot = locked[len(chosen)]
@@ -131,4 +130,4 @@ def _given(search: Search, locked: list[int]) -> tuple[Neighbours, list[int]]:
         )
     if len(chosen) == number:
         chosen = exchange.descend(chosen).choice.tolist()
-    return near, [*chosen[: len(locked)], *sorted(chosen[len(locked) :])]  # in their order on the plate
+    return good, [*chosen[: len(locked)], *sorted(chosen[len(locked) :])]  # in their order on the plate

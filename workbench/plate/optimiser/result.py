@@ -70,7 +70,7 @@ def describe(
     robot, plate = setting.robot, _plate(setting, targets)
     rows = linearise_targets(robot, plate, targets.q, names=setting.names, sigma=setting.sigma)
     error, every = predicted_error(rows, robot, goal), range(len(targets))
-    near, xy = Neighbours(setting, targets, np.full(len(targets), -1)), targets.places[:, :2]
+    near, xy = Neighbours(setting, targets), targets.places[:, :2]
     around = [setting.around(stops).min() for stops in targets.placements]
     gaps = np.linalg.norm(xy[:, None] - xy[None], axis=2) + np.diag(np.full(len(xy), np.inf))
     return PlateDesign(

@@ -87,10 +87,8 @@ class Search:
             for slot in range(locked, len(targets)):
                 check_cancelled()
                 pool = Candidates.joined(targets, self._variants(targets, slot, step))
-                chosen, free = list(range(len(targets))), np.full(len(pool), -1)
-                self.exchange(Neighbours(self.setting, pool, free)).improve(
-                    chosen, slot, self.cost(targets.rows)
-                )
+                chosen, near = list(range(len(targets))), Neighbours(self.setting, pool)
+                self.exchange(near).improve(chosen, slot, self.cost(targets.rows))
                 targets = pool.take(np.array(chosen))
         return targets
 
