@@ -51,7 +51,7 @@ MUTATIONS = tuple(Mutation(*parts) for parts in (
      "identification/problem jacobian_column"),
     ("identification/noise.py", "sum((0, 2)) / 3.0", "sum((0, 2))", "identification/noise repeats"),
     ("identification/prior.py", "tion - cross @", "tion + cross @", "identification/linear knowledge"),
-    ("identification/undetermined_combinations.py", "] / self.s[self.seen, None]).T", "]).T",
+    ("identification/undetermined_combinations.py", "] / self.svd.S[self.seen, None]).T", "]).T",
      "identification/linear covariance"),
     ("identification/errors/expected_deviation.py", "(square) + np.log(growth).sum(1)", "(square)",
      "identification/expected_deviation size_of"),

@@ -172,8 +172,7 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
         found = factorise_products(inner_products(problem, x), problem.units)
         if found is not None:
             return found
-    rows = (piece for _, piece in problem.pieces(x))  # one at a time: together they may be large
-    return factorise_pieces(chain(rows, [problem.prior_at(x)]), problem.units)
+    return factorise_pieces(chain((p for _, p in problem.pieces(x)), [problem.prior_at(x)]), problem.units)
 
 
 def degrees_of_freedom(problem: Problem, factor: Factor) -> float:

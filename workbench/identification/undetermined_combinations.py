@@ -13,6 +13,7 @@ are reported in the result; along unseen directions the parameters stay as close
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -51,43 +52,34 @@ class Factor:
             return None  # the smallest s is no greater
         found = lapack.dtrtri(self.r)[0]
         square = found.T @ found
-        fourth = square @ square
-        size = float(np.vdot(fourth, fourth)) ** 0.125  # at least 1 / s, and a little more
+        size = float(np.vdot(fourth := square @ square, fourth)) ** 0.125  # at least 1 / s, and a little more
         limit = 1.0 / (RANK_TOLERANCE * float(np.sqrt(np.vdot(self.r, self.r))))
         return found if size < min(WEAKLY_OBSERVABLE, limit) else None
 
     @cached_property
-    def _directions(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def svd(self) -> Any:
+        """U, singular values S, the largest first, and Vh, one row per direction [natural units], of R."""
         return np.linalg.svd(self.r)
-
-    @property
-    def s(self) -> Float[np.ndarray, " p"]:
-        """Singular values, largest first."""
-        return self._directions[1]
-
-    @property
-    def vt(self) -> Float[np.ndarray, "p p"]:
-        """Right singular vectors, one row per direction [natural units]."""
-        return self._directions[2]
 
     @cached_property
     def along(self) -> Float[np.ndarray, " p"]:
         """Uᵀ Qᵀ r, the residual along each left singular vector."""
-        return self._directions[0].T @ self.compressed
+        return self.svd.U.T @ self.compressed
 
     @cached_property
     def visible(self) -> Bool[np.ndarray, " p"]:
         """Directions that are observable at all, however weakly."""
         if self.inverse is not None:
             return np.ones(len(self.r), bool)
-        return self.s > RANK_TOLERANCE * max(float(self.s.max(initial=0.0)), 1e-300)
+        sizes = self.svd.S
+        return sizes > RANK_TOLERANCE * max(float(sizes.max(initial=0.0)), 1e-300)
 
     @cached_property
     def seen(self) -> Bool[np.ndarray, " p"]:
         """Directions that are identified: their standard error for the stated noise is 1/s."""
         if self.inverse is not None:
             return self.visible
-        return self.visible & (self.s > 1.0 / WEAKLY_OBSERVABLE)
+        return self.visible & (self.svd.S > 1.0 / WEAKLY_OBSERVABLE)
 
     @property
     def rank(self) -> int:
@@ -105,13 +97,13 @@ class Factor:
         return self._some(self.visible & ~self.seen)
 
     def _some(self, wanted: Bool[np.ndarray, " p"]) -> Float[np.ndarray, "p n"]:
-        return self.vt[wanted].T if wanted.any() else np.zeros((len(wanted), 0))
+        return self.svd.Vh[wanted].T if wanted.any() else np.zeros((len(wanted), 0))
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, " p"]:
         """Step that minimises the linearised cost: Gauss–Newton, or Levenberg–Marquardt if damped."""
         if self.inverse is None:
-            s = self.s[self.seen]
-            return self.units * (self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
+            s = self.svd.S[self.seen]
+            return self.units * (self.svd.Vh[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
         if damping == 0.0:
             return self.units * (self.inverse @ self.compressed)
         damped = self.r.T @ self.r + damping * np.eye(len(self.r))
@@ -134,12 +126,12 @@ class Factor:
         """Square root of that covariance."""
         if self.inverse is not None:
             return self.units[:, None] * self.inverse
-        return self.units[:, None] * (self.vt[self.seen] / self.s[self.seen, None]).T
+        return self.units[:, None] * (self.svd.Vh[self.seen] / self.svd.S[self.seen, None]).T
 
     @property
     def condition(self) -> float:
         """Ratio of the largest to the smallest singular value that counts, in natural units."""
-        return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
+        return float(self.svd.S.max() / self.svd.S[self.seen].min()) if self.rank else np.inf
 
 
 def factorise(

@@ -51,7 +51,7 @@ class Opt1(AbstractIdentifier):
             return free
 
         def bounded(x, at, factor, cost):
-            held = factor.vt[~factor.seen] / WEAKLY_OBSERVABLE
+            held = factor.svd.Vh[~factor.seen] / WEAKLY_OBSERVABLE
             table, wanted = np.vstack([factor.r, held]), np.append(factor.compressed, np.zeros(len(held)))
             room = (lower - x) / factor.units, np.nextafter((upper - x) / factor.units, np.inf)
             step = factor.units * lsq_linear(table, wanted, bounds=room, method="bvls").x
