@@ -60,6 +60,11 @@ def measured(name: str, *, with_rotation: bool, seed: int = 3) -> tuple[Robot, D
     return Robot.from_dh(joints, name=name), rows
 
 
+def pendant(q: np.ndarray) -> np.ndarray:
+    """Joint 2 counted from the vertical, joint 3 from the horizontal."""
+    return q + np.eye(6)[1] * H + np.eye(6)[2] * q[:, [1]]
+
+
 def motors(q: np.ndarray, k: int, share: float) -> np.ndarray:
     """A differential's motors: differences and sums of two joints."""
     shown = q.copy()
@@ -95,6 +100,7 @@ def test_orientations_are_read_in_their_convention(kind):
         ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
         ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
+        ("puma", False, lambda d: replace(d, q=pendant(d.q)), "joint 2 = q2 - 90°; joint 3 = q3 - q2 + 90°"),
         ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
         (
             "scara",

@@ -194,12 +194,14 @@ class Families:
 
     @property
     def coupled_zeros(self) -> ColumnReadings:
-        """One simple coupling with all signs and one quarter turn, or two of arms with few joints."""
-        diagonal, flips = self._signs
+        """One simple coupling with all signs and one quarter turn, of a joint or of its column."""
+        (diagonal, flips), n = self._signs, self.robot.dof
+        turns = np.reshape([QUARTER * a * np.eye(n)[k] for k in self._inner for a in (1, 2, 3)], (-1, n))
         simple = [c for cost, c in self.couplings if cost == COUPLING]
-        zeros = np.array([QUARTER * a * np.eye(self.robot.dof)[k] for k in self._inner for a in (1, 2, 3)])
-        w = np.reshape([c @ diagonal for c in simple], (-1, self.robot.dof, self.robot.dof))
-        return self._with_zeros(w, np.tile(COUPLING + flips, len(simple)), zeros.reshape(-1, self.robot.dof))
+        some = [(c, zero) for c in simple for zero in np.unique([*turns, *turns @ c.T], axis=0)]
+        w = np.reshape([c @ diagonal for c, _ in some], (-1, n, n))
+        zeros = np.repeat(np.reshape([zero for _, zero in some], (-1, n)), len(diagonal), axis=0)
+        return ColumnReadings(w, zeros, np.tile(COUPLING + ZERO + flips, len(some)), refined=True)
 
     @property
     def quarters(self) -> ColumnReadings:
