@@ -5,22 +5,27 @@ import pytest
 from refusals import refuses
 from round_trip import angle
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import preview, read_measurements
-from workbench.identification.meaning.as_read import as_read
 
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
 
 
-def test_ur10_grid_series(shared_data):
-    """No word says that these angles turn about moving axes: the rows do."""
-    folder, rows = shared_data / "ur10_ipa", np.arange(0, 11911, 40)
-    original = read_measurements(folder / "original" / "measurements_grid.csv", joints=6).take(rows)
-    converted = read_measurements(folder / "measurements.csv", joints=6).take(rows)
-    np.testing.assert_allclose(original.position, converted.position, atol=6e-8)
-    read = as_read(load_robot("ur10"), original)[1]
-    assert angle(read.rotation, converted.rotation).max() < 2e-8
+@pytest.fixture(scope="module")
+def ur10(shared_data):
+    return read_measurements(shared_data / "ur10_ipa" / "measurements.csv", joints=6)
+
+
+def test_ur10_grid_series(shared_data, ur10):
+    original = read_measurements(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv", joints=6)
+    assert len(original) == len(ur10) == 11911
+    np.testing.assert_allclose(original.q, ur10.q, atol=1e-12)
+    np.testing.assert_allclose(original.position, ur10.position, atol=6e-8)
+    assert angle(original.rotation, ur10.rotation).max() < 2e-8
+    np.testing.assert_allclose(original.time, ur10.time, atol=0.51)
+    np.testing.assert_allclose(original.temperature, ur10.temperature, atol=6e-5)
+    assert original.group.tolist() == ur10.group.tolist()
+    assert any("goal columns are commanded" in note for note in original.notes)
 
 
 @pytest.mark.parametrize(("arm", "folder"), [("UR5", "ur5_jacobi"), ("WAM", "wam_jacobi")])

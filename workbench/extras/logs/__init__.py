@@ -8,6 +8,7 @@ PARTS = Parts(
         "workbench.extras.logs.mocap:Mocap",
         "workbench.extras.logs.tables:Mukca",
         "workbench.extras.logs.ros_bag:RosBag",
+        "workbench.extras.logs.tables:IpaGrid",
         "workbench.extras.logs.tables:Polar",
         "workbench.extras.logs.tables:Rtde",
         "workbench.extras.logs.tables:TargetDeviation",

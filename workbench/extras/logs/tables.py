@@ -1,4 +1,4 @@
-"""Data whose headings don't say what they mean: a controller's log, polar coordinates, two public sets."""
+"""Data whose headings don't say what they mean: a controller's log, and three public sets of measurements."""
 
 import re
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from workbench.base.errors import FileError
 from workbench.base.units import Quantity, parse_heading, to_si
@@ -17,6 +18,9 @@ from workbench.data.readers.headings import normalised
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout, named
 from workbench.data.readers.table import Grid, Table, with_headings
 from workbench.data.readers.text import read_text
+
+STAMP = r"(\d{4})(\d\d)(\d\d)(\d\d)(\d\d)(\d\d)"
+"""YYYYMMDDhhmmss."""
 
 
 @final
@@ -67,6 +71,56 @@ class TargetDeviation(AbstractTableLayout):
         targets = (to_si(to_numbers(table, heading), "mm", Quantity.LENGTH) for heading in self.targets)
         places = {axis: t + fields.values[axis] for axis, t in zip("xyz", targets, strict=True)}
         return replace(fields, values={**fields.values, **places})
+
+
+@final
+class IpaGrid(AbstractTableLayout):
+    """Grid series with a 6D probe: `Timestamp; Goal x …; shoulder_pan_joint …; measurement_x …`.
+
+    Goals are in m and rad, measurements in mm and deg, R = Rx(rx) Ry(ry) Rz(rz) (intrinsic X-Y-Z). Goals are
+    never taken as measurements; equal goal positions make a `group`.
+    """
+
+    name = "ipa-grid"
+    joints = tuple(
+        f"{name}_joint"
+        for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    )
+    goals = ("Goal x", "Goal y", "Goal z")
+    position = tuple(f"measurement_{axis}" for axis in "xyz")
+    angles = tuple(f"measurement_r{axis}" for axis in "xyz")
+
+    def matches(self, headings: list[str]) -> bool:
+        return {"Timestamp", *self.goals, *self.joints, *self.position, *self.angles} <= set(headings)
+
+    def read(self, table: Table) -> Fields:
+        names = {heading: f"q{k}[rad]" for k, heading in enumerate(self.joints, 1)}
+        names |= {heading: f"{axis}[mm]" for axis, heading in zip("xyz", self.position, strict=True)}
+        if "measurement_temperature" in table.headings:
+            names["measurement_temperature"] = "temperature[degC]"
+        at = table.headings.index("Timestamp")
+        dates = tuple(re.sub(STAMP, r"\1-\2-\3T\4:\5:\6", stamp) for stamp in table.columns[at])
+        columns = (*table.columns[:at], dates, *table.columns[at + 1 :])
+        fields = named(
+            replace(table, columns=columns),
+            names | {"Timestamp": "time"},
+            f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
+            "R = Rx(rx) Ry(ry) Rz(rz)",
+            "the goal columns are commanded, not measured; equal goal positions make a group",
+            "time counts from the first row",
+        )
+        goals = (table.columns[table.headings.index(heading)] for heading in self.goals)
+        places = list(zip(*goals, strict=True))
+        numbers = {goal: str(k) for k, goal in enumerate(dict.fromkeys(places))}
+        turned = np.stack([to_numbers(table, heading) for heading in self.angles], axis=-1)
+        turns = {f"orientation {axis}": heading for axis, heading in zip("xyz", self.angles, strict=True)}
+        return replace(
+            fields,
+            values={**fields.values, "group": np.array([numbers[goal] for goal in places], str)},
+            rotation=Rotation.from_euler("XYZ", turned, degrees=True).as_matrix(),
+            headings={**fields.headings, **turns},
+            units={**fields.units, **dict.fromkeys(turns, "deg")},
+        )
 
 
 @final
