@@ -162,3 +162,9 @@ def test_joints_stand_in_the_first_of_repeats_or_a_row_that_lacks_one_is_left_ou
     data = read_measurements(tmp_path / "m.csv")
     assert data.exclude.tolist() == [False, True, False]
     assert "data row 1 (line 3) lacks q2 and is excluded" in data.notes
+
+
+def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):
+    (tmp_path / "r.json").write_text('[{"posj": [0.1, 2], "tvec": [3, 4, 5], "rvec": [0.1, 0, 0]}]')
+    data = read_measurements(tmp_path / "r.json")
+    assert (data.q[0, 1], data.position[0, 2], data.written.numbers[0, 0]) == pytest.approx((2, 5, 0.1))

@@ -32,8 +32,20 @@ from workbench.data.readers.table import Grid, grid_of
 
 MAX_BYTES = 256 * 2**20
 """Maximum size of unpacked arrays."""
-_JOINTS = ("q", "joint", "joints", "joint_positions", "joint_angles", "joint_states", "angles")
-_PLACES = ("xyz", "position", "positions", "translation", "translations", "point", "points", "p", "t", "tcp")
+_JOINTS = ("q", "posj", "joint", "joints", "joint_positions", "joint_angles", "joint_states", "angles")
+_PLACES = (
+    "xyz",
+    "position",
+    "positions",
+    "translation",
+    "translations",
+    "tvec",
+    "point",
+    "points",
+    "p",
+    "t",
+    "tcp",
+)
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
 _MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
 
@@ -139,7 +151,7 @@ def with_lists(grid: Grid) -> Grid:
 
 def _upright(arrays: dict[str, np.ndarray]) -> tuple[int, dict[str, np.ndarray]]:
     """The number of rows, and arrays with rows first: all lie on their side where no other known one is as
-    long as the joints', but one is as wide."""
+    long as the joints', but one is as wide; pages of matrices anyhow."""
     turned = {n: np.moveaxis(a, -1, 0) for n, a in arrays.items() if a.ndim == 1 or len(a) != a.shape[-1]}
     long = Counter(len(a) for name, a in arrays.items() if _is_known(name, a.shape[1:]))
     wide = Counter(len(a) for name, a in turned.items() if _is_known(name, a.shape[1:]))
@@ -149,7 +161,7 @@ def _upright(arrays: dict[str, np.ndarray]) -> tuple[int, dict[str, np.ndarray]]
         rows, width = array.shape[0], array.shape[-1]
         if lie := rows != width and long[rows] == 1 < wide[width]:
             rows = width
-    return rows, arrays | {name: a for name, a in turned.items() if lie and len(a) == rows}
+    return rows, arrays | {n: a for n, a in turned.items() if (lie or a.ndim > 2) and len(a) == rows}
 
 
 def _is_known(name: str, shape: tuple[int, ...]) -> bool:
@@ -180,8 +192,9 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     if plain in _JOINTS:
         return [f"q{k + 1}{unit}" for k in range(shape[0])]
     first, _, _ = plain.partition("_" if is_of_measurement(name) else "\n")
-    if shape == (3,) and {first, plain.rpartition("_")[2]} & {*_PLACES} and not is_commanded(name):
-        return [f"{axis}{unit}" for axis in "xyz"]
+    if shape == (3,) and {first, plain.rpartition("_")[2]} & {*_PLACES, "rvec"} and not is_commanded(name):
+        return [f"{'r' * ('rvec' in plain)}{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]
+    name = "tcp_pose" if plain == "posx" else name  # the controller's own, as its joints are `posj`
     return [f"{name}_{k + 1}{unit if said else ''}" for k in range(shape[0])]

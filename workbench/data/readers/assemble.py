@@ -22,21 +22,13 @@ from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
 from workbench.data.postures import postures
-from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
+from workbench.data.readers.column_meanings import unread_text
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
-from workbench.data.readers.headings import (
-    CONTROLLER,
-    column_of,
-    is_observed,
-    is_of_measurement,
-    meaning_of,
-    suits,
-)
+from workbench.data.readers.headings import column_of, is_observed
 from workbench.data.readers.joint_tables import joined_alone
 from workbench.data.readers.orientation import read_orientation, unnamed_angles, written_orientation
-from workbench.data.readers.table import NUMBER
 
 _SIGMA, _WRENCH = ([parse_heading(text).name for text in own] for own in (SIGMA, WRENCH))
 _OF_TARGET = re.compile(
@@ -211,34 +203,15 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
         raise DataError(
             f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …"
             + remedy(", or give a table of joints (--joints)", page="")
-            + (f"; {POSE_PAIRS}" if paired else unread_text(fields, "q1[deg]"))
+            + (f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1[deg]"))
         )
     _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and (len(numbers) < wanted or (len(numbers) > wanted and not some)):
         there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
-        how = f"choose the robot that has them{unread_text(fields, f'q{numbers[-1] + 1}[deg]')}"
+        how = f"choose the robot that has them{unread_text(fields.unread, f'q{numbers[-1] + 1}[deg]')}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
         raise ShapeError(text, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
-
-
-def unread_text(fields: Fields, key: str) -> str:
-    """Columns that are left out, and how to say what they are; empty without any."""
-    numbers = (n for n, own in fields.unread.items() if any(map(NUMBER.fullmatch, own)))
-    if not (unread := [name for name in numbers if meaning_of(name) != "time"]):
-        return ""
-    are_places, wanted = key == "x[mm]", parse_heading(key)
-    computed = [n for n in unread if are_places and CONTROLLER.search(n) and not is_of_measurement(n)]
-    units = {name: parse_heading(name).unit for name in computed or unread}
-    fitting = [n for n, unit in units.items() if unit is None or suits(unit, wanted.name)]
-    if not (first := min(fitting, key=lambda n: wanted.name not in n.lower(), default="")):
-        return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
-    is_counted = are_places and parse_heading(first).name[-1:].isdigit()
-    says = f"{key}={first}'" + f" or 'distance1[mm]={first}'" * is_counted
-    said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
-    if computed:
-        return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"
-    return f"; or say what the columns left out are ({listed(unread)}){said}"
 
 
 def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
@@ -314,7 +287,9 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
         wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
-        raise DataError(f"{fields.source}: nothing was observed: add {wanted}{unread_text(fields, 'x[mm]')}")
+        raise DataError(
+            f"{fields.source}: nothing was observed: add {wanted}{unread_text(fields.unread, 'x[mm]')}"
+        )
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""

@@ -28,6 +28,7 @@ from workbench.data.readers.headings import (
     is_of_measurement,
     known_together,
     meaning,
+    meaning_of,
     normalised,
     number_in,
     quantities_of,
@@ -181,7 +182,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
-        if NOT_NEEDED.fullmatch(column.key):
+        has_place = column.key == "distance" and any(c.key == "x" for c in columns)
+        if has_place or NOT_NEEDED.fullmatch(column.key):
             remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
@@ -254,6 +256,25 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     ]
     left_out = [c.heading or "(no heading)" for c in columns if c.key is None and not c.remark]
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
+
+
+def unread_text(columns: Mapping[str, Sequence[str]], key: str) -> str:
+    """Columns that are left out, and how to say what they are; empty without any."""
+    numbers = (n for n, own in columns.items() if any(map(NUMBER.fullmatch, own)))
+    if not (unread := [name for name in numbers if meaning_of(name) != "time"]):
+        return ""
+    are_places, wanted = key == "x[mm]", parse_heading(key)
+    computed = [n for n in unread if are_places and CONTROLLER.search(n) and not is_of_measurement(n)]
+    fitting = [n for n in unread if (unit := parse_heading(n).unit) is None or suits(unit, wanted.name)]
+    likely = sorted(fitting, key=lambda n: (wanted.name not in n.lower(), n in computed or is_commanded(n)))
+    if not (first := next(iter(likely), "")):
+        return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
+    is_counted = are_places and parse_heading(first).name[-1:].isdigit()
+    says = f"{key}={first}'" + f" or 'distance1[mm]={first}'" * is_counted
+    said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
+    if first in computed:
+        return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"
+    return f"; or say what the columns left out are ({listed(unread)}){said}"
 
 
 def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str]) -> str:

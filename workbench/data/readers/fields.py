@@ -109,7 +109,7 @@ def fields_of(table: Table, *, units_from_rows: bool = False) -> Fields:
 
 def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
     """The understood columns in SI."""
-    if not table.rows:
+    if not table.lines:
         raise DataError(f"{table.source}: there is a header but no data row: at least one is needed")
     used = {column.key: column for column in columns if column.key is not None}
     time, began = used.get("time"), None

@@ -26,7 +26,7 @@ _JOINT_TEXT = (
 )
 _JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|관절|rax|field_position"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
-_MEASURED = "pos|position|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
+_MEASURED = "pos|position|lage|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
 _COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
 _COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")

@@ -129,7 +129,7 @@ def preview(
     held = dataset or fields or found
     return Preview(
         columns=tuple(c if c.missing_unit is None else replace(c, unit=None) for c in understood),
-        rows=0 if found is None else (fields or found).rows,
+        rows=0 if found is None else len((fields or found).lines),
         joints=sum(re.fullmatch(r"q\d+", column.key or "") is not None for column in understood),
         layout=name or "plain",
         decisions=() if held is None else held.notes + decisions(understood) * isinstance(held, Table),

@@ -75,11 +75,6 @@ class Table:
     notes: tuple[str, ...] = ()
     has_option: bool = True
 
-    @property
-    def rows(self) -> int:
-        """Number of data rows."""
-        return len(self.lines)
-
     def error(self, message: str, index: int | None = None, row: int | None = None) -> FileError:
         """An error that names the file, the column at an index, and the line of a data row or its heading."""
         line = self.lines[row] if row is not None else None if index is None else self.heading_line
