@@ -11,20 +11,22 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.events import WarmUp
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.base.progress import progress
+from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
 from workbench.diagnosis.claims.named_joints import clearness
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
-from workbench.diagnosis.drivers.driver import Driver, driver_of, path_of
+from workbench.diagnosis.drivers.driver import MIN_MIXED, Driver, driver_of, path_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
-from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop
+from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, drop
 from workbench.diagnosis.search.reduced_models import left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
@@ -42,6 +44,9 @@ from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
+
+LAST, MAX_WORSE = 0.25, 1.05
+"""Share of the rows that are the last ones, and how much worse a law may make their error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,24 +95,32 @@ class CauseSearch:
             return None
         return ask("the drivers", lambda: DriverEvidence.of(self.last, self.ready.data), None)
 
+    def _is_over(self, model: Model, term: Term) -> bool:
+        """Whether the last rows are better without a law, which may have ceased; arms are saved for later."""
+        fit, data = self.last.stage.fit, self.last.stage.problem.data
+        clock = clock_of(data)[0]
+        late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
+        arms = (robot_with(fit, self.last.grams, m) for m in (model, drop(model, [term])))
+        new, old = (self.ready.errors_on(late, arm, fit.problem.instrument(fit.x)).main.mean for arm in arms)
+        is_mixed = mixed_share(data.q, clock) > MIN_MIXED  # else only their postures may differ
+        return is_mixed and not term.candidate.effect.is_event and new > MAX_WORSE * old
+
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
 
         The arm after a warm-up that any smooth function of the time explains as well is that function beyond
-        its rows, which nobody knows; so is that after a second one of a joint, as any function is a sum of
-        such. What has no name must predict the rows that judge it.
+        its rows, which nobody knows. What has no name must predict the rows that judge it.
         """
         model, drivers = self.last.model, self.drivers
         if not model or drivers is None:
             return model
-        found = {t: e for t in model if isinstance(e := t.candidate.effect, WarmUp)}
-        caps = [challenge.cap for challenge in drivers.challenges([(t,) for t in found])]
-        is_second = (
-            any(o.joints == e.joints and o.pace < e.pace for o in found.values()) for e in found.values()
-        )
-        if lost := [t for t, cap, more in zip(found, caps, is_second, strict=True) if more or cap <= 1.0]:
+        warm = [t for t in model if isinstance(t.candidate.effect, WarmUp)]
+        caps = [challenge.cap for challenge in drivers.challenges([(t,) for t in warm])]
+        if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
             return drop(model, lost)
         kept = drivers.lasting(undecided(drivers))
+        if gone := [t for t in kept if self._is_over(kept, t)]:
+            return drop(kept, gone)
         named = drop(kept, [*filter(is_nameless, kept)])
         is_better = len(kept) < len(model) or self.errors(named).main.mean > self.after.judged.main.mean
         return kept if is_better else named

@@ -8,7 +8,6 @@ from typing import Unpack
 import numpy as np
 
 import workbench.diagnosis.report.document  # noqa: F401 how results are shown
-from workbench.arm.effects import AbstractEffect
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask, failures
@@ -89,7 +88,10 @@ def diagnose(
         saved = saved_model(search)
         result = _diagnosis(search, saved, given=robot, known=choices.noise, gross=gross)
         progress(0.9, "choosing poses to measure next")
-        fit, wanted = search.last.stage.fit, _wanted(saved, result.causes)
+        fit, laws = search.last.stage.fit, [c for c in result.causes if c.is_law]
+        refused = {e.names for c in result.causes if not c.is_law for e in c.effects}
+        wanted = [a.effect for a in saved.effects if a.effect.names not in refused]
+        wanted += [e for c in laws for e in c.look_alikes]  # which these poses are to separate
         following = ask(
             "poses to measure next",
             lambda: next_poses(fit.problem, fit.x, wanted, rng=rng, measurable=measurable),
@@ -163,13 +165,6 @@ def _additions(search: CauseSearch, saved: SavedModel, harm: str | None) -> Iter
         yield f"No arm explains held-out rows {rows}; the error of the others is {others}."
     if saved.now:
         yield saved.now.sentence
-
-
-def _wanted(saved: SavedModel, causes: Sequence[Cause]) -> list[AbstractEffect]:
-    """Accepted effects, and look-alikes from which poses to measure next are to separate them."""
-    refused = {e.names for c in causes if not c.is_law for e in c.effects}
-    accepted = [a.effect for a in saved.effects if a.effect.names not in refused]
-    return accepted + [e for c in causes if c.is_law for e in c.look_alikes]
 
 
 def _diagnosis(

@@ -21,7 +21,7 @@ coupling is only probable there, as bearing loads depend on other joints' positi
 only the joints whose coefficient exceeds four standard errors.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -87,10 +87,8 @@ def undecided(drivers: DriverEvidence) -> Model:
     """Laws of a model, other than events, that can't be told from other claims or from what has no law."""
     last = drivers.searched
     groups = [g for g in _groups(last.model) if not (is_nameless(g[0]) or g[0].candidate.effect.is_event)]
-    caps = [challenge.cap for challenge in drivers.challenges(groups)]
-    is_open = [
-        cap < PROBABLE or _against_rivals(last, g)[0] < PROBABLE for g, cap in zip(groups, caps, strict=True)
-    ]
+    challenged = zip(groups, drivers.challenges(groups), strict=True)
+    is_open = (c.cap < PROBABLE or _against_rivals(last, g)[0] < PROBABLE for g, c in challenged)
     return tuple(t for g, each in zip(groups, is_open, strict=True) if each for t in g)
 
 
@@ -169,6 +167,10 @@ class _Judge:
         slides = is_blind and not all(turns(self.arm.chain, j) for j in terms.whole.joints)
         untried = UNTRIED * (slides or (is_blind and isinstance(terms.whole, JointCoupling)))
         doubt, twin = challenge.doubt, self._twin(terms.whole)
+        links = tuple(
+            c for c in terms.whole.coefficients for _ in range(2)
+        )  # the same rows, whatever is seen
+        even = [LinkFlexure(terms.whole.joints, links)] * isinstance(terms.whole, BearingCompliance)
         doubt = twin or doubt if doubt and challenge.cap > 1.0 else doubt
         reason = untried or doubt or terms.whole.doubt(motion) or twin
         odds = min(odds, 1.0) if slides else odds
@@ -185,7 +187,7 @@ class _Judge:
             contribution_mm=at_tool[0],
             contribution_deg=at_tool[1],
             text=sentence_of(terms.whole, unsure, self.std, self.arm, motion),
-            look_alikes=(*rivals, *_even_links(terms.whole)),
+            look_alikes=(*rivals, *even),
             unsure=unsure,
             doubt=reason or "",
             driver=challenge.driver,
@@ -204,12 +206,6 @@ class _Judge:
         if not isinstance(whole, AbstractEvent):
             return ""
         return whole.twin(self.arm.dof) or FIRST_ROWS * (not whole.is_step)
-
-
-def _even_links(whole: AbstractEffect) -> Iterator[AbstractEffect]:
-    """Links that would give the same rows as bearings, whatever is measured."""
-    if isinstance(whole, BearingCompliance):
-        yield LinkFlexure(whole.joints, tuple(c for c in whole.coefficients for _ in range(2)))
 
 
 def _noise(left: float, weighing: Noise, known_noise: Noise | None) -> float:

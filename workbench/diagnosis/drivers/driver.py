@@ -394,10 +394,9 @@ def _hangs(rows: _Rows) -> Iterator[Follower]:
     both, tool = np.column_stack([down[:, -1], np.sign(down[:, -1])]), Insertion.SLIP
     for moved, features in (tool.frame[:3], down[:, -1]), ((), both):
         yield rows.follower(Driver.LOAD, f"{what}tool, in it", features, moved=moved, kind=tool)
-    what += "link after {}, in its lengths"
+    what, link = f"{what}link after {{}}, in its lengths", Insertion.BEND
     for j in rows.lengths.keys() & rows.varied(down):
-        own, kind = rows.lengths[j], Insertion.BEND
-        yield rows.follower(Driver.LOAD, what, down[:, j], joints=(j,), moved=own, kind=kind)
+        yield rows.follower(Driver.LOAD, what, down[:, j], joints=(j,), moved=rows.lengths[j], kind=link)
 
 
 def _loads(rows: _Rows) -> Iterator[Follower]:

@@ -176,7 +176,7 @@ def followed_text(parts: Sequence[Follower]) -> str:
 
 def in_words(texts: Sequence[str]) -> str:
     """`a`, `a and b`, `a, b and c`."""
-    return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
+    return " and ".join(filter(None, (", ".join(texts[:-1]), *texts[-1:])))
 
 
 @dataclass(frozen=True, eq=False)
