@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_183,
     "diagnosis": 6_646,
     "exports": 316,
-    "session": 6_189,
+    "session": 6_186,
     "views": 6_924,
     "cli": 1_453,
     "extras": 1,

@@ -107,9 +107,8 @@ class MoveTarget(AbstractChange):
         return with_targets(session, plate, states)
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
-        is_next = isinstance(previous, MoveTarget) and previous.key == self.key
-        is_one = is_next and self._is_dragging(session)
-        return replace(self, start=session.states[self.target]) if is_one else None
+        is_next = previous.key == self.key and self._is_dragging(session)
+        return replace(self, start=session.states[self.target]) if is_next else None
 
     def _is_dragging(self, session: Session) -> bool:
         return session.drag == Drag(self.client, self.target)
@@ -125,8 +124,7 @@ class DropTarget(AbstractChange):
     def apply(self, session: Session) -> Session:
         if session.drag is None or session.drag.client != self.client:
             return session
-        index = session.drag.target
-        session = replace(session, drag=None)
+        index, session = session.drag.target, replace(session, drag=None)
         if session.history.done[-1].plate is session.plate:
             return session.updated("history", done=session.history.done[:-1])
         target = session.plate.targets[index]
@@ -145,5 +143,4 @@ def check_place(what: str, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> No
     if not np.isfinite((*xyz, *rpy)).all():
         raise OptionError(f"the coordinates of {what} must be finite numbers")
     if (far := max(abs(v) for v in xyz)) > MAX_TARGET_DISTANCE:
-        limit = f"the limit is {MAX_TARGET_DISTANCE:g} m"
-        raise OptionError(f"{what} would be {far:.3g} m from the base; {limit}")
+        raise OptionError(f"{what} would be {far:.3g} m from the base (at most {MAX_TARGET_DISTANCE:g} m)")
