@@ -376,7 +376,8 @@ class Identification(AbstractReported, AbstractSplit):
         own, best = self.identifiability, self.best
         yield self.computed
         before, after = self.nominal.train, best.train
-        if (off := best.held_out.position_mm.rms) < 1e3 * EXACT * self.nominal_robot.reach:
+        off, are_places = best.held_out.position_mm.rms, best.held_out_data.position is not None
+        if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:
             yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
             yield _set_apart(self.outliers, after)

@@ -33,19 +33,8 @@ from workbench.data.readers.table import Grid, grid_of
 MAX_BYTES = 256 * 2**20
 """Maximum size of unpacked arrays."""
 _JOINTS = ("q", "posj", "joint", "joints", "joint_positions", "joint_angles", "joint_states", "angles")
-_PLACES = (
-    "xyz",
-    "position",
-    "positions",
-    "translation",
-    "translations",
-    "tvec",
-    "point",
-    "points",
-    "p",
-    "t",
-    "tcp",
-)
+_PLACES = ("xyz", "position", "positions", "translation", "translations", "tvec", "point", "points", "p", "t",
+           "tcp")  # fmt: skip
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
 _MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
 

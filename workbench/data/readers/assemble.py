@@ -37,6 +37,8 @@ _OF_TARGET = re.compile(
 """Headings of a target's pose in a camera."""
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
+STILL = 0.05
+"""Distance of a posture's places as a share of that to the next, above which the arm moved between them."""
 _NAMED = 5
 """Rows of a kind that are named one by one."""
 MAX_PARTS = 12
@@ -166,7 +168,19 @@ def with_repeats(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     known = ~np.isnan(q).all(1)
     first = np.maximum.accumulate(np.where(known, np.arange(fields.rows), 0))
     sizes = np.unique(first, return_counts=True)[1]
-    if known.all() or not known[0] or len(sizes) < 2 or np.ptp(sizes) > 0:
+    if (
+        known.all()
+        or not known[0]
+        or len(sizes) < 2
+        or np.ptp(sizes) > 0
+        or not {*"xyz"} <= fields.values.keys()
+    ):
+        return fields
+    places = np.stack([fields.values[axis] for axis in "xyz"], axis=1)
+    moved, steps = places[~known] - places[first][~known], np.diff(places[known], axis=0)
+    if np.nanmedian(abs(moved).max(1)) > STILL * np.nanmedian(
+        abs(steps).max(1)
+    ):  # a log of an arm that moves on
         return fields
     blank = (k for k, v in fields.values.items() if np.isin(v[~known].astype(str), ("", "nan")).all())
     filled = {k: fields.values[k][first] for k in blank if not is_observed(k)}

@@ -68,6 +68,7 @@ _ANGLES |= {"nick": "pitch", "gier": "yaw"}
 _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 """A pose row by row, without its last row."""
 _OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|tilt_\w+")
+_NOT_MEASURED = re.compile(r"time|payload|temperature|torque\d+|session|group|exclude")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
 _POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
 """Places and orientations in six or seven numbers; the rows tell which these are."""
@@ -176,8 +177,8 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
     The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of `position`
     are a pose where joints stand beside it, and nothing that was measured.
     """
-    keys = {key for name in columns if (key := meaning(name))}
-    beside_joints = "q1" in keys and not any(map(is_observed, keys))
+    others = {key for name in columns if (key := meaning(name)) and not _NOT_MEASURED.fullmatch(key)}
+    beside_joints = bool(others) and all(re.fullmatch(r"q\d+", key) for key in others)
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
         if len(set(cells)) == 1:

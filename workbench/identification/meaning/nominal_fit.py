@@ -119,7 +119,8 @@ def with_wires(robot: Robot, data: Dataset) -> Dataset:
     few, many = (p.with_deviation(MAX_DEVIATION) for p in both)
     without, left = (max(2.0 * Opt2(limit=60).search(p).history[-1], EXACT) for p in (few, many))
     gained, spare = len(many.names) - len(few.names), many.count + len(many.prior) - len(many.names)
-    if not special.fdtrc(gained, max(spare, 1), max(without / left - 1.0, 0.0) * spare / gained) < CHANCE:
+    chance = special.fdtrc(gained, max(spare, 1), max(without / left - 1.0, 0.0) * spare / gained)
+    if chance > CHANCE or without < CLEAR**2 * left:  # what an arm's effects leave is no zero
         return data
     where = listed(sorted({*data.anchor[rows]}))
     note = f"draw wires at {where} have unknown zeros: any arm leaves {np.sqrt(without / left):.2g} "
