@@ -43,7 +43,7 @@ def measured(robot, rng, kind, sessions=None):
             anchors = {"A": np.array([0.5, 0.1, 0.2]), "B": np.array([-0.3, 0.8, 0.1])}
             names = np.array(["A", "B"])[np.arange(ROWS) % 2]
             length = np.array([np.linalg.norm(p - anchors[n]) for p, n in zip(position, names, strict=True)])
-            wire = {"wire": np.where(names == "A", "W", "")}
+            wire = {"draw_wire": np.where(names == "A", "W", "")}
             return Dataset(distance=length, anchor=names, more=wire, **common)
         case "PlaneObservation":
             return Dataset(contact=np.array(["plane a", "plane b"])[np.arange(ROWS) % 2], **common)

@@ -87,7 +87,7 @@ class Column:
 COLUMNS: PartTable[Column] = PartTable(
     "columns",
     Column,
-    Column(name="time", quantity=Quantity.TIME, also=("zeit", "timestamp", "stamp", "t"), driver=True),
+    Column(name="time", quantity=Quantity.TIME, also=("zeit", "timestamp", "t"), driver=True),
     Column(
         name="temperature",
         quantity=Quantity.TEMPERATURE,
@@ -115,7 +115,10 @@ COLUMNS: PartTable[Column] = PartTable(
     Column(name="session", also=("sitzung", "placement", "aufstellung")),
     Column(name="group", also=("gruppe",)),
     Column(name="point", also=("socket", "seat", "punkt", "element_name", "feature_name", "point_name")),
-    *(Column(name=n, also=(a,)) for n, a in (("anchor", "anker"), ("wire", "seil"), ("contact", "kontakt"))),
+    *(
+        Column(name=n, also=(a,))
+        for n, a in (("anchor", "anker"), ("draw_wire", "seil"), ("contact", "kontakt"))
+    ),
     Column(name="exclude", also=("excluded", "ausschluss")),
     Column(name="reason", also=("grund",)),
     *(Column(name=name, kept=False) for name in ("image", "camera", "id", "corner")),

@@ -138,7 +138,7 @@ class DistanceObservation(AbstractPlaceObservation):
 
     @classmethod
     def of(cls, data: Dataset) -> "DistanceObservation":
-        wire = data.more.get("wire", np.full(len(data), ""))
+        wire = data.more.get("draw_wire", np.full(len(data), ""))
         names, places = np.unique(wire[wire != ""]), super().of(data)
         of_wire = frozen((wire[:, None] == names).astype(float))
         return cls(places.place, places.names, np.asarray(data.distance), of_wire, tuple(names.tolist()))

@@ -37,8 +37,7 @@ _OF_TARGET = re.compile(
 """Headings of a target's pose in a camera."""
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
-STILL = 0.05
-"""Distance of a posture's places as a share of that to the next, above which the arm moved between them."""
+STILL = 0.05  # of the way to the next posture: within it the arm stands
 _NAMED = 5
 """Rows of a kind that are named one by one."""
 MAX_PARTS = 12
@@ -177,10 +176,8 @@ def with_repeats(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     ):
         return fields
     places = np.stack([fields.values[axis] for axis in "xyz"], axis=1)
-    moved, steps = places[~known] - places[first][~known], np.diff(places[known], axis=0)
-    if np.nanmedian(abs(moved).max(1)) > STILL * np.nanmedian(
-        abs(steps).max(1)
-    ):  # a log of an arm that moves on
+    ways = (places - places[first])[~known], np.diff(places[known], axis=0)
+    if np.divide(*(np.nanmedian(abs(way).max(1)) for way in ways)) > STILL:  # a log of an arm that moves on
         return fields
     blank = (k for k, v in fields.values.items() if np.isin(v[~known].astype(str), ("", "nan")).all())
     filled = {k: fields.values[k][first] for k in blank if not is_observed(k)}
@@ -250,8 +247,7 @@ def _check_range(fields: Fields) -> None:
             wrong, text = values < 0.0, "at least 0"
         else:
             continue
-        if wrong.any():
-            row = int(np.argmax(wrong))
+        for row in np.flatnonzero(wrong)[:1].tolist():
             raise fields.error(f"it must be {text}, got {values[row]:g}", row, key)
 
 
