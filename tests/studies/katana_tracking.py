@@ -133,7 +133,7 @@ def tracked(
 ) -> Float[np.ndarray, "paths 5 samples"]:
     """Distances of one arm from all paths by column of `STEPS` [mm]."""
     compliance = tuple(e for e in tilting if e.name == "joint-compliance")
-    samples = paths[0].q[np.linspace(0, ROWS - 1, SAMPLES, endpoint=False).astype(int)]
+    samples = paths[0].motion.q[np.linspace(0, ROWS - 1, SAMPLES, endpoint=False).astype(int)]
     methods = [(effects, samples, False) for effects in ((), compliance, tilting)]
     models = [
         identified(robot.with_effects(*effects), actual, q, rng, together=together)
@@ -141,9 +141,9 @@ def tracked(
     ]
     out = np.zeros((len(paths), len(STEPS), ROWS))
     for k, path in enumerate(paths):
-        out[k, BEFORE] = missed(actual, robot, path.q, path.poses)
+        out[k, BEFORE] = missed(actual, robot, path.motion.q, path.poses)
         for step, model in enumerate(models, start=1):
-            commanded = command_joints(model, robot, path.q, positions_only=True)
+            commanded = command_joints(model, robot, path.motion.q, positions_only=True)
             q = correct(commanded).q if step == OURS else one_step(commanded)
             out[k, step] = missed(actual, robot, q, path.poses)
     return out
@@ -191,7 +191,7 @@ def missed(actual: VirtualKatana, robot: Robot, q: JointRows, wanted: Poses) -> 
 
 def path_moments(path: Path) -> JointMoments:
     """What holds the links in motion, right before each joint."""
-    return joint_moments(path.robot, Motion(path.q, **path.motion.drivers))
+    return joint_moments(path.robot, Motion(path.motion.q, **path.motion.drivers))
 
 
 def _alone(robot: Robot, path: Path) -> Float[np.ndarray, "2 rows"]:
