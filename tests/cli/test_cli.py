@@ -131,7 +131,7 @@ GOOD = spoilt("good.csv", lambda lines: lines)
 BAD_DATA = {
     "no header": (spoilt("good.csv", lambda s: s[1:]), "aria", ["bad.csv", "--columns"]),
     "wrong joint count": (GOOD, "panda", ["bad.csv", "6", "7"]),
-    "NaN": (spoilt("good.csv", lambda s: cell(s, 3, "q2", "NaN")), "aria", ["bad.csv", "line 5", "q2"]),
+    "no number": (spoilt("good.csv", lambda s: cell(s, 3, "q2", "one")), "aria", ["bad.csv", "line 5", "q2"]),
     "degrees labelled rad": (spoilt("good.csv", in_degrees), "aria", ["bad.csv", "degrees", "q1[deg]"]),
     "turned base": (lambda home: home / "turned.csv", "aria", ["turned.csv", "17", "° about z", "[base]"]),
     "too few rows": (spoilt("good.csv", lambda s: s[:5]), "aria", ["bad.csv", "rows", "at least"]),

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from PIL import Image
 from refusals import refuses
+from studies.katana_paths import circle_through, plan
 from studies.pencil_scan import Drawn, draw, scan
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base.errors import DataError
 from workbench.extras.katana.pencil import ANGLES, INCH, plotted_errors, plotted_profile, sheet
 
@@ -117,14 +117,19 @@ def test_the_page_reads_what_a_tilting_arm_drew(tmp_path, monkeypatch, capsys):
     """Of 1.0 mm, 0.9 mm are vertical and 0.4 mm radial."""
     monkeypatch.chdir(tmp_path)
     page = Path(__file__).resolve().parents[3] / "assets/docs/pencil.md"
-    plan, read = re.findall(r"```(?:python|text)\n(.*?)```", page.read_text(), re.DOTALL)
+    begin, read = re.findall(r"```(?:python|text)\n(.*?)```", page.read_text(), re.DOTALL)
     names: dict = {}
-    exec(plan, names)
-    circle, path = names["circle"], names["path"]
+    exec(begin, names)
+    centre, along, across = names["frame"].values()
+    circle, normal = circle_through(
+        np.array([centre + 0.1 * along, centre + 0.1 * across, centre - 0.1 * along])
+    )
+    path = plan(load_robot("katana450"), circle, normal, duration=8.0, rows=200)
+    np.savetxt("joints.txt", path.motion.q)
     arm = load_robot("katana450-tilting").with_frames(base=Frame())
-    drawn = draw(tool_poses(arm, Motion(path.q)), **names["frame"])
-    clockwise = bool(np.median(path.poses[:, :3, 2] @ circle.normal) > 0)
-    picture = scan(drawn, circle.radius, clockwise=clockwise, rng=np.random.default_rng(0), dpi=DOTS)
+    drawn = draw(tool_poses(arm, Motion(path.motion.q)), **names["frame"])
+    clockwise = bool(np.median(path.poses[:, :3, 2] @ normal) > 0)
+    picture = scan(drawn, 0.1, clockwise=clockwise, rng=np.random.default_rng(0), dpi=DOTS)
     Image.fromarray(picture).save("scan.png")
     np.savetxt("potentiometer.txt", drawn.extension)
     exec(read, names)

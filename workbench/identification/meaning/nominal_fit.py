@@ -126,7 +126,7 @@ def with_wires(robot: Robot, data: Dataset) -> Dataset:
     without, left = (max(2.0 * Opt2(limit=60).search(p).history[-1], EXACT) for p in (few, many))
     gained, spare = len(many.names) - len(few.names), many.count + len(many.prior) - len(many.names)
     chance = special.fdtrc(gained, max(spare, 1), max(without / left - 1.0, 0.0) * spare / gained)
-    if chance > CHANCE or without < CLEAR**2 * left:  # what an arm's effects leave is no zero
+    if chance > CHANCE or without < 3.0 * left:  # an arm's effects leave up to 2.6 times as much
         return data
     where = listed(sorted({*data.anchor[rows]}))
     note = f"draw wires at {where} have unknown zeros: any arm leaves {np.sqrt(without / left):.2g} "
