@@ -14,6 +14,7 @@ from studies.pencil_scan import Drawn, draw, scan
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base.errors import DataError
 from workbench.extras.katana.pencil import ANGLES, INCH, plotted_errors, plotted_profile, sheet
 
