@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_067,
     "plate": 4_923,
     "identification": 9_191,
-    "diagnosis": 6_646,
+    "diagnosis": 6_650,
     "exports": 316,
     "session": 6_191,
     "views": 6_924,
