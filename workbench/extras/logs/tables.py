@@ -35,7 +35,7 @@ class Rtde(AbstractTableLayout):
 
     def matches(self, headings: list[str]) -> bool:
         names = {parse_heading(heading).name.lower() for heading in headings}
-        return {"timestamp", *self.joints} <= names and not {"x", "y", "z"} <= names
+        return {"timestamp", *self.joints} <= set(headings) and not {"x", "y", "z"} <= names
 
     def read(self, table: Table) -> Fields:
         names = {heading: f"q{k}[rad]" for k, heading in enumerate(self.joints, 1)} | {"timestamp": "time[s]"}

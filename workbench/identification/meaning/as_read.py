@@ -25,6 +25,7 @@ from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, witho
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
+UNTOLD = "these rows can't tell"
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
 
@@ -221,7 +222,7 @@ def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
     given = "" if plain is None else f" instead of {plain.size} as given"
     other = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
     if meaning.blind:
-        other = f"; or else {', or '.join(meaning.blind[:2])}: these rows can't tell"
+        other = f"; or else {', or '.join(meaning.blind[:2])}: {UNTOLD}"
     bare = " without the arm's effects" if robot is not None and robot.effects and not best.other else ""
     return f"{best.text}: {best.size}{bare}{given}{other}"
 
