@@ -69,13 +69,8 @@ def test_whole_millimetres_turn_into_the_nearest_metres():
 
 
 def test_headings():
-    parts = {
-        "q1[deg]": ("q1", "deg"),
-        "q1 (deg)": ("q1", "deg"),
-        "x / mm": ("x", "mm"),
-        "x in mm": ("x", "mm"),
-    }
-    parts |= {"Temperatur [°C]": ("Temperatur", "°C"), "qw": ("qw", None), "qw[]": ("qw", "")}
+    parts = {"q1[deg]": ("q1", "deg"), "q1 (deg)": ("q1", "deg"), "x / mm": ("x", "mm")}
+    parts |= {"x in mm": ("x", "mm"), "qw": ("qw", None), "qw[]": ("qw", ""), "Temp [°C]": ("Temp", "°C")}
     assert {text: parse_heading(text) for text in parts} == {
         text: Heading(*own) for text, own in parts.items()
     }
