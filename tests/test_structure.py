@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_067,
     "plate": 4_923,
     "identification": 9_195,
-    "diagnosis": 6_650,
+    "diagnosis": 6_646,
     "exports": 316,
     "session": 6_191,
     "views": 6_924,

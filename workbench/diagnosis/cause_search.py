@@ -11,7 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from workbench.arm.effects.base_drift import BaseDrift, mixed_share
+from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.events import WarmUp
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
@@ -176,12 +176,11 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Trie
     """The search for events and effects, taken up again without uncertain events and drifts.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
-    posture; and what follows the time by no law is no law for the time to come. A frame's drift stays, as it
-    would bend the arm.
+    posture; and what follows the time by no law is no law for the time to come.
     """
     found, refused = rounds(first, rng, tried=tried), set[str]()
     while odds := odds_over_time(found[-1]):
-        unsure = [c for c in odds if odds[c] < PROBABLE and not isinstance(c.effect, BaseDrift)]
+        unsure = [candidate for candidate, its_odds in odds.items() if its_odds < PROBABLE]
         if not unsure:
             break
         events = [c for c in odds if c.effect.is_event and c not in unsure]

@@ -19,7 +19,6 @@ from itertools import islice
 import numpy as np
 
 from workbench.arm.effects.axes import Insertion
-from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.effects.events import AbstractStep
 from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
@@ -371,9 +370,7 @@ class DriverEvidence:
         alone, beside = (own_offers(self.grams, m) for m in (model, left.model))
         gains = zip(model, alone, beside, strict=False)
         averages = [t for t, o, rest in gains if rest.gain <= 0.0 and o.gain < MIN_LAW_SHARE * most]
-        kept = drop(
-            model, [t for t in averages if t in unsure and not isinstance(t.candidate.effect, BaseDrift)]
-        )
+        kept = drop(model, [t for t in averages if t in unsure])
         others = drop(kept, [t for t in kept if t in unsure and t.candidate.effect.needs])
         if len(others) == len(kept):
             return kept
