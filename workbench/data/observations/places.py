@@ -8,7 +8,7 @@ coordinates in metres and no singular orientation.
     contact with a plane    residual = |f − r| − n·(p̂ − r),      n = (f − r)/|f − r|
     distance l              residual = l − o − |p̂ − c|,      c the anchor of a ball bar or wire sensor
 
-The zero o of a draw wire, which has a name in the column `wire`, is unknown; that of other distances is 0.
+The zero o of a draw wire, named in the column `draw_wire`, is unknown; that of other distances is 0.
 Where the base stands can't be seen, and with a single point neither can the arm's scale.
 
 Source: derived here; contact planes of this kind in Ikits & Hollerbach, IEEE ICRA 1997.

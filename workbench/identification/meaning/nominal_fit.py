@@ -110,14 +110,9 @@ def with_planes(robot: Robot, data: Dataset) -> Dataset:
 
 def with_wires(robot: Robot, data: Dataset) -> Dataset:
     """The rows with a draw wire of unknown zero at each anchor, where any arm leaves far more without."""
-    rows, own = data.included & DistanceObservation.applies(data), data.joints == robot.dof
-    if (
-        not rows.any()
-        or not own
-        or data.anchor is None
-        or data.position is not None
-        or "draw_wire" in data.more
-    ):
+    rows = data.included & DistanceObservation.applies(data)
+    is_told = data.position is not None or "draw_wire" in data.more
+    if data.joints != robot.dof or data.anchor is None or is_told or not rows.any():
         return data
     wired = replace(data, more={**data.more, "draw_wire": data.anchor})
     frames = FrameFreedom((), FRAME_PARTS[:3] if robot.tool.free is not Freedom.FIXED else ())
