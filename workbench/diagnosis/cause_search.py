@@ -99,11 +99,12 @@ class CauseSearch:
         """Whether the last rows are better without a law, which may have ceased; arms are saved for later."""
         fit, data = self.last.stage.fit, self.last.stage.problem.data
         clock = clock_of(data)[0]
+        if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
+            return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
         arms = (robot_with(fit, self.last.grams, m) for m in (model, drop(model, [term])))
         new, old = (self.ready.errors_on(late, arm, fit.problem.instrument(fit.x)).main.mean for arm in arms)
-        is_mixed = mixed_share(data.q, clock) > MIN_MIXED  # else only their postures may differ
-        return is_mixed and not term.candidate.effect.is_event and new > MAX_WORSE * old
+        return new > MAX_WORSE * old
 
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.

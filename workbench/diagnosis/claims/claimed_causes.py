@@ -167,9 +167,7 @@ class _Judge:
         slides = is_blind and not all(turns(self.arm.chain, j) for j in terms.whole.joints)
         untried = UNTRIED * (slides or (is_blind and isinstance(terms.whole, JointCoupling)))
         doubt, twin = challenge.doubt, self._twin(terms.whole)
-        links = tuple(
-            c for c in terms.whole.coefficients for _ in range(2)
-        )  # the same rows, whatever is seen
+        links = tuple(c for c in terms.whole.coefficients for _ in range(2))  # the same rows, always
         even = [LinkFlexure(terms.whole.joints, links)] * isinstance(terms.whole, BearingCompliance)
         doubt = twin or doubt if doubt and challenge.cap > 1.0 else doubt
         reason = untried or doubt or terms.whole.doubt(motion) or twin
