@@ -54,7 +54,7 @@ BUDGETS = {
     "extras/controllers": 700,
     "extras/hobby": 748,
     "extras/katana": 998,
-    "extras/live": 1_205,
+    "extras/live": 1_030,
     "extras/logs": 915,
     "extras/pendant": 1_895,
     "extras/poses": 1_087,

@@ -1,5 +1,6 @@
 """Guided measuring on the page: wait for standstill, store, take again, use the rows."""
 
+import json
 import queue
 import time
 
@@ -8,7 +9,7 @@ from playwright.sync_api import expect
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.extras.live.sample import Sample, format_sample
+from workbench.extras.live.sample import Sample
 from workbench.extras.live.session import UseRows
 from workbench.extras.live.sources import LiveSource
 from workbench.session.commands.messages import OpenTab
@@ -28,7 +29,7 @@ def test_a_target_of_a_real_arm_is_measured_by_hand(app, look):
         pose = tool_poses(first.robot, Motion(q[None]))[0]
         for k in range(12):
             seen = {"position": pose[:3, 3], "rotation": pose[:3, :3]}
-            lines.put(format_sample(Sample(time=begin + 0.1 * k, q=q, **seen)))
+            lines.put(json.dumps(Sample(time=begin + 0.1 * k, q=q, **seen).plain()))
             time.sleep(0.06)
 
     screen.tab("Measure")

@@ -1,6 +1,6 @@
 """A real arm's live source: the scene follows it, guided measuring takes its rows from it."""
 
-import queue
+import json
 import socket
 import threading
 from contextlib import contextmanager
@@ -11,16 +11,18 @@ import numpy as np
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.extras.live.connection import accept_one, connect, lines_from
-from workbench.extras.live.driver import drive_plate
-from workbench.extras.live.sample import Sample, format_sample
+from workbench.extras.live.connection import connect, lines_from
+from workbench.extras.live.sample import Sample
 from workbench.extras.live.session import MeasureLive, Measuring, Source, TakeSample, UseRows
 from workbench.extras.live.sources import LiveSource
+from workbench.plate.simulated_measurement import measure_plate
 from workbench.session import Worker, replay, start
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
 Q = (0.1, 0.9, 1.2, 0.3, 0.4, 0.5)
+STEPS = (*np.linspace(0.2, 1.0, 5), *[1.0] * 6)
+"""Shares of the way to a target, and how long the arm stands there."""
 
 
 def until(worker, holds):
@@ -33,29 +35,43 @@ def until(worker, holds):
 
 
 def line(q, time, **more):
-    return format_sample(Sample(time=time, q=np.array(q), **more)) + "\n"
+    return json.dumps(Sample(time=time, q=np.array(q), **more).plain()) + "\n"
+
+
+def visits(actual, targets):
+    """Samples of an arm that goes from target to target, stands there, and asks for the last to be kept."""
+    path = [
+        s * b + (1.0 - s) * a
+        for a, b in zip([0.0 * targets[0], *targets], targets, strict=False)
+        for s in STEPS
+    ]
+    poses = tool_poses(actual, Motion(np.stack(path)))
+    for k, (q, pose) in enumerate(zip(path, poses, strict=True)):
+        is_last = k % len(STEPS) == len(STEPS) - 1
+        yield Sample(time=0.1 * k, q=q, position=pose[:3, 3], rotation=pose[:3, :3], capture=is_last)
 
 
 def test_an_arm_on_a_socket_is_followed_and_measured(first):
     """The simulated sender on loopback; a busy machine makes it wait, and passes no target."""
     plate = replace(first.plate, targets=first.plate.targets[:3])
-    actual, samples = drive_plate(first.robot, plate, seed=4)
-    port, worker = queue.Queue(), Worker(start(first.robot, plate))
+    actual, rows = measure_plate(first.robot, plate, instrument="ideal", seed=4)
+    samples = list(visits(actual, rows.q))
+    worker = Worker(start(first.robot, plate))
     begun = threading.Event()
 
     def is_taken(sample):
         return lambda s: (last := s.part(Measuring).acquisition.latest) and last.time == sample.time
 
     def send():
-        with accept_one("127.0.0.1:0", ready=port.put) as connection:
+        with server, server.accept()[0] as connection:
             begun.wait(60.0)
-            for k, sample in enumerate(samples):
-                if sample.capture or k % 8 == 0:
-                    connection.sendall((format_sample(sample) + "\n").encode())
-                    until(worker, is_taken(sample))
+            for sample in samples:
+                connection.sendall((json.dumps(sample.plain()) + "\n").encode())
+                until(worker, is_taken(sample))
 
+    server = socket.create_server(("127.0.0.1", 0))
     threading.Thread(target=send, daemon=True).start()
-    address = f"127.0.0.1:{port.get(timeout=60.0)}"
+    address = f"127.0.0.1:{server.getsockname()[1]}"
     try:
         with connect(address) as source:
             worker.add_view(LiveSource(worker, source, name=address))

@@ -1,13 +1,12 @@
-"""Transport of samples: lines of text over TCP sockets."""
+"""Lines of text from a live source, over a TCP socket."""
 
 import socket
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TextIO
 
 from workbench.base.errors import FileError, OptionError
-from workbench.extras.live.sample import LONGEST_LINE, Sample, format_sample
+from workbench.extras.live.sample import LONGEST_LINE
 
 TIMEOUT = 5.0
 """Longest wait for a connection [s]; lines may then come at any pace."""
@@ -53,35 +52,3 @@ def connect(address: str) -> Iterator[Iterator[str]]:
         ) from None
     with lines_from(connection) as lines:
         yield lines
-
-
-def accept_one(address: str, *, ready: Callable[[int], object]) -> socket.socket:
-    """The first connection that comes to 'host:port' (0: any free port); the port is then free again.
-
-    Args:
-        ready: Told the port as soon as it can be connected to.
-    """
-    try:
-        with socket.create_server(parse_address(address)) as server:
-            ready(server.getsockname()[1])
-            return server.accept()[0]
-    except OSError as error:
-        raise FileError(
-            f"can't listen there ({error.strerror or error}): choose another port", path=address
-        ) from None
-
-
-def send_samples(samples: Iterable[Sample], connection: socket.socket, *, speed: float = 1.0) -> None:
-    """Send samples as lines, each when its time has come, until the other side goes away.
-
-    Args:
-        samples: In the order of their times.
-        connection: To whom.
-        speed: How many times faster than the samples' clock; 0: without waiting.
-    """
-    began = time.monotonic()
-    with suppress(ConnectionError):
-        for sample in samples:
-            if speed > 0.0:
-                time.sleep(max(began + sample.time / speed - time.monotonic(), 0.0))
-            connection.sendall(f"{format_sample(sample)}\n".encode())

@@ -29,10 +29,7 @@ NEAR, ALIGNED = 5e-3, float(np.deg2rad(1.0))
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
 SPACE = "The space bar stores the row; the next target follows."
 COMPLETE = "Use the rows, then identify the arm from them; or retake the last one."
-NO_SOURCE = (
-    "To follow and measure a real arm, start with workbench serve --source HOST:PORT. "
-    "workbench drive stands in for an arm."
-)
+NO_SOURCE = "To follow and measure a real arm, start with workbench serve --source HOST:PORT."
 LARGE = "font-size:40px;font-weight:650;line-height:1.2"
 SMALL = f"color:{MUTED};margin-top:10px"
 DEPENDS = (lambda session: session.part(Measuring), lambda session: session.part(Source))

@@ -1,11 +1,10 @@
-"""Reading and writing samples of a live source, one JSON object per line.
+"""Reading samples of a live source, one JSON object per line.
 
     {"time": 12.3, "q": [0.1, …], "xyz": [0.4, 0.1, 0.3], "quat": [1, 0, 0, 0], "capture": true}
 
 All in SI; the quaternion is (w, x, y, z). `xyz` and `quat` may be left out or null.
 """
 
-import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -102,11 +101,6 @@ def parse_sample(text: str, *, line: int, source: str = "stream") -> Sample:
         wanted = f"the norm of [w, x, y, z] must be 1, got {norm:.4g}"
         raise FileError(wanted, path=source, line=line, column="quat")
     return Sample.of(found)
-
-
-def format_sample(sample: Sample) -> str:
-    """A sample as the line of a live source, without its end; `parse_sample` reads it back."""
-    return json.dumps(sample.plain())
 
 
 def samples(lines: Iterable[str], *, source: str, on_error: Callable[[FileError], None]) -> Iterator[Sample]:
