@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from workbench.base.arguments import Reads, not_negative
+from workbench.base.arguments import Reads, not_below
 from workbench.base.types import Vector3, frozen
 
 MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
@@ -26,7 +26,7 @@ def _ordered(value: Any, given: Any) -> Any:
     return value
 
 
-NotNegative = Annotated[float, Reads("a finite number of at least 0", not_negative)]
+NotNegative = Annotated[float, Reads("a finite number of at least 0", not_below(0))]
 Limits = Annotated[tuple[float, float], Reads("two finite numbers, the smaller one first", _ordered)]
 
 

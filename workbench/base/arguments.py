@@ -67,7 +67,7 @@ class Reads:
     """
 
     text: str
-    read: Callable[[Any, Given], Any]
+    read: Callable[[Any, Given], Any] = lambda value, given: value
 
     def __repr__(self) -> str:
         return repr(self.text)
@@ -216,8 +216,8 @@ _PLAIN = {
     int: Reads("a whole number", _number),
     float: Reads("a number", _number),
     bool: Reads("True or False", _truth),
-    str: Reads("text", lambda value, given: value),
-    Path: Reads("a path", lambda value, given: value),
+    str: Reads("text"),
+    Path: Reads("a path"),
 }
 
 
@@ -242,14 +242,18 @@ def _array_reader(kind: Any, is_finite: bool) -> Reads:
     return Reads(f"an array of shape ({kind.dim_str}){finite}" if kind.dim_str else "a number", read)
 
 
-def not_negative(value: Any, given: Given) -> Any:
-    if isinstance(value, Real) and value < 0:
-        raise ValueError
-    return value
+def not_below(least: float) -> Callable[[Any, Given], Any]:
+    def read(value: Any, given: Given) -> Any:
+        if isinstance(value, Real) and value < least:
+            raise ValueError
+        return value
+
+    return read
 
 
-Seed = Annotated[int, Reads("a whole number of at least 0", not_negative)]
+Seed = Annotated[int, Reads("a whole number of at least 0", not_below(0))]
 """Where random numbers begin."""
+Count = Annotated[int, Reads("a whole number of at least 1", not_below(1))]
 
 
 def _size_of(quantity: Quantity) -> Callable[[Any, Given], Any]:
@@ -268,10 +272,7 @@ Length = Annotated[
 Angle = Annotated[float, Reads('an angle of 0 rad or more, or text such as "2deg"', _size_of(Quantity.ANGLE))]
 LengthAndAngle = Annotated[
     tuple[Length, Angle],
-    Reads(
-        'a length in m and an angle in rad, 0 or more, such as (1e-4, 3e-4) or "0.1mm,0.02deg"',
-        lambda value, given: value,
-    ),
+    Reads('a length in m and an angle in rad, 0 or more, such as (1e-4, 3e-4) or "0.1mm,0.02deg"'),
 ]
 Sigma = Annotated[
     tuple[Length, Angle | None],

@@ -28,8 +28,7 @@ class ShapeError(WorkbenchError):
 
     def __init__(self, message: str, *, expected: int, found: int):
         super().__init__(message)
-        self.expected = expected
-        self.found = found
+        self.expected, self.found = expected, found
 
 
 class FileError(WorkbenchError):
@@ -39,9 +38,7 @@ class FileError(WorkbenchError):
         where = path + (f", line {line}" if line is not None else "")
         where += f", column '{column}'" if column is not None else ""
         super().__init__(f"{where}: {message}")
-        self.path = path
-        self.line = line
-        self.column = column
+        self.path, self.line, self.column = path, line, column
 
 
 class UnitError(WorkbenchError):

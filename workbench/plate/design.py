@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
-from workbench.base.arguments import Like, Seed, Sigma, checked_arguments
-from workbench.base.errors import DataError, OptionError, WorkbenchError
+from workbench.base.arguments import Count, Like, Seed, Sigma, checked_arguments
+from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -52,8 +52,8 @@ def optimise_plate(
     blocks: Blocks | None = None,
     constraints: Constraints | None = None,
     production: Production | None = None,
-    places: int = optimise.POOL_BLOCKS,
-    starts: int = optimise.STARTS,
+    places: Count = optimise.POOL_BLOCKS,
+    starts: Count = optimise.STARTS,
     moves: bool = False,
     seed: Seed = 0,
 ) -> PlateDesign:
@@ -88,9 +88,6 @@ def optimise_plate(
         made = replace(made, play=(0.0, 0.0))
     elif not any(made.play):  # seats of which the file tells no play have that of the drawn pins
         made = replace(made, play=PIN_PLAY)
-    for name, count in (("places", places), ("starts", starts)):
-        if count < 1:
-            raise OptionError(f"{name} must be at least 1, got {count}", option=name, found=count)
     goal, plate = plate_region_poses(robot, plate), replace(plate, production=production or made)
     number = len(plate) if number is None else number
     setting = partial(

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.base.arguments import LengthAndAngle, Like, Seed, checked_arguments
+from workbench.base.arguments import Count, LengthAndAngle, Like, Seed, checked_arguments
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
@@ -42,7 +42,7 @@ DESIGNED = "designed"
 @one_thread()
 def measure_poses(
     robot: RobotLike,
-    number: int,
+    number: Count,
     *,
     index: str = RANDOM,
     instrument: str | Instrument = "tracker-6d",
@@ -67,8 +67,6 @@ def measure_poses(
     Returns:
         The actual arm and the rows.
     """
-    if number < 1:
-        raise OptionError(f"number must be at least 1, got {number}")
     rng = np.random.default_rng(seed)
     actual, notes = _hidden(robot, actual, effects, rng, errors)
     if index == RANDOM:

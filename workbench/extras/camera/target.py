@@ -48,7 +48,7 @@ class Charuco:
         first_marker: Number of its first marker.
     """
 
-    squares: Annotated[tuple[int, int], Reads("two whole numbers", lambda value, _: value)]
+    squares: Annotated[tuple[int, int], Reads("two whole numbers")]
     square: float
     marker: float
     dictionary: str

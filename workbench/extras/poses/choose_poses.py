@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.arm.joint_units import shown_joints, shown_units, sliding_numbers
 from workbench.arm.robot import Robot
-from workbench.base.arguments import Seed, checked_arguments
+from workbench.base.arguments import Count, Seed, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
@@ -27,7 +27,7 @@ from workbench.report.json import Json, document
 @one_thread()
 def choose_poses(
     robot: RobotLike,
-    number: int,
+    number: Count,
     *,
     index: str = "O1",
     candidates: Path | None = None,

@@ -81,10 +81,6 @@ def informative_poses(
     """
     limits, basis = limits or PoseLimits(), visible_basis(robot, names)
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
-    if number < 1:
-        raise OptionError(
-            f"the number of poses must be at least 1, got {number}", option="number", found=number
-        )
     if index == "I" and evaluation_poses is None:
         raise OptionError(
             "index I is the predicted error over evaluation poses; give a region or a plate",

@@ -23,8 +23,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.arguments import Angle, LengthAndAngle, Like, Seed, Sigma, checked_arguments
-from workbench.base.errors import DataError, OptionError
+from workbench.base.arguments import Angle, Count, LengthAndAngle, Like, Seed, Sigma, checked_arguments
+from workbench.base.errors import DataError
 from workbench.base.parallel import spread
 from workbench.base.progress import part_of, running
 from workbench.base.threads import one_thread
@@ -165,8 +165,7 @@ class Yield(AbstractShown):
         """Its 95 % confidence interval (Clopper and Pearson)."""
         from scipy.stats import binomtest
 
-        good = int((self.used <= 1.0).sum())
-        low, high = binomtest(good, len(self.met)).proportion_ci()
+        low, high = binomtest(int((self.used <= 1.0).sum()), len(self.met)).proportion_ci()
         return float(low), float(high)
 
     @property
@@ -223,13 +222,13 @@ def try_plate(
     robot: RobotLike,
     plate: PlateLike,
     *,
-    arms: int = 10_000,
+    arms: Count = 10_000,
     sigma: Like[Sigma] | None = None,
     joint_sigma: Like[Angle] = 0.0,
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     wanted: WantedLike | None = None,
     towards: PlateLike | None = None,
-    poses: int = 500,
+    poses: Count = 500,
     scheduler: str | None = None,
     seed: Seed = 0,
 ) -> Yield:
@@ -250,9 +249,6 @@ def try_plate(
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random: the result depends on the arguments alone, not on where it is computed.
     """
-    for name, count in (("arms", arms), ("poses", poses)):
-        if count < 1:
-            raise OptionError(f"{name} must be at least 1, got {count}", option=name, found=count)
     check_tried(robot, plate)
     sigma = sigma_of(usual_kind(plate), sigma)
     planned = [target.q for target in plate.targets if target.q is not None]
@@ -293,8 +289,5 @@ def check_tried(robot: Robot, plate: Plate) -> None:
     """Refuse a plate that virtual arms can't be tried on."""
     plate.check_targets()
     if plate.has_seats and robot.dof < 6:
-        raise DataError(
-            f"robot '{robot.name}' has {robot.dof} joints and can't sit in a seat; "
-            "try a plate of sockets or points",
-            found=robot.dof,
-        )
+        text = f"robot '{robot.name}' has {robot.dof} joints and can't sit in a seat"
+        raise DataError(f"{text}; try a plate of sockets or points", found=robot.dof)
