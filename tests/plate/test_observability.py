@@ -9,7 +9,7 @@ from tests.arm.test_linearisation import of_matrix
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.base.errors import OptionError
-from workbench.plate.observability import INDICES, I, O, SetIndex, index_named
+from workbench.plate.observability import INDICES, I, O, SetIndex, goal_index
 from workbench.plate.predicted_error import rise_without_each
 
 SETS = tuple(name for name, index in INDICES.items() if isinstance(index, SetIndex))
@@ -63,7 +63,7 @@ def test_gradient_against_central_differences(name):
 
 def test_an_unknown_index_names_the_known_ones():
     with refuses(OptionError, "O1", option="index", found="O9"):
-        index_named("O9")
+        goal_index("O9", None, None)
 
 
 def test_i_is_one_over_the_predicted_error():

@@ -154,7 +154,7 @@ def test_flat_blocks_with_a_making_tolerance(aria, plate, mixed):
     assert design.cost > mixed.cost
     heights = places[:, 2]
     expected = np.sqrt(1e-8 / 3.0 + 2.0 / 9.0 * 1e-6 * heights**2)
-    assert np.allclose([*design.plate.target_sigma[:, 0]], expected)
+    assert np.allclose([*np.hypot(design.plate.known, design.plate.play)[:, 0]], expected)
     assert np.isinf(design.start_cost)
 
 

@@ -62,7 +62,6 @@ def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(t
     robot = load_robot(write_urdf(load_robot("ur5"), tmp_path / "own.urdf"))
     session = start(robot, default_plate(robot))
     assert session.score.rank == session.score.visible == 26
-    assert np.isfinite(session.score.condition)
     assert (session.score.rises > 0.0).all()
     assert session.score.indices["O1"] > 0.0
 

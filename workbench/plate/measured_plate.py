@@ -107,15 +107,11 @@ def _numbers(table: Table) -> tuple[int, ...]:
     if column < 0:
         raise FileError("there is no column 'target'; number the targets from 1", path=table.source)
     numbers: list[int] = []
-    for line, cell in zip(table.lines, table.columns[column], strict=True):
+    for row, cell in enumerate(table.columns[column]):
         if not cell.isdecimal() or int(cell) < 1 or int(cell) in numbers:
-            wrong = f"target {cell} is given twice" if cell.isdecimal() and int(cell) in numbers else None
-            raise FileError(
-                wrong or f"'{cell}' is not a target number; number the targets from 1",
-                path=table.source,
-                line=line,
-                column="target",
-            )
+            twice = f"target {cell} is given twice" if cell.isdecimal() and int(cell) in numbers else ""
+            text = f"'{cell}' is not a target number; number the targets from 1"
+            raise table.error(twice or text, column, row)
         numbers.append(int(cell))
     return tuple(numbers)
 

@@ -19,8 +19,7 @@ scaled, whitened Jacobian: leaving a measurement out and putting another one in 
 products. The slope S = ∂index/∂G tells which of many exchanges can help: to first order the index changes by
 ⟨S, BᵀB − AᵀA⟩. Where the index is concave in G (all but O2 and O4) no exchange does better than this.
 
-A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`; an external one
-is passed wherever a name is accepted.
+A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`.
 """
 
 from abc import ABC, abstractmethod
@@ -278,15 +277,6 @@ INDICES: dict[str, AbstractIndex] = {index.name: index for index in (O(), *_OF_S
 """All indices that need no region, by name; `I` is created for one."""
 
 
-def index_named(name: str | AbstractIndex) -> AbstractIndex:
-    """The index of that name; an index itself is returned unchanged."""
-    if isinstance(name, AbstractIndex):
-        return name
-    if name not in INDICES:
-        raise OptionError(f"unknown index '{name}'; known: {', '.join(INDICES)}", option="index", found=name)
-    return INDICES[name]
-
-
 def goal_index(
     goal: Float[np.ndarray, "rows n"] | str,
     robot: Robot,
@@ -302,6 +292,9 @@ def goal_index(
         basis: Combinations of scaled parameters that the index is of, see `plate.free_constants`.
     """
     if isinstance(goal, str):
-        return index_named(goal)
+        if goal not in INDICES:
+            known = ", ".join(INDICES)
+            raise OptionError(f"unknown index '{goal}'; known: {known}", option="index", found=goal)
+        return INDICES[goal]
     weight = position_weight(robot, goal, linearisation.names, linearisation.weights)
     return I(visible_weight(weight, basis))

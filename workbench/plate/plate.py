@@ -173,11 +173,6 @@ class Plate:
         return frozen(np.where(seats, self.production.play_sigma, 0.0))
 
     @property
-    def target_sigma(self) -> Float[np.ndarray, "targets 2"]:
-        """Standard deviation of the tool's pose at each target, due to target and play of the probe."""
-        return np.hypot(self.known, self.play)
-
-    @property
     def assumptions(self) -> str:
         """Assumptions about the targets, for people."""
         measured = [t.sigma for t in self.targets if t.sigma is not None]

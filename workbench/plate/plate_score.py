@@ -30,7 +30,6 @@ class SetScore:
         visible: Number of combinations that any measurements could determine.
         names: The constants that are identified.
         open: Combinations that this set doesn't determine although others would, as columns [rad, m].
-        condition: Condition number of the scaled Jacobian; infinite below full rank.
         error: Predicted errors at poses of the region, if any are known.
         position: Of these, the root mean square of the position [m]; NaN if unknown.
         rotation: Likewise of the rotation [rad].
@@ -47,7 +46,6 @@ class SetScore:
     visible: int
     names: tuple[str, ...]
     open: Float[np.ndarray, "p missing"]
-    condition: float
     error: PredictedError
     position: float
     rotation: float

@@ -78,7 +78,6 @@ def set_score(
         visible=len(seen.names),
         names=names,
         open=frozen(unseen * whole.weights[:, None]),
-        condition=seen.condition,
         error=error,
         position=error.position_rms if is_known else np.nan,
         rotation=error.rotation_rms if is_known else np.nan,

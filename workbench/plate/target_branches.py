@@ -2,7 +2,7 @@
 
 The same ten targets, measured in ten different postures, say far more about the arm than in ten alike:
 for the paper's Table 2 plate the predicted error over its region falls about sevenfold. The choice is an
-exchange over the solutions of each target, by the predicted error over poses that matter, or by an index.
+exchange over the solutions of each target, by the predicted error over poses that matter.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from workbench.base.types import Outcome, frozen
 from workbench.plate.collision import hits, unobstructed
 from workbench.plate.exchange import of_information
 from workbench.plate.free_constants import visible, visible_basis
-from workbench.plate.observability import goal_index, index_named
+from workbench.plate.observability import goal_index
 from workbench.plate.plate import AUTO, Kind, Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
@@ -44,7 +44,7 @@ class BranchChoice:
         q: Joint positions at the targets [rad or m].
         branches: Name of each target's branch.
         cost: Predicted root mean square position error over the poses that matter [m], infinite where the
-            targets leave it open; or −index.
+            targets leave it open.
         single: The same cost for each branch that reaches all targets, measured alone.
     """
 
@@ -158,22 +158,19 @@ def choose_branches(
     plate: Plate,
     solutions: Solutions,
     *,
-    goal: Float[np.ndarray, "rows n"] | str,
+    goal: Float[np.ndarray, "rows n"],
     rng: np.random.Generator,
     names: tuple[str, ...] | None = None,
     sigma: tuple[float, float] = SEAT,
-    starts: int = STARTS,
 ) -> BranchChoice:
     """Choose a branch for every target; targets with a named branch keep it.
 
     Args:
         robot: Geometry at which the measurements are linearised.
         solutions: Solutions of each target within limits, from `plate_solutions`.
-        goal: Joint positions of poses that matter (see `plate.region_poses`), whose predicted error is made
-            small, or the name of an index `O1` … `O5` to be made large.
+        goal: Joint positions of poses that matter (see `plate.region_poses`), whose error is made small.
         names: Constants to be identified; the robot's default free ones if None.
         sigma: Standard deviations of the instrument's positions [m] and rotations [rad].
-        starts: Random mixes to start from, beside every single branch.
     """
     slots = np.repeat(np.arange(len(solutions)), [len(target) for target in solutions])
     labels = [branch.name for target in solutions for branch in target]
@@ -191,7 +188,7 @@ def choose_branches(
         name: np.array([place[slot, name] for slot in range(len(solutions))])
         for name in single_branches(solutions)
     }
-    random = [np.array([rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(max(starts, 1))]
+    random = [np.array([rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(STARTS)]
     valid = [choice for choice in single.values() if allowed[np.arange(len(choice)), choice].all()]
     with part_of(0.0, 1.0, "choosing branches"):
         search = of_information(options, index, len(solutions), allowed=allowed)
@@ -199,10 +196,7 @@ def choose_branches(
 
     def cost_of(choice: np.ndarray) -> float:
         """The cost without the ridge of the index, which would gloss over unseen parameters."""
-        chosen = at(q[choice])
-        if isinstance(goal, str):
-            return -index_named(goal).value(visible(chosen, basis))
-        return predicted_error(chosen, robot, goal).position_rms
+        return predicted_error(at(q[choice]), robot, goal).position_rms
 
     return BranchChoice(
         q=frozen(q[found.choice]),

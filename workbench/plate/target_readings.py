@@ -73,7 +73,7 @@ def linearise_targets(
     slots = np.arange(len(plate)) if slots is None else slots
     names = robot.default_free if names is None else names
     twists = identification_jacobian(robot, Motion(q), names)[1]
-    deviations = np.repeat(np.hypot(sigma, plate.target_sigma[slots]), 3, axis=1)
+    deviations = np.repeat(np.hypot(sigma, np.hypot(plate.known, plate.play)[slots]), 3, axis=1)
     is_read = np.ones((len(q), 6), bool)
     is_read[:, 3:] = np.array([[plate.targets[slot].kind is Kind.SEAT] for slot in slots]).reshape(-1, 1)
     return replace(

@@ -63,7 +63,7 @@ def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
     plate = as_measured(nominal, read_measured_targets(path))
     assert np.allclose(plate.known, UNCERTAINTY)
     assert mentions(" ".join(plate.notes), "0.005 mm, 0.01°")
-    assert np.allclose(plate.target_sigma, np.hypot(UNCERTAINTY, made.play_sigma))
+    assert np.allclose(np.hypot(plate.known, plate.play), np.hypot(UNCERTAINTY, made.play_sigma))
     plate = as_measured(nominal, read_measured_targets(path, uncertainty=(1e-6, 1e-5)))
     assert np.allclose(plate.known, (1e-6, 1e-5))
     places = "\n".join(",".join(line.split(",")[:4]) for line in path.read_text().splitlines())
