@@ -171,6 +171,7 @@ def export(
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
     from workbench.arm.calibrated_region import region_text
     from workbench.arm.usable_arm import carried_text
+    from workbench.base.wording import capital
     from workbench.exports import FORMS, form_named
 
     if form == "list":
@@ -191,8 +192,13 @@ def export(
     opt.check_writable(*paths)
     own, advice = opt.load_nominal(nominal, arm), ""
     content: dict[str, Any] = {"schema": "workbench.export/1", "robot": arm.name, "files": [*map(str, paths)]}
-    if chosen is not None and out is not None:
-        content |= _export_for(chosen, out, arm, own, source)
+    if form is not None and out is not None:
+        done = wb.export(arm, form, out, nominal=own, into=source, force=True)
+        opt.say(f"{arm.name}: {done.path}")
+        opt.say(capital(done.verdict))
+        opt.say_notes(done.notes)
+        left = {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows}
+        content |= {"for": form, "file": str(done.path), "left": left, "notes": [*done.notes]}
     for path in filter(None, (urdf, toml)):
         opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
     if urdf is not None and tip is not None:
@@ -215,17 +221,3 @@ def export(
     opt.write_result(content)
     if advice:
         opt.fail(advice)
-
-
-def _export_for(form, out: Path, arm, nominal, source: Path | None) -> dict[str, Any]:
-    """Write one form, and report how much of the calibration it represents; the same as fields."""
-    from workbench.base.wording import capital
-    from workbench.exports import Job, export_robot
-
-    text = None if source is None else form.text_of(source)
-    done = export_robot(form, out, Job(robot=arm, nominal=nominal, source=text))
-    opt.say(f"{arm.name}: {done.path}")
-    opt.say(capital(done.verdict))
-    opt.say_notes(done.notes)
-    left = {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows}
-    return {"for": form.name, "file": str(done.path), "left": left, "notes": list(done.notes)}

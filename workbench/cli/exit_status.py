@@ -157,7 +157,10 @@ def run(command: Callable[[Sequence[str]], int | None], arguments: Sequence[str]
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a locale that can't encode our characters
     status, sentence = 0, ""
-    with _messages_to_stderr(arguments), standard_output_last() as contents:
+    given = {part for word in arguments for part in (word, word.partition("=")[2])}
+    is_taken = bool(given & set(STANDARD_OUTPUT))  # by a result: messages go to standard error
+    said = contextlib.redirect_stdout(sys.stderr) if is_taken else contextlib.nullcontext()
+    with said, standard_output_last() as contents:
         try:
             with contextlib.redirect_stdout(_Output(sys.stdout)):  # type: ignore[type-var]
                 ended = command(arguments)
@@ -215,11 +218,3 @@ def _discard_output() -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.close(nowhere)
-
-
-def _messages_to_stderr(arguments: Sequence[str]) -> contextlib.AbstractContextManager:
-    """Print messages to standard error if a result goes to standard output."""
-    given = {part for word in arguments for part in (word, word.partition("=")[2])}
-    return (
-        contextlib.redirect_stdout(sys.stderr) if given & set(STANDARD_OUTPUT) else contextlib.nullcontext()
-    )

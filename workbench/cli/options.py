@@ -192,8 +192,7 @@ class OutputOptions:
 
     def check(self) -> None:
         """Refuse unwritable outputs before the work begins."""
-        check_robot_file(self.save)
-        check_writable(self.save, folder=self.report)
+        check_writable(robot=self.save, folder=self.report)
 
 
 def whole_numbers(text: str | None, option: str) -> list[int]:
@@ -266,14 +265,6 @@ def save_robot(arm, path: Path, *, force: bool = False) -> Path:
     return arm.save(path, force=force)
 
 
-def check_robot_file(path: Path | None) -> None:
-    """Refuse an unsupported robot file extension before the work begins."""
-    from workbench.arm.built_in_arms import check_robot_file as check
-
-    if path is not None:
-        check(path)
-
-
 def describe(what: str, do: Callable[[], object]) -> None:
     """Show or write what describes a result that is saved already; a mistake in it costs one warning."""
     with failures() as failed:
@@ -307,10 +298,12 @@ def show(blocks: "Iterable[Block]") -> None:
     Console().print(as_rich(blocks))
 
 
-def give(found) -> None:
-    """Print a result, and write it to the file given by `--json`, if any."""
+def give(found, doubt: str = "", save: Path | None = None) -> None:
+    """Print a result, and write it where `--json` says, if it does; a doubt ends it, with no file saved."""
     show(found.blocks())
     write_result(found.json)
+    if doubt:
+        fail(doubt if save is None else f"{doubt}; {save} is not written")
 
 
 @contextmanager

@@ -28,10 +28,13 @@ def say(text: str) -> None:
     print(readable(text), flush=True)
 
 
-def check_writable(*files: Path | None, folder: Path | None = None) -> None:
-    """Refuse an output that can't be written, or whose file is an input or another output as well."""
+def check_writable(*files: Path | None, robot: Path | None = None, folder: Path | None = None) -> None:
+    """Refuse an output that can't be written, or whose file is an input or another output as well, and a
+    robot's whose ending is that of no robot file."""
+    from workbench.arm.built_in_arms import check_robot_file
     from workbench.base.files import check_writable
 
+    files = (*files, robot if robot is None else check_robot_file(robot))
     named = [path for path in (*files, _RESULT.get()) if path is not None]
     given, out = ([*map(os.path.realpath, each)] for each in (sys.argv[1:], named))
     for path in filter(None, files):

@@ -63,17 +63,13 @@ def handeye(
     ] = None,
 ) -> None:
     """Camera on the hand or in the cell, and its target, from pairs of robot and target poses."""
-    from workbench.extras.camera.camera import Mount
     from workbench.extras.camera.hand_eye import ENDINGS
 
-    mount = None if mounted is None else opt.choice_of({str(m): m for m in Mount}, mounted, "--mounted")
     if save is not None:
         check_ending(save, "a camera's pose is", *ENDINGS)
     opt.check_writable(save)
-    found = wb.handeye(pairs, mounted=mount)
-    opt.give(found)
-    if found.doubt:
-        opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))
+    found = wb.handeye(pairs, mounted=mounted)
+    opt.give(found, found.doubt, save)
     if save is not None:
         opt.say(f"camera: {found.save(save)}")
 

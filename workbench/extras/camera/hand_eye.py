@@ -18,7 +18,7 @@ from scipy import special
 
 from workbench.arm.frame import Frame
 from workbench.base import se3
-from workbench.base.arguments import checked_arguments
+from workbench.base.arguments import Like, checked_arguments
 from workbench.base.array_checks import check_rotations, numbers
 from workbench.base.errors import DataError
 from workbench.base.files import check_ending, write_text
@@ -142,7 +142,7 @@ class HandEye(AbstractShown):
 
 
 @checked_arguments()
-def handeye(pairs: Path | Sequence[Poses], *, mounted: Mount | None = None) -> HandEye:
+def handeye(pairs: Path | Sequence[Poses], *, mounted: Like[Mount] | None = None) -> HandEye:
     """Find a camera's pose, and that of the target it sees, from pairs of poses.
 
     Args:

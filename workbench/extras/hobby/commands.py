@@ -25,8 +25,7 @@ def map_(
 ) -> None:
     """How motors count against the URDF: direction and zero of each joint, from poses of a printed board."""
     arm = wb.load_robot(robot)
-    opt.check_robot_file(save)
-    opt.check_writable(save)
+    opt.check_writable(robot=save)
     found = wb.map_motors(arm, files.read(data, arm))
     opt.give(found)
     if save is not None:

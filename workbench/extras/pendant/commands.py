@@ -1,17 +1,13 @@
 """Commands: new, extract, tcp, frame."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import workbench as wb
 from workbench.base.errors import OptionError, understood
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
 from workbench.cli.options import argument, option
-
-if TYPE_CHECKING:
-    from workbench.extras.pendant.touching.tool_tip import ToolTip
-    from workbench.extras.pendant.touching.user_frame import UserFrame
 
 
 @in_section("Calibrate")
@@ -38,8 +34,7 @@ def extract(
     arm = wb.load_robot(robot)
     if (readings is None) == (not pose):
         raise OptionError("give READINGS, or --pose for each pose")
-    opt.check_robot_file(save)
-    opt.check_writable(save, rows)
+    opt.check_writable(rows, robot=save)
     with opt.progress_bar("extract"):
         found = wb.extract(arm, pose or [] if readings is None else readings, columns=columns)
     opt.give(found)
@@ -67,10 +62,9 @@ def tcp(
 ) -> None:
     """Tool tip from touching one point in four orientations or more."""
     arm = wb.load_robot(robot)
-    opt.check_robot_file(save)
-    opt.check_writable(save)
+    opt.check_writable(robot=save)
     found = wb.tcp(arm, touches, wanted=wanted, columns=columns)
-    _show(found, save)
+    opt.give(found, found.doubt, save)
     if save is not None:
         opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
 
@@ -92,16 +86,9 @@ def frame(
         raise OptionError(f"{save}: a frame is saved as .toml")
     opt.check_writable(save)
     found = wb.frame(arm, touches, cad=cad, wanted=wanted, columns=columns)
-    _show(found, save)
+    opt.give(found, found.doubt, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")
-
-
-def _show(found: "ToolTip | UserFrame", save: Path | None) -> None:
-    """Print and write a result; exit status 2 where it should not be used as it is."""
-    opt.give(found)
-    if found.doubt:
-        opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))
 
 
 @in_section("Calibrate")
@@ -127,7 +114,7 @@ def new(
     """Your own robot: signs, offsets, units and convention determined from three pendant poses."""
     from dataclasses import replace
 
-    from workbench.arm.built_in_arms import check_robot_file, save_robot
+    from workbench.arm.built_in_arms import save_robot
     from workbench.extras.pendant.displayed import read_display
     from workbench.extras.pendant.own_robot.find_convention import check_robot, readings_of
 
@@ -138,8 +125,7 @@ def new(
             'at least three poses are needed to check a robot: --pose "q1,…,qn = x,y,z,roll,pitch,yaw" for '
             "each, or --poses FILE"
         )
-    check_robot_file(out)
-    opt.check_writable(out)
+    opt.check_writable(robot=out)
     content: dict = {"schema": "workbench.robot/1", "file": str(out)}
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)

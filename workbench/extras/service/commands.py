@@ -22,9 +22,7 @@ def verify(
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, pass or fail."""
     arm, fit_frames = wb.load_robot(robot), opt.fits_frames(frames)
     found = wb.verify(arm, files.read(data, arm), wanted=wanted, fit_frames=fit_frames)
-    opt.give(found)
-    if found.passed is False:
-        opt.fail(found.verdict)
+    opt.give(found, found.verdict if found.passed is False else "")
 
 
 @in_section("Calibrate")
@@ -40,8 +38,7 @@ def rezero(
 ) -> None:
     """After a collision or with a new motor: which joint's zero moved, from poses or touches of seats."""
     arm = wb.load_robot(robot)
-    opt.check_robot_file(save)
-    opt.check_writable(save)
+    opt.check_writable(robot=save)
     rows = files.read(data, arm)
     with opt.progress_bar("rezero"):
         found = wb.rezero(
@@ -51,8 +48,6 @@ def rezero(
             frames=frames,
             exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),
         )
-    opt.give(found)
-    if found.doubts:
-        opt.fail(f"{found.sentence}{'' if save is None else '; nothing is saved'}")
+    opt.give(found, found.sentence if found.doubts else "", save)
     if save is not None:
         opt.say(f"robot with the zeros found: {opt.save_robot(found.robot, save)}")
