@@ -43,11 +43,11 @@ BUDGETS = {
     "arm": 8_826,
     "data": 5_067,
     "plate": 4_923,
-    "identification": 9_190,
-    "diagnosis": 6_645,
+    "identification": 9_062,
+    "diagnosis": 6_640,
     "exports": 316,
-    "session": 6_191,
-    "views": 6_924,
+    "session": 6_188,
+    "views": 6_922,
     "cli": 1_453,
     "extras": 1,
     "extras/camera": 3_484,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_165,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_983,
+    "tests": 38_982,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_101
