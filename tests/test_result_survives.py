@@ -23,15 +23,15 @@ DESCRIBING = (
     *("diagnosis/event_notes.py", "diagnosis/gravity_direction.py", "diagnosis/next_poses.py"),
     *("diagnosis/remaining_error.py", "diagnosis/report/", "diagnosis/result.py"),
     *("diagnosis/verdict.py", "identification/checks/arm_match.py", "identification/errors/"),
-    *("identification/prior.py", "identification/report/", "identification/result.py", "report/"),
-    *("session/comparison.py", "session/commands/compare.py"),
+    *("identification/prior.py", "identification/report/", "identification/result.py"),
+    *("identification/run.py", "report/", "session/comparison.py", "session/commands/compare.py"),
 )
 """Files and folders whose functions describe …"""
 NUMBERS = (
     *("diagnosis.claims.standard_errors.", "identification.errors.row_errors.", "report.json."),
-    *("identification.errors.saved_arm.", "identification.errors.expected_deviation."),
+    *("identification.run.SavedArm.", "identification.errors.expected_deviation."),
     *("identification.result.Identification.best", "identification.result.Identification.identifiability"),
-    *("identification.result.Identification.robot", "identification.result.Run."),
+    *("identification.result.Identification.robot", "identification.run.Run."),
     *("diagnosis.result.Diagnosis.identification", "diagnosis.result.Diagnosis.calibrated"),
     "diagnosis.result.Diagnosis.robot",
     "diagnosis.report.results_json.diagnosis_json",

@@ -26,8 +26,8 @@ from tests.session.direct_commands import done
 from workbench.arm.robot_toml import robot_text
 from workbench.cli.exit_status import UNUSABLE
 from workbench.exports import FORMS, Job, export_robot
-from workbench.identification.errors.file_errors import file_text, refitted_errors
 from workbench.identification.result import Identification
+from workbench.identification.run import file_text, refitted_errors
 from workbench.session import start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose

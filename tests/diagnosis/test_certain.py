@@ -24,7 +24,7 @@ from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
 from workbench.diagnosis.search.rounds import Searched, Stage
 from workbench.identification.fit_choices import FitChoices
-from workbench.identification.rows.excluded_outliers import prepare_without_gross_outliers
+from workbench.identification.rows.excluded_outliers import GROSS, prepare_without_outliers
 
 CLEAR = 4.0
 ECCENTRIC = Candidate(JointHarmonic((1,)))
@@ -40,7 +40,8 @@ def soft():
 @pytest.fixture(scope="module")
 def searched(soft):
     """The search that found it."""
-    ready, _ = prepare_without_gross_outliers(soft[0].robot, soft[0].data, FitChoices(held_out=0.0))
+    case, choices = soft[0], FitChoices(held_out=0.0)
+    ready, _ = prepare_without_outliers(case.robot, case.data, choices, reasons=[GROSS])
     return search_causes(soft[0].robot, ready, np.random.default_rng(0))
 
 

@@ -25,10 +25,9 @@ from workbench.diagnosis.search import rounds
 from workbench.diagnosis.search.event_search import Timeline, changeable, promising
 from workbench.diagnosis.search.evidence import left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
-from workbench.identification.errors.file_errors import file_text, refitted_errors
-from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
+from workbench.identification.run import SavedArm, file_text, refitted_errors
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from events import CASES, NEAR, judge, make

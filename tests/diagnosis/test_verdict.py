@@ -22,10 +22,10 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.gravity_tilt import GravityTilt
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict, harm_done
+from workbench.identification.checks.common_errors import two_places
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
-from workbench.identification.rows.two_places import two_places
 from workbench.plate.simulated_measurement import measure_poses
 
 NOISE_ONLY = RemainingError(

@@ -19,7 +19,7 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.readers.trajectory import Trajectory
 from workbench.exports import FORMS, Job, export_robot
-from workbench.identification.report.how_to_apply import use_of
+from workbench.identification.controller_parameters import use_of
 
 ERROR, NOISE, ROWS = 4e-4, 3e-5, 200
 BASE = trip.placed([1.0, 0.5, 0.2], [0.0, 0.0, 0.7])

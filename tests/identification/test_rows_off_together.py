@@ -11,8 +11,7 @@ from tests.exports.test_unmeasured_orientation import flanges
 from tests.identification.test_missing_units import poses_of_ur5e
 from workbench import Dataset, identify
 from workbench.base.errors import DataError
-from workbench.identification.checks.instrument_scale import instrument_scale
-from workbench.identification.rows.two_places import two_places
+from workbench.identification.checks.common_errors import instrument_scale, two_places
 
 
 def warned(factor: float, errors: float, *, seed: int, rows: int = 80, span: float = 1.5) -> str:

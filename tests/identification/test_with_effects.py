@@ -16,10 +16,10 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, Outcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.errors.expected_error import transfer
 from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Problem
-from workbench.identification.report.parameters import identified
+from workbench.identification.report.document import identified
+from workbench.identification.tool_observability import transfer
 
 SIGMA = 5e-5, np.deg2rad(0.01)
 POSE = generator.turn("z", 2.0) @ generator.turn("x", 0.6) @ generator.move("x", 1.2)

@@ -9,8 +9,8 @@ from refusals import mentions
 
 from workbench import Wanted, load_robot, measure_poses, write_measurements, write_plate
 from workbench.data.prediction import RowComponents
-from workbench.identification.errors.pass_or_fail import judge
 from workbench.identification.problem_blocks import Noise
+from workbench.identification.run import judge
 from workbench.session import start
 from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
@@ -89,7 +89,7 @@ def test_strip_and_panel_judge_the_arm_by_its_held_out_rows(do, worst):
     assert judged.text in step.sentence
     assert judged.text in _requirement(session)
     assert mentions(judged.text, "40 held-out")
-    assert judge(session.results.identification, session.choices.wanted).verdict == judged.text
+    assert judge(session.results.identification.best, session.choices.wanted).verdict == judged.text
     assert arm_judgement(do(SetWanted(None))) is None
 
 

@@ -96,7 +96,7 @@ def _finish(
 ) -> None:
     """Write the calibrated arm, unless there are reasons not to, before anything is said; then the rest."""
     from workbench.arm.built_in_arms import refusal
-    from workbench.identification.errors.file_errors import file_text
+    from workbench.identification.run import file_text
 
     path, report, best, done = out.save, out.report, run.best, None
     held = path.suffix[1:].upper() if path is not None else "TOML"
@@ -209,7 +209,7 @@ def export(
     opt.say_notes(() if urdf is None and toml is None else region_text(arm))
     if controller is not None and own is not None:
         from workbench.identification.checks.arm_match import require_same_arm
-        from workbench.identification.report.how_to_apply import use_of
+        from workbench.identification.controller_parameters import use_of
         from workbench.report.json import write_json
 
         require_same_arm(arm, own)

@@ -32,19 +32,15 @@ from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
+from workbench.identification.checks.common_errors import two_places
 from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
-from workbench.identification.result import Run
-from workbench.identification.rows.excluded_outliers import (
-    GROSS_REASON,
-    MAX_NAMED_ROWS,
-    prepare_without_gross_outliers,
-)
-from workbench.identification.rows.two_places import two_places
+from workbench.identification.rows.excluded_outliers import GROSS, MAX_NAMED_ROWS, prepare_without_outliers
+from workbench.identification.run import Run
 
 
 @checked_arguments(FitChoices)
@@ -82,7 +78,7 @@ def diagnose(
     with part_of(0.0, 0.3):
         if isinstance(held := choices.held_out, Dataset):
             choices = replace(choices, held_out=with_directions(held))
-        ready, gross = prepare_without_gross_outliers(massed, with_directions(data), choices)
+        ready, gross = prepare_without_outliers(massed, with_directions(data), choices, reasons=[GROSS])
     with failures() as failed:
         search = search_causes(massed, ready, rng)
         saved = saved_model(search)
@@ -191,7 +187,7 @@ def _diagnosis(
     is_again = saved.fit is not fit
     texts = {c.effects[0].names: c.text for c in causes if len(c.effects) == 1}
     split = ready.split | {
-        "excluded": tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
+        "excluded": tuple(e for e in ready.excluded if e[1] != GROSS),
         "notes": tuple(filter(None, notes(search, saved, outliers, given))),
     }
     return Diagnosis(

@@ -8,10 +8,10 @@ from workbench.arm.motion import Motion
 from workbench.arm.usable_arm import events_of
 from workbench.base.advice import beside
 from workbench.diagnosis.search.rounds import Searched
-from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.rows.row_selection import without_held_out
+from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
 

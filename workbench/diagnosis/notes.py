@@ -12,9 +12,8 @@ from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.coverage import coverage
 from workbench.diagnosis.gravity_direction import standing_notes
 from workbench.diagnosis.saved_model import SavedModel
-from workbench.identification.checks.instrument_scale import instrument_scale
+from workbench.identification.checks.common_errors import instrument_scale, two_places
 from workbench.identification.rows.excluded_outliers import suspect_note
-from workbench.identification.rows.two_places import two_places
 
 NO_DIRECTION = (
     "backlash that depends on the direction of motion was not tried: rows have neither times nor directions; "

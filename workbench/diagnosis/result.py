@@ -22,8 +22,9 @@ from workbench.identification.errors.row_errors import Errors, Validation
 from workbench.identification.fit import Fit
 from workbench.identification.noise import STUDENT_FREEDOM
 from workbench.identification.problem import Noise
-from workbench.identification.result import BeforeAfter, Identification, Run
+from workbench.identification.result import BeforeAfter, Identification
 from workbench.identification.rows.row_selection import AbstractSplit
+from workbench.identification.run import Run
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:

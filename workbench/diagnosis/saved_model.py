@@ -21,9 +21,9 @@ from workbench.diagnosis.result import Accepted, Ranked
 from workbench.diagnosis.search.evidence import Offer, Term, drop
 from workbench.diagnosis.search.reduced_models import own_offers
 from workbench.identification.errors.row_errors import UNKNOWN
-from workbench.identification.errors.saved_arm import SavedArm
 from workbench.identification.fit import Fit
 from workbench.identification.rows.excluded_outliers import suspects
+from workbench.identification.run import SavedArm
 
 MAX_LISTED_RIVALS = 3
 """Maximum number of rivals listed for an effect."""

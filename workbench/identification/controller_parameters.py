@@ -1,4 +1,5 @@
-"""Controller-ready numbers: joint offsets, tool and base, for a controller that accepts nothing else.
+"""Controller-ready numbers: joint offsets, tool and base, for a controller that accepts nothing else; what to
+enter, and the remaining error.
 
 Most controllers compute with the nominal geometry and let their user set a zero offset for every joint, a
 tool frame and a base frame. Here they are chosen so that the nominal arm with them comes closest to the
@@ -22,6 +23,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -38,7 +40,10 @@ from workbench.arm.usable_arm import (
 )
 from workbench.base import se3
 from workbench.base.types import frozen
-from workbench.base.wording import in_mm
+from workbench.base.wording import capital, in_mm
+from workbench.report.blocks import Block, ResultTable, Sentence, Tone, lines
+from workbench.report.json import Json, document
+from workbench.report.numbers import short, signed
 
 UNSEEN_LEVER = 0.03
 """Lever where orientations were not measured [m]: it only keeps them near where they are."""
@@ -48,6 +53,9 @@ NOTICED = POSITION_SIGMA / LEVER
 """That amount for orientations that were not measured [rad]."""
 PARTS = OFFSETS, *FRAMES = "offsets", "tool", "base"
 """What a controller accepts, first the joint offsets."""
+CONTROLLER = "workbench.controller/1"
+TEXT = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
+"""Of what a controller accepts: the first of `PARTS`."""
 MIN_OWN_SHARE = 1e-8
 """A number is redundant if earlier ones leave less than this share of its effect."""
 
@@ -152,3 +160,110 @@ def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows
             if after.rotation_mean > WORSE_RATIO * before.rotation_mean + minimum:
                 sizes = np.rad2deg([before.rotation_mean, after.rotation_mean])
                 yield f"{place} orientations {where}: {sizes[0]:.3f}° → {sizes[1]:.3f}°"
+
+
+@dataclass(frozen=True, eq=False)
+class Use:
+    """Numbers for controllers that accept increasingly many of them.
+
+    Args:
+        variants: Joint offsets only; with the tool; with tool and base.
+    """
+
+    variants: tuple[ControllerNumbers, ...]
+
+    @property
+    def advised(self) -> ControllerNumbers | None:
+        """The variant to enter: the last one that reduces the error and increases it nowhere."""
+        return next((v for v in reversed(self.variants) if v.is_better), None)
+
+    @property
+    def advice(self) -> str:
+        """What to do, and why, in one sentence."""
+        if (chosen := self.advised) is None:
+            why = next((v.losses[0] for v in reversed(self.variants) if v.losses), "they change nothing")
+            return f"don't enter any of these numbers ({why}); correct the joint positions instead"
+        before, after = in_mm(chosen.before.position_mean), in_mm(chosen.after.position_mean)
+        return f"enter {TEXT[len(chosen.parts) - 1]}: {before} → {after} on average"
+
+    def blocks(self) -> Iterator[Block]:
+        """What to enter into a controller, and what that leaves."""
+        few, *_, full = self.variants
+        chosen = self.advised or full
+        numbers = [("nothing (best base and tool)", *_errors(full.before))]
+        for text, variant in zip(TEXT, self.variants, strict=True):
+            numbers.append((text if variant.is_better else f"{text}: not advised", *_errors(variant.after)))
+        reference = f"the calibrated model{', as far as it was measured' if full.notes else ''}"
+        numbers.append((reference, *"0000"))
+        headings = ("entered", "mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
+        yield ResultTable(f"Remaining error relative to {reference}", headings, numbers)
+        if full.is_better or few.is_better:
+            offsets = [
+                (
+                    f"joint {k + 1}",
+                    *(_offset(v.offsets[k], slides) if v.is_better else "–" for v in (full, few)),
+                )
+                for k, slides in enumerate(sliding(full.robot))
+            ]
+            columns = ("joint", "with tool and base", "offsets only")
+            yield ResultTable("Joint offsets, added to each reading", columns, offsets)
+        if chosen.is_better and len(chosen.parts) > 1:
+            placed = [(part, *_frame(getattr(chosen.robot, part))) for part in chosen.parts[1:]]
+            axes = ("frame", "x", "y", "z", "roll", "pitch", "yaw")
+            yield ResultTable("Tool and base with them: xyz [mm], roll pitch yaw [°]", axes, placed)
+        yield Sentence(capital(self.advice))
+        yield Sentence(f"compared at {full.rows} joint positions", tone=Tone.QUIET)
+        yield from lines("note", chosen.notes)
+        if full.held:
+            yield Sentence(", ".join(full.held), "redundant, left unchanged")
+
+    def json(self) -> list[Json]:
+        """The numbers in SI, as plain data."""
+        return [_json(v) for v in self.variants]
+
+
+def use_of(calibrated: Robot, nominal: Robot) -> Use:
+    """Numbers for controllers that accept offsets only, the tool too, and the base too, of the first session.
+
+    Args:
+        calibrated: The arm as identified.
+        nominal: The arm as the controller computes it.
+    """
+    return Use(tuple(controller_numbers(calibrated, nominal, PARTS[: k + 1]) for k in range(len(PARTS))))
+
+
+def _json(numbers: ControllerNumbers) -> Json:
+    frames = {name: getattr(numbers.robot, name) for name in FRAMES}
+    left = {"without": numbers.before, "remains": numbers.after}
+    return document(
+        CONTROLLER,
+        robot=numbers.robot.name,
+        takes=numbers.parts,
+        units=["m" if slides else "rad" for slides in sliding(numbers.robot)],
+        offsets=numbers.offsets,
+        **{name: {"xyz": frame.xyz, "rpy": frame.rpy} for name, frame in frames.items()},
+        held=numbers.held,
+        compared_at=numbers.rows,
+        **{
+            name: {
+                "position_mm": {"mean": 1e3 * errors.position_mean, "max": 1e3 * errors.position_max},
+                "orientation_deg": dict(zip(("mean", "max"), np.rad2deg(errors[2:]), strict=True)),
+            }
+            for name, errors in left.items()
+        },
+        advised=numbers.is_better,
+        losses=numbers.losses,
+    )
+
+
+def _errors(errors: PoseErrors) -> list[str]:
+    position, rotation = errors[:2], errors[2:]
+    return [*(short(1e3 * e) for e in position), *(short(float(np.rad2deg(e))) for e in rotation)]
+
+
+def _offset(value: float, slides: bool) -> str:
+    return f"{signed(1e3 * value, 4)} mm" if slides else f"{signed(float(np.rad2deg(value)), 5)}°"
+
+
+def _frame(frame: Frame) -> list[str]:
+    return [*(signed(1e3 * v, 3) for v in frame.xyz), *(signed(float(np.rad2deg(v)), 4) for v in frame.rpy)]

@@ -27,11 +27,12 @@ from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATI
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.meaning.as_read import as_read
-from workbench.identification.preparation import Prepared, prepare
+from workbench.identification.preparation import Prepared
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
-from workbench.identification.result import Identification, Run
-from workbench.identification.rows.excluded_outliers import prepare_without_outliers
+from workbench.identification.result import Identification
+from workbench.identification.rows.excluded_outliers import REASONS, prepare_without_outliers
+from workbench.identification.run import Run
 from workbench.identification.tool_observability import observed_by
 
 
@@ -79,11 +80,10 @@ def identify(
     robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
     with part_of(0.0, 0.4):
-        outlying = np.zeros(0, np.int64)
-        if set_apart:
-            ready, outlying = prepare_without_outliers(robot, data, choices, prior=prior, effects=effects)
-        else:
-            ready = prepare(robot, data, choices, prior=prior, effects=effects)
+        reasons = REASONS if set_apart else ()
+        ready, outlying = prepare_without_outliers(
+            robot, data, choices, reasons=reasons, prior=prior, effects=effects
+        )
     problem, begin = ready.problem, None
     if not ready.identifiability.is_limited:
         some, first = ready.first_fit

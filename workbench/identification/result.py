@@ -1,35 +1,27 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
 from workbench.arm.calibrated_region import WARNING_RATIO
-from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
-from workbench.arm.usable_arm import off_nominal, sampled
 from workbench.base.advice import beside, failures
-from workbench.base.wording import first_of, listed
+from workbench.base.wording import first_of, in_mm, listed
 from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import ArmMatch, arm_match, sister
-from workbench.identification.checks.instrument_scale import instrument_scale
-from workbench.identification.checks.parted_rows import parted_by_column
-from workbench.identification.errors.expected_error import Transfer, transfer, transfer_note
+from workbench.identification.checks.common_errors import instrument_scale, parted_by_column, two_places
 from workbench.identification.errors.row_errors import (
     KINDS,
-    AbstractValidation,
     Errors,
     Validation,
     explains_little,
     residuals_frame,
     row_errors,
-    why_unusable,
 )
-from workbench.identification.errors.saved_arm import SavedArm
-from workbench.identification.fit import Fit
 from workbench.identification.instrument_preparation import AbstractIdentifiability, Unlimited
 from workbench.identification.meaning.as_read import UNTOLD
 from workbench.identification.meaning.reading import FITS
@@ -38,19 +30,14 @@ from workbench.identification.preparation import Prepared
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.rows.excluded_outliers import MAX_NAMED_ROWS, suspect_note, suspects
 from workbench.identification.rows.row_selection import AbstractSplit
-from workbench.identification.rows.two_places import two_places
+from workbench.identification.run import Run
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
-"""Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors …"""
 COMPUTED, EXACT = 1e-5, 5e-6
 """Errors of a nominal, and a calibrated arm below this share of its reach are of rows that were computed."""
-IMPLAUSIBLE_SHARE, CERTAIN = 0.1, 3.0
-"""… as are flanges that move by this share of the reach, or by that angle, on average within the limits; both
-if they exceed so many standard errors."""
 MUCH = 0.33
 """Share of nominal's error above which an arm isn't used that was fitted to rows of two kinds."""
 SAME_COST = 1e-6
@@ -70,125 +57,10 @@ class BeforeAfter(NamedTuple):
     after: Errors
 
     def __repr__(self) -> str:
-        parts = []
-        for text, _, name, _, unit in KINDS:
-            before, after = (getattr(errors, name) for errors in self)
-            if before is not None and after is not None and np.isfinite(after.mean):
-                parts.append(f"{text} {before.mean:.3g} → {after.mean:.3g}{unit}")
-        return f"mean error: {', '.join(parts)}"
-
-
-@final
-@dataclass(frozen=True, eq=False, repr=False)
-class Run(AbstractReported, AbstractValidation):
-    """One algorithm's fit and its errors.
-
-    Args:
-        fit: Parameters, standard errors, unobservable combinations.
-        held_out_data: The held-out rows.
-        before_refit: The arm with these errors, if `fit` was afterwards made on all rows.
-        new_sessions: Base and tool in held-out sessions that were not fitted, found from their own rows.
-        geometry: The best arm without effects on the fitted rows, if the fit has some.
-    """
-
-    fit: Fit
-    held_out_data: Dataset
-    before_refit: Robot | None = None
-    new_sessions: Mapping[str, Mounting] = field(default_factory=dict)
-    geometry: Robot | None = None
-
-    @cached_property
-    def calibrated(self) -> Robot:
-        """The robot with the identified values, after all events, with its errors on record."""
-        alone = None if self.geometry is None else self.file_errors.get("URDF")
-        own = None if alone is None else alone.expected
-        return self.saved.robot.recorded(error=self.judged_errors.expected, geometry_error=own)
-
-    @cached_property
-    def saved(self) -> SavedArm:
-        """What its files hold."""
-        return SavedArm(self.fit.calibrated.recorded(geometry=self.geometry), self.fit.problem.data)
-
-    @cached_property
-    def judging(self) -> Dataset:
-        """Held-out rows if the saved arm is valid for some of them, else the fitted rows."""
-        held = self.held_out_data
-        return held if len(self.saved.valid_for(held)) else self.fit.problem.data
-
-    @cached_property
-    def judged_errors(self) -> Errors:
-        """Its errors; after events those of its file, on the judging rows for which that is valid."""
-        if not self.saved.events or self.new_sessions:
-            return self.judged
-        return self.file_errors["TOML"]
-
-    @cached_property
-    def file_errors(self) -> dict[str, Errors]:
-        """Errors of each format's arm on the judging rows.
-
-        A format is omitted where its error is unknown: held-out sessions without any fitted row.
-        """
-        if self.new_sessions:
-            return {"TOML": self.judged}
-        return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
-
-    def refusals(self, nominal: Errors, reach: float) -> dict[str, str]:
-        """Why files should not be used, by format: those worse than nominal, whose errors on the judging rows
-        are given."""
-        found = {name: why_unusable(e, nominal, reach) for name, e in self.file_errors.items()}
-        return {name: f"the {name} is {text}" for name, text in found.items() if text}
-
-    @property
-    def places(self) -> dict[str, float]:
-        """Known and identified places of anchors, contacts or markers [m]."""
-        return {**self.fit.problem.known, **self.fit.problem.instrument(self.fit.x)}
-
-    @property
-    def as_measured(self) -> Robot:
-        """The arm with these errors, including events during the measurements."""
-        robot = self.before_refit or self.fit.calibrated.recorded(geometry=self.geometry)
-        return (
-            replace(robot, sessions={**robot.sessions, **self.new_sessions}) if self.new_sessions else robot
-        )
-
-    @cached_property
-    def deviation(self) -> float:
-        """Root of the summed squares of the constants' deviations from nominal [rad, m]."""
-        problem = self.fit.problem
-        return float(np.linalg.norm((self.fit.x - problem.start)[problem.geometry]))
-
-    @cached_property
-    @beside("implausible corrections", ())
-    def implausible(self) -> tuple[str, ...]:
-        """Corrections too large for manufacturing errors: constants, largest first, unless they cancel; else
-        the flange, as where an error is spread over many of them."""
-        found, far, nominal = [], dict[str, float](), self.fit.problem.robot
-        for p, value, std in zip(self.fit.parameters, self.fit.x.tolist(), self.fit.std, strict=True):
-            maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
-            moved = value - p.nominal
-            if p.is_geometry and abs(moved) > max(maximum, CERTAIN * std):
-                size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
-                found.append((abs(moved) / maximum, f"{p.text} {size}"))
-                far[p.name] = value
-        off = off_nominal(nominal.with_values(far), nominal, sampled(nominal)) if len(far) > 1 else None
-        if off and off.position < IMPLAUSIBLE_LENGTH and off.rotation < IMPLAUSIBLE_ANGLE:
-            found = []
-        return tuple(text for _, text in sorted(found, reverse=True)) or self._far_flange()
-
-    def _far_flange(self) -> tuple[str, ...]:
-        nominal = self.fit.problem.robot
-        off, known = off_nominal(self.fit.arm, nominal, sampled(nominal)), self.transfer.anywhere
-        if off.position > max(IMPLAUSIBLE_SHARE * nominal.reach, CERTAIN * known.position):
-            return (f"flange {1e3 * off.position:.0f} mm from nominal within the limits",)
-        turned = self.fit.problem.sees_rotation
-        if turned and off.rotation > max(IMPLAUSIBLE_ANGLE, CERTAIN * known.rotation):
-            return (f"flange {np.rad2deg(off.rotation):.0f}° from nominal within the limits",)
-        return ()
-
-    @cached_property
-    def transfer(self) -> Transfer:
-        """Expected errors near the measured poses, and anywhere within the limits."""
-        return transfer(self.fit, rng=np.random.default_rng(0))
+        before, after = (errors.spreads for errors in self)
+        both = [(name, unit) for name, (_, _, unit) in KINDS.items() if name in before and name in after]
+        sizes = (f"{n.partition('_')[0]} {before[n].mean:.3g} → {after[n].mean:.3g}{u}" for n, u in both)
+        return f"mean error: {', '.join(sizes)}"
 
 
 class Outlier(NamedTuple):
@@ -419,7 +291,18 @@ class Identification(AbstractReported, AbstractSplit):
         least = max(min(found.near.position, shown), 1e-15)
         if not is_known or found.anywhere.position <= max(WARNING_RATIO * least, ROUNDING):
             return ""
-        return transfer_note(found, best.fit.problem.sees_rotation, shown)
+        near, anywhere = (
+            f"{1e3 * expected.position:.3f} mm"
+            + f" / {np.rad2deg(expected.rotation):.3f}°" * best.fit.problem.sees_rotation
+            for expected in found
+        )
+        how = "to use the arm there, measure in other branches and orientations too"
+        if shown < found.near.position:
+            how = f"rows of places that nobody measured show {in_mm(shown)} of it; measure positions, too"
+        return (
+            f"expected tool error from uncertain constants: {near} near the measured poses, but {anywhere} "
+            f"elsewhere within the joint limits; {how}"
+        )
 
 
 @final

@@ -1,14 +1,20 @@
-"""Observability of the tool in a fit, for the record of its calibration (`arm/calibration_record.py`).
+"""Observability of the tool in a fit, for the record of its calibration (`arm/calibration_record.py`), and
+its expected errors at poses like the measured ones and elsewhere.
 
 From the rows: twists of the tool, in base axes and in its own, that change no measured number are
 unobservable (a point shows no rotation, two markers none about their line, a plane no motion along itself).
 From the covariance: how far the uncertainty of the identified constants moves tool and flange at the measured
 poses. The flange counts after the best constant change of the base, the tool after that of base and tool:
 rows can't tell the last joint's zero and length from the places of reflectors, and need not.
+
+If all rows share one elbow branch or one region, some combination of constants may be so uncertain that the
+model is good only near them; comparing the expected errors near and anywhere shows this. Where rows show no
+base, like touches of places that nobody measured, both are those after the best constant motion of base and
+tool: the rest, such as the arm's scale, stays.
 """
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -28,6 +34,28 @@ LEVER = 0.1
 """Lever that converts rotations of the tool to displacements [m]."""
 MIN_INFORMATION = 1e-6
 """Minimum information on a direction, relative to its channel's, for it to be observable."""
+JOINT_SPACE_POSES = 400
+"""Number of random poses that represent the whole joint space."""
+
+
+class Transfer(NamedTuple):
+    """Expected errors at poses like the measured ones, and anywhere within the joint limits."""
+
+    near: Expected
+    anywhere: Expected
+
+
+def transfer(fit: "Fit", *, rng: np.random.Generator) -> Transfer:
+    """Expected errors near the fitted rows and at random joint positions within the limits.
+
+    Drivers of effects (load, temperature …) are those of the rows.
+    """
+    lower, upper = fit.problem.robot.search_limits.T
+    near = Motion.of(fit.problem.data)
+    anywhere = near.take(rng.integers(0, len(near), JOINT_SPACE_POSES))
+    anywhere = replace(anywhere, q=rng.uniform(lower, upper, (JOINT_SPACE_POSES, len(lower))))
+    is_aligned = not fit.problem.sees_base
+    return Transfer(*(expected_error(fit, rows, is_aligned=is_aligned) for rows in (near, anywhere)))
 
 
 def observed_by(fit: "Fit") -> Observed:

@@ -9,9 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.data.accuracy_requirement import Wanted
-from workbench.identification.errors.pass_or_fail import Judged, judge
-from workbench.identification.result import Identification
+from workbench.identification.run import judge
 from workbench.report.blocks import Sentence, Tone
 from workbench.session.state import Session
 
@@ -48,13 +46,11 @@ def arm_judgement(session: Session) -> Sentence | None:
     found, wanted = session.results.identification, session.choices.wanted
     if found is None or wanted is None:
         return None
-    judged = _judged(found, session.results.fit, wanted)
+    judged = _judged(found.runs[session.results.fit], wanted)
     if judged.is_kept is None:
         return None
     passed = Tone.GOOD if judged.held_out else Tone.PLAIN
     return Sentence(judged.verdict, tone=passed if judged.is_kept else Tone.BAD)
 
 
-@lru_cache(maxsize=2)
-def _judged(found: Identification, fit: str, wanted: Wanted) -> Judged:
-    return judge(found, wanted, run=found.runs[fit])
+_judged = lru_cache(maxsize=2)(judge)

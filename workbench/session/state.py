@@ -18,7 +18,8 @@ from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem_blocks import Noise
-from workbench.identification.result import Identification, Run
+from workbench.identification.result import Identification
+from workbench.identification.run import Run
 from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.plate.plate_score import SetScore

@@ -155,7 +155,7 @@ def test_what_does_not_carry_is_refused_and_said(tmp_path, run):
     assert not saved.exists()
     held = wb.evaluate(robot, data).errors
     assert 0.01 < held.position_mm.rms < 2.0
-    assert 0.2 < held.own_size.rms < 2.0
+    assert 0.2 < held.spreads["pixel_px"].rms < 2.0
     for call, text in (
         (lambda: wb.read_measurements(tmp_path / "pixels.csv"), "--camera and --target"),
         (lambda: wb.read_pixels(tmp_path / "pixels.csv", rig_of(data)), "has no joints"),

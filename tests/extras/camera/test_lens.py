@@ -115,7 +115,7 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     board = Charuco((5, 7), 0.036195, 0.018256, "DICT_6X6_250")
     (tmp_path / "target.toml").write_text(target_toml(charuco_target(board, "tool")))
     found = wb.identify(None, read_folder(tmp_path))
-    assert found.best.train.own_size.rms < 1.3
+    assert found.best.train.spreads["pixel_px"].rms < 1.3
     poses = found.identifiability.json(found.best.fit)["camera"]["poses"]
     assert poses["camera[camera]"]["mounted"] == "world"
     with refuses(DataError, "give the joints"):

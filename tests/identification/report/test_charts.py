@@ -5,7 +5,7 @@ import pytest
 
 from workbench import Motion, measure_poses, tool_poses
 from workbench.identification.identify import identify
-from workbench.identification.report.charts import MAX_BARS, constant_bars
+from workbench.identification.report.document import MAX_BARS, constant_bars
 
 
 def test_each_size_is_what_the_change_moves_the_tool_by(aria):

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from workbench.identification.report.document import identification_blocks
-from workbench.identification.report.parameters import SHARED, UNSEEN, Identified, identified
+from workbench.identification.report import document
+from workbench.identification.report.document import SHARED, UNSEEN, identification_blocks, identified
 from workbench.report.numbers import short
 from workbench.report.result_display import as_text
 
@@ -58,4 +58,4 @@ def test_what_no_row_tells_apart_is_marked(points):
     ],
 )
 def test_parameters_have_units_for_people_and_the_digits_of_their_error(numbers, expected):
-    assert Identified("a", *numbers).shown == expected
+    assert document.Identified("a", *numbers).shown == expected

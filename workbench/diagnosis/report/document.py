@@ -10,8 +10,7 @@ from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import capital, first_of, plural
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
-from workbench.identification.report.charts import before_after
-from workbench.identification.report.document import errors_table
+from workbench.identification.report.document import before_after, errors_table
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
 from workbench.report.chart import Bar, Bars
 from workbench.report.colours import CALIBRATED, NOMINAL, UNNAMED

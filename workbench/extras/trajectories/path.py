@@ -26,7 +26,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import JointRows, Poses, frozen
-from workbench.identification.errors.comparable_arms import ComparedArms, comparable
+from workbench.identification.checks.arm_match import ComparedArms, comparable
 
 JUMP = 0.5
 """Change of a joint between two rows above which it is a jump to another branch [rad or m]."""

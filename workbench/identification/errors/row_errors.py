@@ -25,12 +25,14 @@ from workbench.identification.problem_blocks import observations, of_rows
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-KINDS = (
-    ("position", "position", "position_mm", 1e3, " mm"),
-    ("orientation", "rotation", "orientation_deg", np.rad2deg(1.0), "°"),
-    ("tilt", "tilt", "tilt_deg", np.rad2deg(1.0), "°"),
-)
-"""Kinds of errors: their name, fields of `Errors`: row by row, summed up, and the unit of the latter."""
+KINDS = {
+    "position_mm": ("position", 1e3, " mm"),
+    "orientation_deg": ("rotation", float(np.rad2deg(1.0)), "°"),
+    "tilt_deg": ("tilt", float(np.rad2deg(1.0)), "°"),
+}
+"""Kinds of errors by the name of their summary: field of `Errors` row by row, factor and unit of that."""
+TOOL = "position_mm", "orientation_deg"
+"""Those of the tool."""
 AXES = ("x[m]", "y[m]", "z[m]", "rx[rad]", "ry[rad]", "rz[rad]")
 
 
@@ -51,9 +53,13 @@ class Spread(NamedTuple):
         """Summary of one error per row; unmeasured ones (NaN) are ignored."""
         errors = errors[np.isfinite(errors)]
         if not len(errors):
-            return cls(*[float("nan")] * 4)
+            return NOTHING
         rms = float(np.sqrt((errors**2).mean()))
         return cls(float(errors.mean()), rms, float(errors.max()), median(errors))
+
+
+NOTHING = Spread(*[float("nan")] * 4)
+"""Summary of no errors."""
 
 
 def median(values: Float[np.ndarray, " n"]) -> float:
@@ -93,34 +99,30 @@ class Errors:
         return replace(self, position=wider[0], rotation=wider[1])
 
     @cached_property
+    def spreads(self) -> dict[str, Spread]:
+        """Summaries of what was measured, by name with its unit: those of `KINDS`, then of readings in their
+        own unit, such as `pixel_px`, with the rms of all readings."""
+        found = {name: Spread.of(factor * getattr(self, rows)) for name, (rows, factor, _) in KINDS.items()}
+        if (seen := self.own) is not None:
+            square = np.nansum(seen.number * seen.size**2) / max(np.nansum(seen.number), 1.0)
+            name = seen.name.replace("[", "_").rstrip("]")
+            found[name] = Spread.of(seen.size)._replace(rms=float(np.sqrt(square)))
+        return {name: spread for name, spread in found.items() if np.isfinite(spread.mean)}
+
+    @property
     def position_mm(self) -> Spread:
         """Of positions [mm]; NaN for data without."""
-        return Spread.of(1e3 * self.position)
+        return self.spreads.get("position_mm", NOTHING)
 
-    @cached_property
+    @property
     def orientation_deg(self) -> Spread | None:
         """Of the tool's orientations [deg]; None for data without."""
-        return Spread.of(np.rad2deg(self.rotation)) if np.isfinite(self.rotation).any() else None
-
-    @cached_property
-    def tilt_deg(self) -> Spread | None:
-        """Of inclinometers on links [deg]; None for data without."""
-        return Spread.of(np.rad2deg(self.tilt)) if np.isfinite(self.tilt).any() else None
-
-    @cached_property
-    def own_size(self) -> Spread | None:
-        """Of readings in their own unit, the rms of all readings; None for data without."""
-        if (seen := self.own) is None:
-            return None
-        square = np.nansum(seen.number * seen.size**2) / max(np.nansum(seen.number), 1.0)
-        return Spread.of(seen.size)._replace(rms=float(np.sqrt(square)))
+        return self.spreads.get("orientation_deg")
 
     @property
     def main(self) -> Spread:
         """Of positions [mm]; where none were measured of orientations or tilts [deg], or of readings."""
-        measured = (self.position_mm, self.orientation_deg, self.tilt_deg, self.own_size)
-        found = (spread for spread in measured if spread is not None and np.isfinite(spread.mean))
-        return next(found, self.position_mm)
+        return next(iter(self.spreads.values()), NOTHING)
 
     @property
     def expected(self) -> Expected:
@@ -130,9 +132,8 @@ class Errors:
 
     def text(self, which: str) -> str:
         """Mean, median … of positions and orientations, for display; empty if neither was measured."""
-        found = [(self.position_mm, " mm"), (self.orientation_deg, "°")]
-        values = [(getattr(spread, which), unit) for spread, unit in found if spread is not None]
-        return ", ".join(f"{value:.3g}{unit}" for value, unit in values if np.isfinite(value))
+        found = [(name, spread) for name, spread in self.spreads.items() if name in TOOL]
+        return ", ".join(f"{getattr(spread, which):.3g}{KINDS[name][2]}" for name, spread in found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,15 +190,14 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
     limit = min(SUSPICIOUS_SHARE_OF_NOMINAL * nominal.main.rms, unit * SUSPICIOUS_SHARE_OF_REACH * reach)
     if found.main.rms > max(limit, unit * SUSPICIOUS_FLOOR):
         return True
-    before, after = nominal.orientation_deg, found.orientation_deg
-    if not has_positions or before is None or after is None:
-        return False
-    return after.rms > max(min(SUSPICIOUS_SHARE_OF_NOMINAL * before.rms, SUSPICIOUS_TURN), TURN_FLOOR)
+    before, after = (errors.spreads.get("orientation_deg", NOTHING).rms for errors in (nominal, found))
+    limit = max(min(SUSPICIOUS_SHARE_OF_NOMINAL * before, SUSPICIOUS_TURN), TURN_FLOOR)
+    return has_positions and np.isfinite(before) and after > limit
 
 
 MAX_SHARE_OF_REACH, MAX_TURN = 0.01, 3.0
 """Mean errors beyond this share of the reach, or this angle [deg], are of no calibrated arm."""
-CHANCE, NOTHING = 0.5, 1e-6
+CHANCE, NEGLIGIBLE = 0.5, 1e-6
 """A channel is worse if its mean rises by more than this over the root of the number of rows, as it may by
 chance where the nominal arm is exact; errors below the second [mm or deg] are none."""
 
@@ -214,17 +214,14 @@ def why_unusable(found: Errors, nominal: Errors, reach: float) -> str:
     """
     if found.own is not None:
         return ""  # readings in a unit of their own decide themselves what may be identified
-    limits = (1e3 * MAX_SHARE_OF_REACH * reach, MAX_TURN, MAX_TURN)
-    known = [
-        (before.mean, after.mean, unit, limit)
-        for (_, _, name, _, unit), limit in zip(KINDS, limits, strict=True)
-        if (before := getattr(nominal, name)) and (after := getattr(found, name)) and np.isfinite(after.mean)
-    ]
-    for _, after, unit, limit in known:
+    for name, spread in found.spreads.items():
+        after, unit = spread.mean, KINDS[name][2]
+        limit = 1e3 * MAX_SHARE_OF_REACH * reach if name == "position_mm" else MAX_TURN
         if after > limit:
             return f"off by {after:.3g}{unit} on average, more than any calibrated arm ({limit:.3g}{unit})"
-    for before, after, unit, _ in known:
-        if after > (1.0 + CHANCE / np.sqrt(len(nominal))) * before + NOTHING:
+    for name, spread in found.spreads.items():
+        before, after, unit = nominal.spreads.get(name, NOTHING).mean, spread.mean, KINDS[name][2]
+        if after > (1.0 + CHANCE / np.sqrt(len(nominal))) * before + NEGLIGIBLE:
             return f"worse than nominal: {after:.4g}{unit} on average, nominal {before:.4g}{unit}"
     return ""
 

@@ -9,24 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
-from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
-from workbench.identification.errors.row_errors import AbstractValidation, Errors, Spread
+from workbench.identification.errors.row_errors import TOOL, AbstractValidation, Errors
 from workbench.identification.meaning.nominal_fit import next_worse
-from workbench.identification.report.document import identification_blocks
-from workbench.identification.report.parameters import IDENTIFIED, identified
-from workbench.identification.result import Evaluation, Identification, Run
+from workbench.identification.report.document import IDENTIFIED, identification_blocks, identified
+from workbench.identification.result import Evaluation, Identification
+from workbench.identification.run import Run
 from workbench.report.blocks import Block
 from workbench.report.json import Json, document
 from workbench.report.page import write_page
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
-CONTROLLER = "workbench.controller/1"
 
 
 def reading_json(data: Dataset, robot: Robot | None = None) -> Json:
@@ -93,29 +90,6 @@ def evaluation_json(result: Evaluation) -> Json:
     )
 
 
-def controller_json(numbers: ControllerNumbers) -> Json:
-    """Controller-ready numbers as plain data, in SI."""
-    return document(
-        CONTROLLER,
-        robot=numbers.robot.name,
-        takes=numbers.parts,
-        units=["m" if slides else "rad" for slides in sliding(numbers.robot)],
-        offsets=numbers.offsets,
-        tool={"xyz": numbers.robot.tool.xyz, "rpy": numbers.robot.tool.rpy},
-        base={"xyz": numbers.robot.base.xyz, "rpy": numbers.robot.base.rpy},
-        held=numbers.held,
-        compared_at=numbers.rows,
-        without=_pose_errors(numbers.before),
-        remains=_pose_errors(numbers.after),
-        advised=numbers.is_better,
-        losses=numbers.losses,
-    )
-
-
-def _spread(spread: Spread | None) -> Json | None:
-    return None if spread is None or np.isnan(spread.mean) else spread._asdict()
-
-
 def excluded_json(excluded: Iterable[tuple[int, str]]) -> list[Json]:
     """Rows that were excluded, each with the reason."""
     return [{"row": row, "reason": reason} for row, reason in excluded]
@@ -125,22 +99,12 @@ def errors_json(errors: Errors | None) -> Json | None:
     """Object `E` of formats.md; None without rows."""
     if not errors:
         return None
-    found = {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
-    name = "" if errors.own is None else errors.own.name
-    more = {"tilt_deg": errors.tilt_deg, name.replace("[", "_").rstrip("]"): errors.own_size}
-    return found | {name: _spread(spread) for name, spread in more.items() if spread is not None}
+    return dict.fromkeys(TOOL) | {name: spread._asdict() for name, spread in errors.spreads.items()}
 
 
 def validation_json(validation: AbstractValidation) -> Json:
     """Errors on the fitted and on the held-out rows."""
     return {"train": errors_json(validation.train), "held_out": errors_json(validation.held_out)}
-
-
-def _pose_errors(errors: PoseErrors) -> Json:
-    return {
-        "position_mm": {"mean": 1e3 * errors.position_mean, "max": 1e3 * errors.position_max},
-        "orientation_deg": {"mean": np.rad2deg(errors.rotation_mean), "max": np.rad2deg(errors.rotation_max)},
-    }
 
 
 def _run(run: Run) -> Json:

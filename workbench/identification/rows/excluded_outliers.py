@@ -6,7 +6,7 @@ and kept.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -38,63 +38,57 @@ MAX_ROUNDS = 3
 """Maximum number of rounds of outlier exclusion."""
 MAX_NAMED_ROWS = 15
 """Maximum number of rows that are named."""
-GROSS_REASON, REASON = "gross outlier", "outlier"
+REASONS = GROSS, REASON = "gross outlier", "outlier"
 
 Rows = Int[np.ndarray, " k"]
 
 
-def prepare_without_gross_outliers(
-    robot: Robot, data: Dataset, choices: FitChoices, **options: Any
+def prepare_without_outliers(
+    robot: Robot, data: Dataset, choices: FitChoices, *, reasons: Sequence[str] = REASONS, **options: Any
 ) -> tuple[Prepared, Rows]:
-    """Rows and frames without gross outliers, and these [indices into data].
+    """Rows and frames without outliers, and these [indices into data].
 
     Readings with their own preparation have their own checks.
 
     Args:
+        reasons: Which outliers, of `REASONS`.
         options: Further arguments of `prepare`.
     """
-    gross: list[int] = []
-    ready = prepare(robot, data, choices, **options)
-    for _ in range(0 if ready.identifiability.is_limited else MAX_ROUNDS):
-        nominal, limit = ready.nominal, GROSS_REACH_SHARE * robot.reach
-        usual = 1e-3 * nominal.train.position_mm.median
-        both = (nominal.train, ready.problem.data), (nominal.held_out, ready.held_out_data)
-        fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
-        limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
-        far = ready.held_out_rows[held > limit] if ready.is_one_file else ready.held_out_rows
-        found = np.concatenate([ready.train_rows[fitted > limit], far])
-        if not len(found):
-            break
-        gross += found.tolist()
-        choices = _without(choices, ready.data.row[found], GROSS_REASON)
-        ready = prepare(robot, data, choices, **options)
-    return ready, np.array(gross, np.int64)
+    ready, outlying = prepare(robot, data, choices, **options), list[int]()
+    for reason in () if ready.identifiability.is_limited else reasons:
+        for _ in range(MAX_ROUNDS):
+            found = _gross(ready, robot.reach) if reason == GROSS else _standing_out(ready)
+            if not len(found):
+                break
+            outlying += found.tolist()
+            excluded = dict.fromkeys(ready.data.row[found].tolist(), reason)
+            choices = replace(choices, exclude={**choices.exclude, **excluded})
+            ready = prepare(robot, data, choices, **options)
+        options["held_rows"] = ready.data.row[ready.held_out_rows].tolist()
+    return ready, np.array(outlying, np.int64)
 
 
-def prepare_without_outliers(
-    robot: Robot, data: Dataset, choices: FitChoices, **options: Any
-) -> tuple[Prepared, Rows]:
-    """The same, also without outliers among the rows to fit."""
-    ready, outlying = prepare_without_gross_outliers(robot, data, choices, **options)
-    if ready.identifiability.is_limited:
-        return ready, outlying
-    choices = _without(choices, ready.data.row[outlying], GROSS_REASON)
-    held = ready.data.row[ready.held_out_rows].tolist()
-    for _ in range(MAX_ROUNDS):
-        problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
-        if problem.count <= len(problem.names):
-            break
-        wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        out = find_outliers(wide, robust_fit(wide, first.x), everything)
-        if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
-            out &= np.convolve(out, np.ones(5), "same") < 4.0
-        found = ready.train_rows[out & _is_tested(problem, problem.data)]
-        if not len(found):
-            break
-        outlying = np.append(outlying, found)
-        choices = _without(choices, ready.data.row[found], REASON)
-        ready = prepare(robot, data, choices, held_rows=held, **options)
-    return ready, outlying
+def _gross(ready: Prepared, reach: float) -> Rows:
+    """Fitted and held-out rows that are too far from the aligned nominal arm of this reach [m]."""
+    nominal, limit = ready.nominal, GROSS_REACH_SHARE * reach
+    usual = 1e-3 * nominal.train.position_mm.median
+    both = (nominal.train, ready.problem.data), (nominal.held_out, ready.held_out_data)
+    fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
+    limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
+    far = ready.held_out_rows[held > limit] if ready.is_one_file else ready.held_out_rows
+    return np.concatenate([ready.train_rows[fitted > limit], far])
+
+
+def _standing_out(ready: Prepared) -> Rows:
+    """Fitted rows that stand out from a robust fit."""
+    problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
+    if problem.count <= len(problem.names):
+        return ready.train_rows[:0]
+    wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
+    out = find_outliers(wide, robust_fit(wide, first.x), everything)
+    if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
+        out &= np.convolve(out, np.ones(5), "same") < 4.0
+    return ready.train_rows[out & _is_tested(problem, problem.data)]
 
 
 def _is_tested(problem: Problem, rows: Dataset) -> Bool[np.ndarray, " rows"]:
@@ -104,11 +98,6 @@ def _is_tested(problem: Problem, rows: Dataset) -> Bool[np.ndarray, " rows"]:
         return np.ones(len(rows), bool)
     count = Counter(fitted.session.tolist())
     return np.array([count[name] > placing_rows(fitted) for name in rows.session.tolist()], bool)
-
-
-def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:
-    more = dict.fromkeys(rows.tolist(), reason)
-    return replace(choices, exclude={**choices.exclude, **more}) if more else choices
 
 
 def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np.ndarray, " rows"]:

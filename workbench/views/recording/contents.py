@@ -8,8 +8,7 @@ import rerun as rr
 
 from workbench.base.types import Vector3
 from workbench.diagnosis.result import Diagnosis
-from workbench.identification.report.document import models, remarks
-from workbench.identification.report.parameters import parameter_blocks
+from workbench.identification.report.document import models, parameter_blocks, remarks
 from workbench.identification.result import Identification
 from workbench.parts import warn_of_broken
 from workbench.report.result_display import as_markdown

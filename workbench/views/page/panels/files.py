@@ -8,9 +8,9 @@ import viser
 from workbench.base.wording import capital
 from workbench.data.accuracy_requirement import Wanted
 from workbench.exports import FORMS, AbstractForm
-from workbench.identification.errors.file_errors import file_notes, judging_text, sizes
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import Identification
+from workbench.identification.run import file_notes, judging_text, sizes
 from workbench.report.numbers import compared
 from workbench.session.export import (
     calibrated_toml,

@@ -6,8 +6,7 @@ import viser
 
 from workbench.base.wording import plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
-from workbench.identification.report.document import models
-from workbench.identification.report.parameters import parameter_blocks
+from workbench.identification.report.document import models, parameter_blocks
 from workbench.identification.result import Identification
 from workbench.report.blocks import lines
 from workbench.report.result_display import as_html

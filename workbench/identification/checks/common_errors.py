@@ -1,0 +1,219 @@
+"""Errors that many rows have in common and no arm explains, one sentence each.
+
+Rows of two kinds in one file: a column parts those that have no arm, or no base and tool, in common; or they
+lie off the others by one and the same vector, along the measuring frame's axes or the tool's: a reflector in
+one of two seats, two stations, a frame that was knocked. Or all points are the nominal arm's, drawn out
+alike: an instrument whose lengths are wrong.
+"""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.advice import beside
+from workbench.base.remedy import remedy
+from workbench.base.wording import in_mm, ranges
+from workbench.data.dataset import Dataset
+from workbench.data.postures import repeats
+from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.fit import Fit
+from workbench.identification.meaning.usable_rows import usable
+
+MIN_PART, MANY = 10, 100
+"""Minimum number of rows of a part, and the number that is enough."""
+PARTED, ALIKE = 0.5, 1.3
+"""Ratio of errors that parts by themselves leave at most, and up to which base and tool alone explain it."""
+LOOSER = 0.1
+"""Factor of the prior's weight: the noise that it was weighed against was found with all parts together."""
+BIMODAL = 0.2
+"""Maximum share of the residuals' variance along their widest direction that two groups leave: of normal ones
+they leave 0.36, of uniform ones 0.25."""
+MIN_IN_TWO, MIN_SHARE = 30, 0.1
+"""Minimum number of rows, and their minimum share in either group: fewer are outliers."""
+ROUNDS = 8
+"""Maximum number of refits, so that geometry takes no part of the vector."""
+EXPLAINED = 0.5
+"""Share of the nominal arm's rms error that a scale must leave at most."""
+MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
+"""Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
+0.5 %), and the smallest spread of the points as a share of the reach."""
+
+
+@beside("columns that part the rows", "")
+def parted_by_column(fit: Fit, data: Dataset) -> str:
+    """`rows with the same 'robot' need constants of their own, which leave A 5 %, B 6 % of …`, or empty.
+
+    Errors are predicted from the other rows, to first order about the fit: parts drawn by lot are predicted
+    worse by themselves, since fewer rows determine as many constants.
+
+    Args:
+        fit: Fit to most of the rows.
+        data: They and those that were excluded as outliers.
+    """
+    columns = dict(data.unread)
+    if data.session is not None and len(data.sessions) > 1:
+        columns["session"] = data.session
+    if not columns or data.readings is not None:
+        return ""
+    problem = fit.problem.again(data=data)
+    if problem.names != fit.problem.names:
+        return ""
+    residual, jacobian = (part[: problem.size] for part in problem.evaluate(fit.x))
+    prior, posture = fit.problem.prior, repeats(data)
+    pull = prior @ (fit.problem.prior_centre - fit.x)
+    frames = np.array([re.split(r"[.[]", name)[0] in ("base", "tool") for name in problem.names])
+    for heading, cells in columns.items():
+        rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
+        rows = {value: own[np.unique(posture[own], return_index=True)[1]] for value, own in rows.items()}
+        rows = {value: own[:: 1 + len(own) // MANY] for value, own in rows.items() if len(own) >= MIN_PART}
+        if len(rows) < 2:
+            continue
+        parts = np.array([np.isin(problem.component_rows, own) for own in rows.values()])
+        used = parts.any(0) & (problem.inverse_sigma > 0.0)
+        known = residual[used], jacobian[used], parts[:, used], prior, pull
+        kinds = np.array([frames & False, frames, frames | True])
+        together, moved, apart = (_predicted(*known, own) for own in kinds)
+        is_moved = moved @ moved < ALIKE**2 * (apart @ apart)
+        best = moved if is_moved else apart
+        if best @ best > PARTED**2 * (together @ together):
+            continue
+        sizes = [np.sqrt(np.mean(np.square(off))) for off in (*(best[p] for p in parts[:, used]), together)]
+        each = zip(rows, sizes, strict=False)
+        shares = [f"{value or 'blank'} {size / sizes[-1]:.0%}" for value, size in each]
+        said = remedy(f"give columns='session={heading}' (--columns)", page=f"{CHOOSE_ON_PAGE}: session")
+        own = "a base and tool" if is_moved else "constants"
+        return (
+            f"rows with the same '{heading}' need {own} of their own, which leave {', '.join(shares[:4])} of "
+            f"the error that they have together: {said if is_moved else 'another arm? fit them one by one'}"
+        )
+    return ""
+
+
+def _predicted(
+    residual: Float[np.ndarray, " m"],
+    jacobian: Float[np.ndarray, "m p"],
+    parts: Bool[np.ndarray, "parts m"],
+    prior: Float[np.ndarray, "k p"],
+    pull: Float[np.ndarray, " k"],
+    own: Bool[np.ndarray, " p"],
+) -> Float[np.ndarray, " m"]:
+    """Residuals as predicted from the other rows, if every part has some unknowns of its own."""
+
+    def spread(matrix: np.ndarray, parts: np.ndarray) -> np.ndarray:
+        return np.concatenate([matrix[:, ~own], *(part[:, None] * matrix[:, own] for part in parts)], axis=1)
+
+    count, looser = len(parts), LOOSER / np.sqrt(len(parts))
+    known = spread(np.tile(prior, (count, 1)), np.repeat(np.eye(count), len(prior), axis=1))
+    whole = np.concatenate([spread(jacobian, parts), looser * known])
+    wanted = np.concatenate([residual, looser * np.tile(pull, count)])
+    whole /= np.maximum(np.linalg.norm(whole, axis=0), 1e-12)
+    values, vectors = np.linalg.eigh(whole.T @ whole)
+    seen = values > 1e-12 * values[-1]
+    basis = whole @ (vectors[:, seen] / np.sqrt(values[seen]))
+    left = wanted - basis @ (basis.T @ wanted)
+    return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(residual)]
+
+
+@beside("rows that lie off together", "")
+def two_places(fit: Fit, data: Dataset) -> str:
+    """`30 of 90 rows (every 3rd, from row 0) lie 3 mm off the others together …`, or empty.
+
+    Args:
+        fit: Fit to most of the rows.
+        data: They and those that were excluded as outliers.
+    """
+    problem, points, motion = fit.problem, data.position, Motion.of(data)
+    if points is None or len(data) < MIN_IN_TWO or len(data.sessions) > 1 or not np.isfinite(points).all():
+        return ""
+    turned = tool_poses(fit.arm.in_session(""), motion)[:, :3, :3]
+    turn = {"the measuring frame": np.eye(3)[None], "the tool": turned}
+
+    def off(axes: str, x: np.ndarray) -> Float[np.ndarray, "rows 3"]:
+        seen = tool_poses(problem.frames.placed(problem.robot_at(x), data.sessions).in_session(""), motion)
+        return ((points - seen[:, :3, 3])[:, None] @ turn[axes])[:, 0]
+
+    groups = {axes: _halves(off(axes, fit.x)) for axes in turn}
+    axes = min(groups, key=lambda a: groups[a][0])
+    (share, away), left = groups[axes], off(axes, fit.x)
+    for _ in range(ROUNDS if share < BIMODAL and not problem.robot.effects else 0):
+        shift = left[away].mean(0) - left[~away].mean(0)
+        moved = replace(data, position=points - away[:, None] * (turn[axes] @ shift))
+        left = off(axes, Opt2(limit=20).search(problem.again(data=moved)).x)
+        new = (left - 0.5 * (left[away].mean(0) + left[~away].mean(0))) @ shift > 0.0
+        if (new == away).all() or not MIN_SHARE < new.mean() < 1.0 - MIN_SHARE:
+            break
+        away = new
+    few = away if away.mean() <= 0.5 else ~away
+    if share > BIMODAL or few.mean() < MIN_SHARE:
+        return ""
+    shift = left[few].mean(0) - left[~few].mean(0)
+    known = [(n, v) for n in ("payload", "temperature") if (v := getattr(data, n)) is not None]
+    told = [n for n, v in known if (v[few].min() - v[~few].max()) * (v[few].max() - v[~few].min()) > 0.0]
+    more = f"the {told[0]} tells them apart" if told else "tell them apart by a column 'session'"
+    return (
+        f"{few.sum()} of {len(few)} rows ({_which(data.row, few)}) lie "
+        f"{in_mm(float(np.linalg.norm(shift)))} off the others together, by "
+        f"{', '.join(f'{1e3 * v:.2f}' for v in shift)} mm in x, y, z of {axes}: "
+        f"another reflector, seat, station or tool, or a knock? {more}"
+    )
+
+
+def _which(row: Int[np.ndarray, " rows"], few: Bool[np.ndarray, " rows"]) -> str:
+    """`every 3rd, from row 0`, or the rows."""
+    rows = row[few]
+    step = int(np.gcd.reduce(np.diff(rows)))
+    if step > 1 and ((row % step == rows[0] % step) == few).all():
+        ending = {1: "st", 2: "nd", 3: "rd"}.get(step % 10 if step % 100 not in (11, 12, 13) else 0, "th")
+        return f"every {step}{ending}, from row {rows[0] % step}"
+    return f"rows {ranges(rows)}"
+
+
+def _halves(off: Float[np.ndarray, "rows 3"]) -> tuple[float, Bool[np.ndarray, " rows"]]:
+    """Two groups along the widest direction, by the cut that leaves least within them, and what share."""
+    along = (off - off.mean(0)) @ np.linalg.svd(off - off.mean(0), full_matrices=False)[2][0]
+    order, count = np.argsort(along), np.arange(1, len(along))
+    between = np.cumsum(along[order])[:-1] ** 2 * (1.0 / count + 1.0 / (len(along) - count))
+    best = int(np.argmax(between))
+    return 1.0 - float(between[best] / (along @ along)), np.argsort(order) > best
+
+
+@beside("the instrument's scale", "")
+def instrument_scale(aligned: Robot, data: Dataset) -> str:
+    """`all lengths are 2 % longer than nominal …`, or empty.
+
+    Manufacturing errors lengthen some links and shorten others, and turn axes; a board that was printed too
+    large, or a camera's wrong focal length, does the same to all lengths at once. The nominal arm is aligned
+    with the rows, to first order; pictures themselves have checks of their own (`extras/camera`).
+    """
+    rows = usable(data) if data.position is not None else None
+    if rows is None or len(rows) < MIN_SCALED:
+        return ""
+    arm = aligned if rows.session is None else aligned.in_session(str(rows.session[0]))
+    seen = tool_poses(arm, Motion.of(rows))
+    points, turned = seen[:, :3, 3] - seen[:, :3, 3].mean(0), seen[:, :3, :3]
+    if np.linalg.norm(points.std(0)) < MIN_SPREAD * aligned.reach:
+        return ""
+    off = (np.asarray(rows.position) - seen[:, :3, 3]).ravel()
+    frames = [-se3.skew(points), np.broadcast_to(np.eye(3), turned.shape), turned]
+    columns = np.concatenate([*frames, points[:, :, None]], axis=2).reshape(len(off), -1)
+    (_, without), (scale, left) = (_left(part, off) for part in (columns[:, :-1], columns))
+    if not (left < EXPLAINED * without and MIN_SCALE < abs(scale) < 1.0):
+        return ""
+    return (
+        f"all lengths are {100.0 * abs(scale):.2g} % {'longer' if scale > 0.0 else 'shorter'} than nominal, "
+        f"which leaves {1e3 * left:.3g} of {1e3 * without:.3g} mm (rms): rather the instrument's scale (size "
+        "of its board, camera calibration, unit) than the arm; measure a known distance with it"
+    )
+
+
+def _left(columns: np.ndarray, off: np.ndarray) -> tuple[float, float]:
+    """Factor of the last column, and rms length [m] of what columns leave of differences of points."""
+    factors = np.linalg.lstsq(columns, off, rcond=None)[0]
+    return float(factors[-1]), float(np.sqrt(((off - columns @ factors) ** 2).sum() / (len(off) / 3)))
