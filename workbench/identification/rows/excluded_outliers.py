@@ -23,7 +23,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import Problem
-from workbench.identification.rows.outlying_rows import find_outliers, limits, robust_fit, row_sizes
+from workbench.identification.rows.outlying_rows import limits, robust_fit, row_sizes, standing_out
 from workbench.identification.rows.row_selection import placing_rows
 
 GROSS_RATIO = 10.0
@@ -81,11 +81,10 @@ def prepare_without_outliers(
     choices = _without(choices, ready.data.row[outlying], GROSS_REASON)
     held = ready.data.row[ready.held_out_rows].tolist()
     for _ in range(MAX_ROUNDS):
-        problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
-        if problem.count <= len(problem.names):
+        if (problem := ready.problem).count <= len(problem.names):
             break
         wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-        out = find_outliers(wide, robust_fit(wide, first.x), everything)
+        out = standing_out(wide, robust_fit(wide, first.x)[1])
         if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
             out &= np.convolve(out, np.ones(5), "same") < 4.0
         found = ready.train_rows[out & _is_tested(problem, problem.data)]
@@ -130,10 +129,10 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
 
     def left(data: Dataset, known: Mapping[str, float]) -> Float[np.ndarray, "rows 3"]:
         there = fit.problem.again(robot=robot, data=data, known=fixed, inertia=False)
-        return row_sizes(there, there.at(known), np.zeros(len(data), bool), root=_root(there, fit))
+        return row_sizes(there, there.at(known), np.zeros(len(data), bool), _root(there, fit))
 
     after = left(held, found)
-    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
+    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), fit.factor.root)
     maximum = limits(np.concatenate([own, after]))
     out = np.any(after > maximum, axis=1)
     for known in (*others, {}):
