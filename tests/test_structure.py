@@ -40,7 +40,7 @@ BUDGETS = {
     "root": 254,
     "base": 2_141,
     "report": 800,
-    "arm": 8_826,
+    "arm": 8_825,
     "data": 5_067,
     "plate": 4_893,
     "identification": 9_062,

@@ -7,7 +7,7 @@ from problems import fitted, geometric
 
 import workbench as wb
 from workbench.diagnosis.search.rounds import geometry_first
-from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
+from workbench.identification.rows.outlying_rows import robust_fit, row_sizes, standing_out
 
 
 def moved(data, rows, by, rng):
@@ -35,12 +35,11 @@ def test_a_robust_fit_is_near_that_of_the_good_rows_alone():
     moved(data, off, 10 * MISSEATED, rng)
     problem = type(clean.problem).build(case.robot, data, noise=clean.problem.noise)
     pulled = fitted(type(case)(**{**vars(case), "data": data})).x
-    robust = robust_fit(problem, pulled)
+    robust, sizes = robust_fit(problem, pulled)
     bad, good = (np.abs((x - clean.x) / clean.std).max() for x in (pulled, robust))
     assert good < 4.0
     assert bad > 10 * good
-    found = find_outliers(problem, robust, np.ones(120, bool))
-    assert set(off) == set(np.flatnonzero(found))
+    assert set(off) == set(np.flatnonzero(standing_out(problem, sizes)))
 
 
 def test_clean_rows_are_called_wrong_no_more_often_than_stated():
@@ -48,7 +47,8 @@ def test_clean_rows_are_called_wrong_no_more_often_than_stated():
     accused = 0
     for seed in range(20):
         fit = fitted(make("none", 100 + seed, "three-parallel", poses=60))
-        accused += find_outliers(fit.problem, fit.x, np.ones(60, bool), fit.factor).sum()
+        sizes = row_sizes(fit.problem, fit.x, np.ones(60, bool), fit.factor.root)
+        accused += standing_out(fit.problem, sizes).sum()
     assert accused <= 1
 
 

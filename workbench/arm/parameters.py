@@ -1,6 +1,7 @@
 """Parameters of an identification: names, meanings and bounds."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class Parameter:
         """Name for people: frames without the dot."""
         return " ".join(self.name.rsplit(".", 1)) if self.name.startswith(OF_FRAMES) else self.name
 
-    @property
+    @cached_property
     def is_geometry(self) -> bool:
         """True for a constant of the arm, false for effects, frames and the instrument's unknowns."""
         return self.is_plain and not self.is_instrument and not self.name.startswith(OF_FRAMES)

@@ -272,13 +272,12 @@ class Robot:
         known = self.chain.index.keys() | self.coefficients.keys() | self.inertia.keys() | set(GRAVITY)
         if unknown := values.keys() - known:
             raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
-        new = {e.name: revised(e, value=float(values[e.name])) for e in self.elements if e.name in values}
-        elements = tuple(new.get(e.name, e) for e in self.elements)
+        elements = [revised(e, value=float(values[e.name])) if e.name in values else e for e in self.elements]
         mounting = self.mounting.with_values(values)
         return revised(
             self.under(mounting.gravity),
             joints=tuple(j.reweighed(values) for j in self.joints),
-            elements=elements,
+            elements=tuple(elements),
             mounting=mounting,
             effects=tuple(e.sized(values) for e in self.effects),
         )

@@ -30,7 +30,7 @@ from workbench.identification.errors.row_errors import Errors, Spread, count_mea
 from workbench.identification.fit_choices import FitChoices, Sessions
 from workbench.identification.frame_freedom import moved_robot
 from workbench.identification.prior import Prior
-from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.problem_blocks import carried, of_rows
 from workbench.identification.undetermined_combinations import RANK_TOLERANCE, Factor
 
@@ -115,8 +115,6 @@ def choose_frames(
     notes = [text]
     if chosen.base:
         notes += _where_the_base_is(robot, aligned)
-    else:
-        _check_known_base(robot, aligned, chosen, trial, noise, known)
     if choices.levelled:
         chosen, first = replace(chosen, levelled=True), None
         aligned = moved_robot(aligned, chosen, data.sessions, {})
@@ -276,23 +274,20 @@ def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) ->
     return float(special.fdtrc(gained, left, ratio))
 
 
-def _check_known_base(
-    robot: Robot,
-    held: Robot,
-    freedom: FrameFreedom,
-    data: Dataset,
-    noise: Noise | None,
-    known: Mapping[str, float],
+def check_known_base(
+    robot: Robot, freedom: FrameFreedom, data: Dataset, off: float, choices: FitChoices
 ) -> None:
     """Refuse a base declared as known that is elsewhere, and report where it is.
 
     Args:
-        held: The arm aligned by its tool, as far as that is free, with the base as given.
-        freedom: Of that arm.
+        freedom: Of the arm aligned by its tool, as far as that is free, with the base as given.
+        off: Root mean square distance of the rows from that arm [m].
     """
+    noise, known = choices.noise, choices.known
     base, tool = visible_parts(data, known)
-    if not base or not (off := _rms(held, data, known)) > CLEAR_SHARE_OF_REACH * robot.reach:
+    if freedom.base or not base or not off > CLEAR_SHARE_OF_REACH * robot.reach:
         return
+    data = of_rows(data, spread_rows(data, MAX_ALIGNED_ROWS))
     own = freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
     for moved, parts in dict.fromkeys((("[base]", own), ("[base] and [tool]", tool))):
         aligned = align(robot, data, replace(freedom, base=base, tool=parts), noise=noise, known=known)

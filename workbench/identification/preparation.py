@@ -25,13 +25,14 @@ from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATI
 from workbench.identification.errors.row_errors import (
     UNKNOWN,
     Errors,
+    Spread,
     Validation,
     instrument_places,
     row_errors,
 )
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, Sessions
-from workbench.identification.frames import choose_frames, visible_parts
+from workbench.identification.frames import check_known_base, choose_frames, visible_parts
 from workbench.identification.instrument_preparation import AbstractIdentifiability, preparation_of
 from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
@@ -225,7 +226,7 @@ def prepare(
             f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
             "the other sessions"
         )
-    return Prepared(
+    ready = Prepared(
         **rows.split,
         data=complete,
         aligned=frames.robot,
@@ -235,6 +236,9 @@ def prepare(
         scale=length if prior is None and length else "",
         identifiability=identifiability,
     )
+    off = Spread.of(ready.nominal.train.position).rms
+    check_known_base(robot, frames.freedom, rows.train_data, off, choices)
+    return ready
 
 
 @final

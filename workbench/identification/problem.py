@@ -313,15 +313,16 @@ class Problem:
         self, x: Float[np.ndarray, " p"], *, only: Bool[np.ndarray, " p"] | None = None
     ) -> Iterator[tuple[RowBlock, LinearisedProblem]]:
         """Whitened residual and Jacobian of the rows, or some of its columns, block by block."""
-        wanted = np.ones(len(x), bool) if only is None else only
-        columns = np.where(wanted, np.cumsum(wanted) - 1, -1)
+        columns = None if only is None else np.where(only, np.cumsum(only) - 1, -1)
+        size = len(x) if only is None else only.sum()
 
         def filled(block: RowBlock) -> LinearisedProblem:
-            (part, twists), jacobian = block.at(x), np.zeros((block.own_sigma.size, wanted.sum()))
-            own, more = columns[block.places], columns[block.coefficients]
+            (part, twists), jacobian = block.at(x), np.zeros((block.own_sigma.size, size))
+            given = block.places, block.coefficients, block.unknowns
+            own, more, known = given if columns is None else (columns[mine] for mine in given)
             twists.add_derivatives(self.whiten(block, part.by_twist), jacobian, own, more)
             if len(block.unknowns):
-                places = np.where(block.unknowns >= 0, columns[block.unknowns], -1)
+                places = np.where(block.unknowns >= 0, known, -1)
                 product = self.whiten(block, part.by_unknown).reshape(len(jacobian), -1)
                 jacobian[:, places[places >= 0]] = product[:, places >= 0]
             return LinearisedProblem(self.whiten(block, part.residual).ravel(), jacobian)

@@ -16,6 +16,7 @@ from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import NO_WRENCHES
+from workbench.arm.frame import revised
 from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import Watched, watched
 from workbench.arm.motion import Motion
@@ -38,7 +39,8 @@ ROWS_AT_ONCE = 256
 """Rows that are evaluated at once: their twists stay in the processor's cache and, even with hundreds of
 coefficients, below the size that the allocator returns to the system after each use."""
 KEPT = 8
-"""Number of x at which derivatives of a short block are kept: one search and the start of the next."""
+"""Number of x at which derivatives of a short block are kept, whatever its noise: one search and the start of
+the next."""
 
 
 class Noise(NamedTuple):
@@ -284,9 +286,7 @@ class RowBlock:
 
     def with_noise(self, noise: Noise) -> "RowBlock":
         """The same rows whitened by other standard deviations."""
-        new = replace(self, noise=noise)
-        new.kept.extend(self.kept)
-        return new
+        return revised(self, noise=noise)
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""

@@ -84,7 +84,7 @@ class Factor:
     @property
     def rank(self) -> int:
         """Number of directions that are identified."""
-        return int(self.seen.sum())
+        return len(self.r) if self.inverse is not None else int(self.seen.sum())
 
     @cached_property
     def null_space(self) -> Float[np.ndarray, "p n"]:
@@ -106,7 +106,8 @@ class Factor:
             return self.units * (self.svd.Vh[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
         if damping == 0.0:
             return self.units * (self.inverse @ self.compressed)
-        damped = self.r.T @ self.r + damping * np.eye(len(self.r))
+        damped = self.r.T @ self.r
+        damped.flat[:: len(damped) + 1] += damping
         return self.units * np.linalg.solve(damped, self.r.T @ self.compressed)
 
     def predicted_decrease(self, step: Float[np.ndarray, " p"] | None = None) -> float:

@@ -88,7 +88,7 @@ class Twists:
         """Add derivatives of the observation to the columns with these indices, and with these of
         coefficients, except negative ones."""
         _add_products(by_twist, self.plain, places, out)
-        if (coefficients >= 0).any():
+        if coefficients.max(initial=-1) >= 0:
             by_element = by_twist @ self.moved
             for elements, which, law in self.laws:
                 _add_products(by_element.take(elements, 2), law, coefficients[which], out)
@@ -327,9 +327,8 @@ def _gain(arm, motion, deflected, rows, size) -> np.ndarray:
 
 def _add_products(left: np.ndarray, right: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
     """Add left · right, row by row, to the columns of a table with these indices, except negative ones."""
-    known = places >= 0
-    if not known.all():
-        places, right = places[known], right[:, :, known]
-    follow = len(places) and (np.diff(places) == 1).all()  # a slice is ten times as fast
+    if places.min(initial=0) < 0:
+        places, right = places[places >= 0], right[:, :, places >= 0]
+    follow = len(places) and (places[1:] - places[:-1] == 1).all()  # a slice is ten times as fast
     columns = slice(places[0], places[-1] + 1) if follow else places
     out[:, columns] += (left @ right).reshape(len(out), len(places))

@@ -25,8 +25,8 @@ class PoseObservation(AbstractObservation):
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         residual = se3.pose_error(self.poses, poses)
-        by_twist = np.zeros((len(poses), 6, 6))
-        by_twist[:, :3, :3] = np.eye(3)
+        by_twist = np.empty((len(poses), 6, 6))
+        by_twist[:] = np.eye(6)
         by_twist[:, 3:, 3:] = se3.left_jacobian_inverse(-residual[:, 3:])
         return Linearised(residual, by_twist, np.zeros((len(poses), 6, 0)))
 

@@ -31,7 +31,7 @@ from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 from workbench.identification.rows.excluded_outliers import MANY
-from workbench.identification.rows.outlying_rows import find_outliers, robust_fit
+from workbench.identification.rows.outlying_rows import robust_fit, row_sizes, standing_out
 
 MAX_ROUNDS = 5
 """Maximum number of searches for effects …"""
@@ -119,9 +119,8 @@ def geometry_first(problem: Problem) -> Stage:
     """
     data = problem.data
     fit = refit(problem, None, ())
-    everything = np.ones(len(data), bool)
     wide = fit.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
-    out = find_outliers(wide, robust_fit(wide, fit.x), everything)
+    out = standing_out(wide, robust_fit(wide, fit.x)[1])
     spared = out  # many may be one side of a play
     if out.mean() <= MANY:
         spared = crowded(out, data, within=EVENT_WINDOW, fewest=MIN_WINDOW_OUTLIERS)
@@ -302,7 +301,8 @@ def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
         if not stage.keep.all():
             whole = whole.again(data=stage.data, noise=stage.geometric_problem.noise)
             whole = holding_likeliest(whole, stage.fit.x)
-        keep = ~find_outliers(whole, stage.fit.x, stage.keep, stage.fit.factor) | stage.spared
+        sizes = row_sizes(whole, stage.fit.x, stage.keep, stage.fit.factor.root)
+        keep = ~standing_out(whole, sizes) | stage.spared
         if any("direction" in e.needs for e in stage.problem.robot.effects):
             keep &= np.any(stage.data.direction != 0.0, axis=1)  # of a first row it is unknown
         if (keep == stage.keep).all():

@@ -40,6 +40,8 @@ class ReadAs(StrEnum):
 
 def is_misread(meaning: RowMeaning) -> bool:
     """Whether the rows clearly mean something else, which the saved arm would have to share."""
+    if meaning.best.is_plain:
+        return False
     best = replace(meaning.best, inverse=False)
     is_small = best.only_zeros and bool(np.abs(best.zero).max() < SMALL_ZERO)
     return meaning.is_found and not best.is_plain and not is_small

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -11,6 +12,7 @@ from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool, base_and_tool_by_places, nearest_rotation
+from workbench.identification.errors.row_errors import quantile
 from workbench.identification.meaning.bounds import WEIGHT, affine_map
 
 STEPS, SEARCHED = 4, 25
@@ -33,6 +35,7 @@ class PlacedReadings:
         zero: What is added to the joints [rad or m].
         error: Distances of the rows [m].
         turn: Angles of the rows [rad]; NaN without orientations.
+        flange: Poses of the bare flange in the arm's base.
     """
 
     base: Float[np.ndarray, "s 4 4"]
@@ -40,6 +43,7 @@ class PlacedReadings:
     zero: Float[np.ndarray, "s n"]
     error: Float[np.ndarray, "s rows"]
     turn: Float[np.ndarray, "s rows"]
+    flange: Float[np.ndarray, "s rows 4 4"]
 
     def better(self, other: "PlacedReadings") -> "PlacedReadings":
         """Of each reading the one whose usual row is nearer."""
@@ -47,13 +51,13 @@ class PlacedReadings:
         pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
         return PlacedReadings(*(np.where(own.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in pairs))
 
-    @property
+    @cached_property
     def apart(self) -> Bool[np.ndarray, "s rows"]:
         """Rows that stand off, about a fifth at most."""
         if self.error.shape[1] < MIN_ROWS:
             return np.zeros(self.error.shape, bool)
-        usual = np.median(self.error, axis=1), np.quantile(self.error, 0.8, axis=1)
-        return self.error > np.maximum(5.0 * usual[0], usual[1])[:, None]
+        middle, most = (quantile(self.error.T, share)[:, None] for share in (0.5, 0.8))
+        return self.error > np.maximum(5.0 * middle, most)
 
 
 def place(
@@ -104,7 +108,7 @@ class _Fit:
         """Bases, tools and zeros by closed forms, of orientations where wanted or where points are few."""
         count, _, n = self.joints.shape
         base, tool = (np.tile(np.eye(4), (count, 1, 1)) for _ in range(2))
-        zero, flange = np.zeros((count, n)), self._flange(self.joints)[0]
+        zero, flange = np.zeros((count, n)), self.still
         if self.held and self.zeros and self.rotations is not None:
             zero[:, [0, -1]] = self._ends(flange, self.rotations)
         elif not self.held:
@@ -130,6 +134,11 @@ class _Fit:
         turned = map(base_and_tool, flange, se3.pose(rotations, self.points))
         return np.array([(_angle(base, first), _angle(tool, last)) for base, tool in turned])
 
+    @cached_property
+    def still(self) -> Float[np.ndarray, "s rows 4 4"]:
+        """Poses of the bare flange with all zeros as given."""
+        return self._flange(self.joints)[0]
+
     def _flange(self, joints: np.ndarray, *, moves: bool = False) -> tuple[np.ndarray, np.ndarray | None]:
         """Poses of the bare flange, and the twists of it by joints with unknown zeros."""
         flat = np.ascontiguousarray(joints.reshape(-1, joints.shape[-1]))
@@ -140,21 +149,21 @@ class _Fit:
         return poses.reshape(*joints.shape[:2], 4, 4), chosen
 
     def placed(self, base: np.ndarray, tool: np.ndarray, zero: np.ndarray) -> PlacedReadings:
-        at = base[:, None] @ self._flange(self.joints + zero[:, None])[0] @ tool[:, None]
+        flange = self._flange(self.joints + zero[:, None])[0] if zero.any() else self.still
+        at = base[:, None] @ flange @ tool[:, None]
         error = np.linalg.norm(at[..., :3, 3] - self.points, axis=2)
         turn = np.full(error.shape, np.nan)
         if self.rotations is not None:
             turn = np.linalg.norm(_turned(self.rotations, at[..., :3, :3]), axis=2)
-        return PlacedReadings(base, tool, zero, error, turn)
+        return PlacedReadings(base, tool, zero, error, turn, flange)
 
     def descended(self, start: tuple[np.ndarray, ...], weights: np.ndarray) -> tuple[np.ndarray, ...]:
         """Base, tool and zeros that leave least of the rows by weight."""
         count = len(weights)
-        still = self._flange(self.joints)[0]
         angle = WEIGHT * self.robot.reach
 
         def linearise(base, tool, zero):
-            flange, twists = still, None
+            flange, twists = self.still, None
             if self.zeros:
                 flange, twists = self._flange(self.joints + zero[:, None], moves=True)
             arm = base[:, None] @ flange

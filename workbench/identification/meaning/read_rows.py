@@ -41,8 +41,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     search, plain = ReadingSearch(robot, rows, sessions=sessions), None
     if data.joints == robot.dof:
         plain = search.plain(closed=True)
-        plain = plain if search.suffices(plain) else search.plain(closed=False)
-        if search.suffices(plain):
+        if search.suffices(plain) or search.suffices(plain := search.plain()):
             return RowMeaning(best=plain, plain=plain)
         search.found = [plain, *search.place([RowReading.plain(robot)])]
         if search.suffices(search.found[1]) and not search.found[1].mirrored:  # signs may do the same

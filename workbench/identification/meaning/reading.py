@@ -84,7 +84,7 @@ class RowReading:
         """Misfit as a share of the reach, angles weighted."""
         return float(np.hypot(self.position / self.robot.reach, WEIGHT * np.nan_to_num(self.rotation)))
 
-    @property
+    @cached_property
     def mirrored(self) -> bool:
         """Whether x, y, z are left-handed."""
         return bool(np.linalg.det(self.axes) < 0.0)

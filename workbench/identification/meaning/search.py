@@ -193,7 +193,7 @@ class ReadingSearch:
             robot = readings[some[0]].robot
             at = self._placed(robot, q, points, rotations, zeros=zeros, closed=closed)
             for number, k in enumerate(some):
-                found[k] = self._measured(readings[k], q[number], at, number)
+                found[k] = self._measured(readings[k], at, number)
         return [found[k] for k in range(len(readings))]
 
     def _placed(self, robot: Robot, *rows: Any, **options: Any) -> PlacedReadings:
@@ -203,13 +203,12 @@ class ReadingSearch:
         size = len(self.data) // count
         each: list[Any] = [None if r is None else r.reshape(-1, size, *r.shape[2:]) for r in rows]
         at = place(robot, *each, robust=False, **options)
-        error, turn = (part.reshape(-1, len(self.data)) for part in (at.error, at.turn))
-        return PlacedReadings(at.base[::count], at.tool[::count], at.zero[::count], error, turn)
+        parts = (p.reshape(-1, len(self.data), *p.shape[2:]) for p in (at.error, at.turn, at.flange))
+        return PlacedReadings(at.base[::count], at.tool[::count], at.zero[::count], *parts)
 
-    def _measured(self, reading: RowReading, q: np.ndarray, at: PlacedReadings, number: int) -> RowReading:
-        zero, kept = at.zero[number], ~at.apart[number]
+    def _measured(self, reading: RowReading, at: PlacedReadings, number: int) -> RowReading:
+        flange, kept = at.flange[number], ~at.apart[number]
         position, rotation = (float(np.sqrt((e[number][kept] ** 2).mean())) for e in (at.error, at.turn))
-        flange = flange_poses(reading.robot, q + zero)
         wide = np.sqrt(((flange[:, :3, 3] - flange[:, :3, 3].mean(0)) ** 2).sum(1).mean()) + 1e-9
         count, summed = len(flange), (flange[:, :3, :3].sum(0) ** 2).sum()  # of all pairs of rotations
         turned = np.sqrt(np.maximum(3.0 - (summed / count - 3.0) / (count - 1.0), 1e-9))
@@ -217,7 +216,7 @@ class ReadingSearch:
             reading,
             base=at.base[number],
             tool=at.tool[number],
-            zero=reading.zero + zero,
+            zero=reading.zero + at.zero[number],
             position=position,
             rotation=rotation,
             motion=float(np.hypot(position / wide, np.nan_to_num(rotation) / turned)),

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Int
 from workbench.arm import chain as chains
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
+from workbench.identification.errors.row_errors import quantile
 
 MIN_ROWS = 6
 """Minimum number of rows with a point to search for readings."""
@@ -37,8 +38,8 @@ def usable(data: Dataset) -> Dataset | None:
     if len(kept) < MIN_ROWS:
         return None
     points = np.asarray(kept.position)
-    away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-    near = away <= 20.0 * np.median(away) + 1e-9
+    away = np.linalg.norm(points - quantile(points, 0.5), axis=1)
+    near = away <= 20.0 * quantile(away, 0.5) + 1e-9
     return kept if near.all() else kept.take(near)
 
 

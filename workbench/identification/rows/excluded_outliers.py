@@ -23,7 +23,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import Problem
-from workbench.identification.rows.outlying_rows import find_outliers, limits, robust_fit, row_sizes
+from workbench.identification.rows.outlying_rows import limits, robust_fit, row_sizes, standing_out
 from workbench.identification.rows.row_selection import placing_rows
 
 GROSS_RATIO = 10.0
@@ -81,11 +81,11 @@ def _gross(ready: Prepared, reach: float) -> Rows:
 
 def _standing_out(ready: Prepared) -> Rows:
     """Fitted rows that stand out from a robust fit."""
-    problem, everything = ready.problem, np.ones(len(ready.problem.data), bool)
+    problem = ready.problem
     if problem.count <= len(problem.names):
         return ready.train_rows[:0]
     wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-    out = find_outliers(wide, robust_fit(wide, first.x), everything)
+    out = standing_out(wide, robust_fit(wide, first.x)[1])
     if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
         out &= np.convolve(out, np.ones(5), "same") < 4.0
     return ready.train_rows[out & _is_tested(problem, problem.data)]
@@ -119,10 +119,10 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
 
     def left(data: Dataset, known: Mapping[str, float]) -> Float[np.ndarray, "rows 3"]:
         there = fit.problem.again(robot=robot, data=data, known=fixed, inertia=False)
-        return row_sizes(there, there.at(known), np.zeros(len(data), bool), root=_root(there, fit))
+        return row_sizes(there, there.at(known), np.zeros(len(data), bool), _root(there, fit))
 
     after = left(held, found)
-    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
+    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), fit.factor.root)
     maximum = limits(np.concatenate([own, after]))
     out = np.any(after > maximum, axis=1)
     for known in (*others, {}):

@@ -17,9 +17,8 @@ from scipy.linalg import blas
 
 from workbench.identification.algorithms.identifier import factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.errors.row_errors import median
+from workbench.identification.errors.row_errors import quantile
 from workbench.identification.problem import LinearisedProblem, Problem
-from workbench.identification.undetermined_combinations import Factor
 
 BIWEIGHT = 4.685
 """Tukey's constant: 95 % efficiency for normal errors."""
@@ -30,7 +29,7 @@ def row_weights(standardised: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "
 
     The scale is the median residual, so that up to half of the rows may be wrong.
     """
-    size = standardised / max(median(standardised), 1e-12)
+    size = standardised / max(quantile(standardised, 0.5), 1e-12)
     return np.maximum(1.0 - (size / BIWEIGHT) ** 2, 0.0)
 
 
@@ -49,8 +48,10 @@ LINEAR = 0.01
 """Error of a linearisation in stated standard deviations above which it is renewed."""
 
 
-def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
-    """A fit insensitive to outliers, of rows weighed by the worse of position and rotation.
+def robust_fit(
+    problem: Problem, x: Float[np.ndarray, " p"]
+) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, "rows 3"]]:
+    """A fit insensitive to outliers, of rows weighed by the worse of position and rotation, and their sizes.
 
     A change of the weights takes one step; only where the problem is not linear enough it is searched again.
 
@@ -58,10 +59,10 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         problem: All rows.
         x: Least-squares fit.
     """
-    at, old = problem.evaluate(x), np.ones(len(problem.data))
-    step, residual, whole = np.zeros(len(x)), at.residual, np.ones(len(at.residual))
+    at, old, room = problem.evaluate(x), np.ones(len(problem.data)), np.ones(problem.size)
+    step, whole = np.zeros(len(x)), np.ones(len(at.residual))
+    sizes = _sizes(problem, at.residual, room)
     for _ in range(ROBUST_ROUNDS):
-        sizes = _sizes(problem, residual[: problem.size], np.ones(problem.size))
         weights = row_weights((sizes / _typical(sizes)).max(1))
         if np.abs(weights - old).max() < WEIGHT_TOLERANCE:
             break
@@ -71,28 +72,16 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         residual = problem.residual(x + new)
         if np.abs(residual - at.residual + at.jacobian @ new).max() < LINEAR:
             step = new
-            continue
-        x = Opt2(limit=10).search(problem.with_row_weights(weights), begin=x + step).x
-        at, step = problem.evaluate(x), np.zeros(len(x))
-        residual = at.residual
-    return x + step
+        else:
+            x = Opt2(limit=10).search(problem.with_row_weights(weights), begin=x + step).x
+            at, step = problem.evaluate(x), np.zeros(len(x))
+            residual = at.residual
+        sizes = _sizes(problem, residual, room)
+    return x + step, sizes
 
 
-def find_outliers(
-    problem: Problem,
-    x: Float[np.ndarray, " p"],
-    fitted: Bool[np.ndarray, " rows"],
-    factor: Factor | None = None,
-) -> Bool[np.ndarray, " rows"]:
-    """Rows that stand out from the others; not where most of one payload do, which is its effect.
-
-    Args:
-        problem: All rows that may be used.
-        x: Fit to some of them.
-        fitted: Which of them.
-        factor: Factorisation of the Jacobian of those; None to leave leverage out.
-    """
-    sizes = row_sizes(problem, x, fitted, root=None if factor is None else factor.root)
+def standing_out(problem: Problem, sizes: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, " rows"]:
+    """Rows whose sizes stand out from the others'; not where most of one payload do, which is its effect."""
     out = np.any(sizes > limits(sizes), axis=1)
     for load in np.unique([] if (loads := problem.data.payload) is None else loads):
         out[loads == load] &= out[loads == load].mean() <= 0.5
@@ -103,18 +92,15 @@ def row_sizes(
     problem: Problem,
     x: Float[np.ndarray, " p"],
     fitted: Bool[np.ndarray, " rows"],
-    *,
-    root: Float[np.ndarray, "p r"] | None = None,
+    root: Float[np.ndarray, "p r"],
 ) -> Float[np.ndarray, "rows 3"]:
     """Residual of every row in its channels, in stated standard deviations; 0 where not measured.
 
     Args:
         x: A fit to some of them.
         fitted: Which of them.
-        root: Square root of the covariance of x; None to leave leverage out.
+        root: Square root of the covariance of x.
     """
-    if root is None:
-        return _sizes(problem, problem.residual(x)[: problem.size], np.ones(problem.size))
     room, residual = np.ones(problem.size), np.empty(problem.size)
     size = len(root)  # a triangular square root of the same covariance: half the work to multiply by
     upper = linalg.qr(np.pad(root.T, ((0, max(size - root.shape[1], 0)), (0, 0))), mode="r")[0]
@@ -133,19 +119,19 @@ def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
     """Sizes above which a row stands out."""
     ordered = np.sort(sizes, axis=0)[int((1.0 - MAX_SHARE) * len(sizes)) :]
     gaps = np.where(ordered[1:] > MIN_TAIL_RATIO * ordered[:-1], ordered[:-1], np.inf).min(0, initial=np.inf)
-    tail = MIN_TAIL_RATIO * np.minimum(np.quantile(sizes, 0.9, axis=0), gaps)
+    tail = MIN_TAIL_RATIO * np.minimum(quantile(sizes, 0.9), gaps)
     chance = np.sqrt(special.chdtri(3, OUTLIER_CHANCE / len(sizes)) / special.chdtri(3, 0.5))
     return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 
 
 def _typical(sizes: np.ndarray) -> np.ndarray:
     """Median size in each channel; next to 0 where nothing was measured."""
-    return np.array([max(median(s[s > 0.0]), 1e-300) if s.any() else 1e-300 for s in sizes.T])
+    return np.array([max(quantile(s[s > 0.0], 0.5), 1e-300) if s.any() else 1e-300 for s in sizes.T])
 
 
 def _sizes(problem: Problem, residual: np.ndarray, room: np.ndarray) -> Float[np.ndarray, "rows 3"]:
     """Root mean square of every row's positions, rotations and tilts; 0 where not measured."""
-    rows, out = problem.component_rows, np.zeros((len(problem.data), 3))
+    rows, out, residual = problem.component_rows, np.zeros((len(problem.data), 3)), residual[: problem.size]
     for channel, mine in enumerate(problem.channels):
         count = np.bincount(rows[mine], minlength=len(out))
         square = np.bincount(rows[mine], residual[mine] ** 2 / room[mine], len(out))
