@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import workbench.identification.report.document  # noqa: F401 how results are shown
-from workbench.base.arguments import Like, checked_arguments
+from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
@@ -12,14 +12,14 @@ from workbench.data.measuring_order import with_drivers
 from workbench.data.plausibility import checked
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import choose_frames, warnings_of
-from workbench.identification.meaning.as_read import ReadAs, as_read
+from workbench.identification.meaning.as_read import as_read
 from workbench.identification.result import Evaluation
 
 
 @checked_arguments()
 @one_thread()
 def evaluate(
-    robot: RobotLike, data: DatasetLike, *, fit_frames: bool = False, reading: Like[ReadAs] = ReadAs.AUTO
+    robot: RobotLike, data: DatasetLike, *, fit_frames: bool = False, reading: str = "auto"
 ) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 

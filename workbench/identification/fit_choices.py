@@ -13,7 +13,7 @@ from workbench.base.arguments import Reads, Seed, admit, pair_of
 from workbench.base.errors import OptionError
 from workbench.data.arguments import as_dataset
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.as_read import ReadAs, as_read
+from workbench.identification.meaning.as_read import as_read
 from workbench.identification.problem import Noise
 from workbench.plate.arguments import RegionOf
 from workbench.plate.plate import Plate
@@ -123,7 +123,7 @@ class FitChoices:
     noise: NoiseLike | None = None
     levelled: bool = False
     known: Mapping[str, float] = field(default_factory=dict)
-    reading: ReadAs | str = ReadAs.AUTO
+    reading: str = "auto"
     seed: Seed = 0
 
     def __post_init__(self):
@@ -149,5 +149,5 @@ class ChoiceFields(TypedDict, total=False):
     noise: Noise | tuple[float, float] | float | str | None
     levelled: bool
     known: Mapping[str, float]
-    reading: ReadAs | str
+    reading: str
     seed: int

@@ -23,7 +23,6 @@ from workbench.identification.errors.row_errors import (
     row_errors,
 )
 from workbench.identification.instrument_preparation import AbstractIdentifiability, Unlimited
-from workbench.identification.meaning.as_read import UNTOLD
 from workbench.identification.meaning.reading import FITS
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.preparation import Prepared
@@ -248,8 +247,6 @@ class Identification(AbstractReported, AbstractSplit):
     def _warnings(self) -> Iterator[str | None]:
         own, best = self.identifiability, self.best
         yield self.computed
-        if UNTOLD in self.data.read_as:
-            yield "these rows don't tell signs of joints from mirrored x, y, z: jog the arm to see which"
         before, after = self.nominal.train, best.train
         off, are_places = best.held_out.position_mm.rms, best.held_out_data.position is not None
         if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:

@@ -253,9 +253,11 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
     anyway, change = OTHER_ARM, _change_to(match)
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify anyway", Tab.CALIBRATE, Identify(anyway=True))
-    if match.has_reading and file is not None:
-        read_so = LoadData(file.name, file.content, file.columns, accept=True)
-        change = Action("Read so", Tab.MEASURE, read_so)
+    if match.readings and file is not None:
+        load = LoadData(file.name, file.content, file.columns)
+        labels = ((how, f"Read so: {how}".removesuffix(": found")) for how in match.readings)
+        read = (Action(label, Tab.MEASURE, replace(load, accept=how)) for how, label in labels)
+        change, anyway = [*read, anyway][:2]
     return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
 
 

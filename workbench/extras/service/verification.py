@@ -35,7 +35,7 @@ from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import pose_units
 from workbench.data.prediction import predict, row_components
 from workbench.identification.evaluate import evaluate
-from workbench.identification.meaning.as_read import ReadAs, as_read
+from workbench.identification.meaning.as_read import as_read
 from workbench.identification.report.results_json import errors_json, reading_json
 from workbench.identification.result import Evaluation
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, lines
@@ -199,7 +199,7 @@ def verify(
     robot, data = as_read(robot, data.said, notes_rival=True)
     robot.check_joints(data.q, data.source)
     data, warnings = _fresh(robot, data)
-    found = evaluate(robot, data, fit_frames=fit_frames, reading=ReadAs.GIVEN)
+    found = evaluate(robot, data, fit_frames=fit_frames, reading="given")
     seen = np.isfinite(found.errors.position)
     if not seen.any():
         raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")

@@ -67,9 +67,10 @@ class ArmMatch:
         return is_misread(self.meaning) or (not self.meaning.is_found and (far or bool(self.meaning.parts)))
 
     @property
-    def has_reading(self) -> bool:
-        """Whether another reading of the rows makes them this arm's."""
-        return self.meaning is not None and not self.rival and is_misread(self.meaning)
+    def readings(self) -> tuple[str, ...]:
+        """Other readings that make the rows this arm's, as `as_read` takes them: `found`, or each by name."""
+        is_told = self.meaning is not None and not self.rival and is_misread(self.meaning)
+        return (*self.meaning.choices,) if self.meaning and is_told else ()
 
     @property
     def text(self) -> str:

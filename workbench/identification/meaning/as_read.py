@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from enum import StrEnum
 from functools import lru_cache
 
 import numpy as np
@@ -25,17 +24,8 @@ from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, witho
 
 SMALL_ZERO = 0.26
 """Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
-UNTOLD = "these rows can't tell"
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
-
-
-class ReadAs(StrEnum):
-    """What to do where another reading of the rows fits far better."""
-
-    AUTO = "auto"
-    FOUND = "found"
-    GIVEN = "given"
 
 
 def is_misread(meaning: RowMeaning) -> bool:
@@ -50,7 +40,7 @@ def is_misread(meaning: RowMeaning) -> bool:
 def as_read(
     robot: Robot,
     data: Dataset,
-    how: ReadAs | str = ReadAs.AUTO,
+    how: str = "auto",
     *,
     exclude: Mapping[int, str] | None = None,
     keeps_arm: bool = False,
@@ -63,7 +53,8 @@ def as_read(
     controller does: where the reading is accepted the arm counts so, or the rows are changed and say it.
 
     Args:
-        how: Whether a reading beyond units and conventions is accepted, or none at all.
+        how: `found`: a reading beyond units and conventions is accepted; `given`: none at all; else the name
+            of the one that is accepted of several that fit alike.
         exclude: Numbers of rows that are kept out, with the reason.
         keeps_arm: Whether the rows are changed in any case.
         notes_rival: Whether rows of another built-in arm are noted and taken, as where nothing is fitted.
@@ -75,9 +66,9 @@ def as_read(
     """
     out = exclude or {}
     data = data.kept_out({k: out[row] for k, row in enumerate(data.row.tolist()) if row in out})
-    if ReadAs(how) is ReadAs.GIVEN or data.readings is not None:
+    if how == "given" or data.readings is not None:
         return robot, data.said
-    arm, rows = _as_read(robot, data, ReadAs(how), keeps_arm, notes_rival)
+    arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
     return arm, with_holding_torques(arm, _with_orientation(arm, rows))
 
 
@@ -99,7 +90,7 @@ def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]
 
 
 def _as_read(
-    robot: Robot, data: Dataset, how: ReadAs, keeps_arm: bool, notes_rival: bool
+    robot: Robot, data: Dataset, how: str, keeps_arm: bool, notes_rival: bool
 ) -> tuple[Robot, Dataset]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
@@ -109,20 +100,19 @@ def _as_read(
         return robot, _with_notes(data, few)
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
         return robot, data
-    best, plain = meaning.best, meaning.plain
     if is_misread(meaning):
-        sentence = misread_text(meaning, robot)
-        if best.other and notes_rival:
-            return robot, _with_notes(data, f"{sentence}; {remedy(meaning)}")
-        if how is not ReadAs.FOUND or best.other:
-            raise DataError(f"{data.source}: {sentence}; {remedy(meaning)}")
-        arm = None if keeps_arm else best.on(robot)
+        sentence = f"{misread_text(meaning, robot)}; {remedy(meaning)}"
+        if meaning.best.other and notes_rival:
+            return robot, _with_notes(data, sentence)
+        if meaning.best.other or (accepted := meaning.choices.get(how)) is None:
+            raise DataError(f"{data.source}: {sentence}")
+        arm = None if keeps_arm else accepted.on(robot)
+        sentence = misread_text(replace(meaning, best=accepted), robot)
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
-        rows = best.apply(data, joints=arm is None)
-        return arm or robot, _read_as(rows, note)
+        return arm or robot, _read_as(accepted.apply(data, joints=arm is None), note)
     if data.joints != robot.dof:
         return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, notes_rival)
-    data, plain = oriented(data, meaning), meaning.turned or plain
+    data, plain = oriented(data, meaning), meaning.turned or meaning.plain
     if plain is None or plain.position > FOREIGN_MISFIT * robot.reach:
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
         raise DataError(f"{data.source}: {misread_text(meaning)}; {remedy(meaning)}{unread}")
@@ -223,8 +213,8 @@ def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
         return unexplained_text(meaning)
     given = "" if plain is None else f" instead of {plain.size} as given"
     other = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
-    if meaning.blind:
-        other = f"; or else {', or '.join(meaning.blind[:2])}: {UNTOLD}"
+    if others := [r.text for r in meaning.equal if r is not best] or meaning.blind[:2]:
+        other = f"; or else {', or '.join(others)}: these rows can't tell"
     bare = " without the arm's effects" if robot is not None and robot.effects and not best.other else ""
     return f"{best.text}: {best.size}{bare}{given}{other}"
 
@@ -250,5 +240,7 @@ def remedy(meaning: RowMeaning) -> str:
     if meaning.best.other:
         anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
         return f"choose the robot '{meaning.best.other}', or {anyway}"
-    accepted = at_entrance("with reading 'found' (--reading found)", page="by 'Read so'")
-    return f"accept it {accepted}, or correct the file"
+    names = " or ".join(f"'{name}'" for name in meaning.choices)
+    accepted = at_entrance(f"with reading={names} (--reading)", page="by 'Read so'")
+    which = "jog the arm to see which is true, and " if meaning.equal else ""
+    return f"{which}accept it {accepted}, or correct the file"

@@ -1,12 +1,12 @@
 """What rows mean: the best of the readings that were found, and what these rows can't tell from it."""
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Int
 
-from workbench.base import se3
-from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import RowReading, flange_poses
 from workbench.identification.meaning.search import CLEAR, HANDED, ReadingSearch
 
@@ -14,8 +14,6 @@ ALIKE = 1.3
 """Ratio of misfits below which the simplest reading is taken."""
 SAME = 0.01
 """Share of the reach within which two readings put the flange in one place."""
-REVERSED = 0.5
-"""Complexity by which signs of some joints, as makers choose them, are likelier than mirrored axes."""
 SHOWN = 6
 """Readings that are named in a list."""
 
@@ -28,7 +26,9 @@ class RowMeaning:
         best: The simplest of the readings that fit best.
         plain: The rows as given.
         margin: How many times worse the next one is that moves otherwise.
-        blind: Readings of the same points, whose orientations or handedness differ, if likely.
+        blind: Readings of the same points that say more than the best one does.
+        equal: The best one and those of the same points that are as likely and mean other arms, of which a
+            person has to choose; empty if there are none.
         open: Readings that these rows can't tell from it.
         tried: Number of candidates by family; empty if the rows fit as given.
         turned: The joints as given with other orientations, or poses inverted, if clearly theirs.
@@ -41,6 +41,7 @@ class RowMeaning:
     plain: RowReading | None
     margin: float = np.inf
     blind: tuple[str, ...] = ()
+    equal: tuple[RowReading, ...] = ()
     open: tuple[str, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
@@ -58,12 +59,17 @@ class RowMeaning:
             return self.margin > 1.0
         return self.margin >= CLEAR and CLEAR * self.best.score < self.plain.score
 
+    @property
+    def choices(self) -> dict[str, RowReading]:
+        """The equal readings, each by a change that no other has; else the best one, as `found`."""
+        told = Counter(change for r in self.equal for change in r.changes)
+        own = [next((c for c in r.changes if told[c] == 1), r.text).partition(" (")[0] for r in self.equal]
+        return dict(zip(own, self.equal, strict=True)) or {"found": self.best}
+
 
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     """The simplest of the readings that fit alike; the others by what tells them from it."""
     found = sorted(search.found, key=lambda r: r.score)
-    twins = [r for r in found if r.mirrored and any(_stands_for(o, r, search.floor) for o in found)]
-    found = [r for r in found if r not in twins]
     ties = [r for r in found if r.score < ALIKE * found[0].score + search.floor]
     ties += [r for r in found if r.is_plain and r.fits and r.score < CLEAR * found[0].score]
     best = min(ties, key=lambda r: (round(r.cost, 3), r.score))
@@ -78,19 +84,19 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         reach = SAME * best.robot.reach
         alike = [r for r, e in off.items() if e[..., 3].max() < reach and e[..., :3].max() < 4.0 * SAME]
     else:
-        near = [r for r in near if r.text != best.text]
-        alike = [r for r in near if not r.mirrored and _same_motion(best, r, q)]
+        rivals = (r for r in near if not search.conventions or r.mirrored <= best.mirrored)
+        near = [r for r in rivals if r.text != best.text]
+        alike = [r for r in near if _same_motion(best, r, q)]
     unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
     blind = [r for r in unseen if _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
-    seen = [] if search.conventions else [r for r in twins if r.score < CLEAR * floor]
-    blind += sorted(seen, key=lambda r: r.cost)[:1]
-    likely = [r for r in blind if not r.mirrored or r.cost < best.cost + HANDED]
+    equal = () if search.conventions else _equal(best, sorted(blind, key=lambda r: r.cost), q)
     meaning = RowMeaning(
         best=best,
         plain=plain,
         margin=min((r.score for r in other), default=far) / floor,
-        blind=_texts(sorted(likely, key=lambda r: r.cost)),
+        blind=_texts([r for r in blind if r.mirrored <= best.mirrored and r not in equal]),
+        equal=equal,
         open=_texts([r for r in other if r.score < CLEAR * floor]),
         tried=dict(search.tried),
         turned=search.turned,
@@ -99,10 +105,14 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     return replace(meaning, turned=best) if is_turned else meaning
 
 
-def _stands_for(one: RowReading, twin: RowReading, floor: float) -> bool:
-    """Whether signs of joints say what mirrored axes do, and are likelier: no instrument mirrors."""
-    is_likely = not one.mirrored and one.cost < twin.cost + REVERSED
-    return is_likely and one.score < ALIKE * twin.score + floor
+def _equal(best: RowReading, blind: list[RowReading], q: np.ndarray) -> tuple[RowReading, ...]:
+    """Readings of the same points that mean other arms, without what only says more; none if one is left."""
+    kept = [best]
+    for r in blind:
+        says_more = any({*k.changes} <= {*r.changes} for k in kept)
+        if r.cost < best.cost + HANDED and not says_more and not any(_same_motion(k, r, q) for k in kept):
+            kept.append(r)
+    return tuple(kept[:SHOWN]) if len(kept) > 1 else ()
 
 
 def _texts(readings: list[RowReading]) -> tuple[str, ...]:
@@ -111,12 +121,11 @@ def _texts(readings: list[RowReading]) -> tuple[str, ...]:
 
 def _same_motion(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
     """Whether two readings move the flange alike at random postures, up to base and tool."""
-    if one.inverse != other.inverse or one.orientation != other.orientation:
+    if (one.inverse, one.orientation, one.mirrored) != (other.inverse, other.orientation, other.mirrored):
         return False
-    seen, own = one.flange(q), other.flange(q)
-    tool = hand_eye(own, seen)
-    error = se3.pose_error(mean_base(own @ tool, seen) @ own @ tool, seen)
-    return bool(np.abs(error[:, :3]).max() < 2e-4 * one.robot.reach and np.abs(error[:, 3:]).max() < 2e-3)
+    seen = flange_poses(one.robot, one.joints(q))[None]
+    at = place(other.robot, other.joints(q)[None], seen[..., :3, 3], seen[..., :3, :3], robust=False)
+    return bool(at.error.max() < 2e-4 * one.robot.reach and at.turn.max() < 2e-3)
 
 
 def _same_points(one: RowReading, other: RowReading, q: np.ndarray) -> bool:

@@ -113,7 +113,7 @@ class RowReading:
             found.append(f"the joints are {unit} …)")
         if self.mirrored and np.array_equal(self.axes, LEFT_HANDED):
             turned = "" if self.convention is None else ", and orientations with them"
-            found.append(f"left-handed x, y, z: two exchanged, or one inverted{turned}")
+            found.append(f"left-handed axes (two of x, y, z exchanged, or one inverted){turned}")
         elif self.mirrored:
             changed = ["xyz"[k] for k in range(3) if self.axes[k, k] != 1.0]
             text = "is inverted" if len(changed) == 1 else "are exchanged"

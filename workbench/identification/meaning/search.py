@@ -72,8 +72,8 @@ FEW_POINTS = 20
 """Points without orientations below which partly right readings fit, too."""
 STILL = float(np.radians(0.5))
 """Columns that move less don't move."""
-UNIT, HANDED, INVERSE = 1.0, 1.4, 1.5
-"""Complexity of a unit, a handedness, and of inverse poses."""
+UNIT, HANDED, MIRRORED, INVERSE = 1.0, 1.4, 1.9, 1.5
+"""Complexity of a unit, a handedness, also of poses, which no instrument mirrors, and of inverse poses."""
 
 
 class ReadingSearch:
@@ -91,6 +91,7 @@ class ReadingSearch:
         self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, SURE)
         self.data = data if sessions > 1 else data.take(far_apart(data, PLACED_ROWS))
         self.points = np.asarray(self.data.position)
+        self.handed = HANDED if data.rotation is None else MIRRORED
         self.found: list[RowReading] = []
         self.tried: dict[str, int] = {}
 
@@ -171,7 +172,7 @@ class ReadingSearch:
         if not np.isfinite(size).all() or moved * scale < 0.03 * self.robot.reach:
             return reading  # visits to one place know neither
         if np.linalg.det(linear) < 0.0 and size[2] > 0.5 * size[0]:
-            reading = replace(reading, axes=LEFT_HANDED, cost=reading.cost + HANDED)
+            reading = replace(reading, axes=LEFT_HANDED, cost=reading.cost + self.handed)
         unit = min(LENGTHS, key=lambda s: abs(np.log(s / scale)))
         if abs(np.log(scale)) < 1.0 or abs(np.log(unit / scale)) > 0.3:
             return reading
@@ -283,7 +284,7 @@ class ReadingSearch:
     def twins(self) -> None:
         """Place the best reading with all other signs of its joints, some of which change the handedness."""
         if (r := min(self.found, key=lambda r: r.score)).moves_otherwise:
-            cost = r.cost - HANDED * r.mirrored
+            cost = r.cost - self.handed * r.mirrored
             signs = Families(r.robot, r.w.shape[1]).with_other_signs(r.w, r.zero, cost)
             self.family("signs and couplings", r.robot, signs, inverse=False, other=r.other)
 

@@ -25,7 +25,7 @@ from workbench.data.simulation.hidden_effects import hidden_effects
 from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.checks.arm_match import ArmMatch, arm_match
-from workbench.identification.meaning.as_read import ReadAs, as_read, with_own_columns
+from workbench.identification.meaning.as_read import as_read, with_own_columns
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (
     AbstractChange,
@@ -60,13 +60,13 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         name: Its name, of which only the ending matters.
         content: Its bytes.
         columns: What its columns are, as the option `columns` says it; empty: as its headings say.
-        accept: Whether another reading of the rows is accepted if it is clearly theirs.
+        accept: Another reading of the rows that is accepted if it is theirs: `found`, or its name.
     """
 
     name: str
     content: bytes = field(repr=False)
     columns: str = field(default="", repr=False)
-    accept: bool = False
+    accept: str | bool = ""
 
     title = computed(lambda self: f"Read {safe_name(self.name)}")
 
@@ -91,9 +91,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             if understood.dataset is None:
                 raise DataError(understood.problems[0])
             dataset = understood.dataset
-            missing, *notes = (
-                text.replace(f"{path.parent}/", "") for text in (dataset.missing_units, *dataset.notes)
-            )
+            texts = dataset.missing_units, *dataset.notes
+            missing, *notes = (text.replace(f"{path.parent}/", "") for text in texts)
             dataset = replace(dataset, source=path.name, missing_units=missing, notes=tuple(notes))
             progress(0.5, "comparing the rows with the arm")
             dataset = with_own_columns(session.robot, dataset)
@@ -105,7 +104,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
                 return replace(file, preview=refused, match=arm_match(session.robot, dataset))
             found = Loaded(dataset, path.name, facts_of(dataset), read=dataset, file=file)
             try:
-                return matched_to_arm(session.robot, found, accept=self.accept)
+                how = "found" if self.accept is True else self.accept or ""  # as earlier journals say it
+                return matched_to_arm(session.robot, found, accept=how)
             except UnitError as error:  # nor do the rows tell the units that it lacks
                 return replace(file, preview=replace(understood, dataset=None, problems=(str(error),)))
 
@@ -217,13 +217,13 @@ class ForgetData(AbstractChange):
         return with_other_data(session, None)
 
 
-def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: bool = False) -> Loaded:
+def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: str = "") -> Loaded:
     """Measurements of a file, read as they are this arm's, with all notes."""
     assert loaded.read is not None
     rows = with_own_columns(robot, loaded.read)
     match = arm_match(robot, rows)
-    if not match.is_foreign or (accept and match.has_reading):
-        _, rows = as_read(robot, rows, ReadAs.FOUND, keeps_arm=True)
+    if not match.is_foreign or accept in match.readings:
+        _, rows = as_read(robot, rows, accept or "found", keeps_arm=True)
         match = replace(match, meaning=None)
     dataset = checked(robot, rows)
     return replace(loaded, dataset=dataset, notes=dataset.notes, match=match)

@@ -7,7 +7,6 @@ import numpy as np
 from workbench.base.errors import DataError
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.instrument_preparation import preparation_of
-from workbench.identification.meaning.as_read import ReadAs
 from workbench.plate.collision import allows_target
 from workbench.session.command import AbstractTask
 from workbench.session.commands.compare import with_comparison
@@ -59,7 +58,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             free=session.robot.default_free,
             exclude=dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
             levelled=session.measurements.levelled,
-            reading=ReadAs.GIVEN,
+            reading="given",
             seed=self.seed,
             measurable=partial(allows_target, session.robot, session.plate, standing)
             if loaded.virtual

@@ -11,7 +11,6 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
 from workbench.identification.identify import identify
-from workbench.identification.meaning.as_read import ReadAs
 from workbench.identification.prior import Prior
 from workbench.identification.result import Identification
 from workbench.session.command import AbstractChange, AbstractTask, computed
@@ -72,7 +71,7 @@ class Identify(AbstractTask[IdentifiedRows]):
             prior=_known(run.fit, names) if added and run is not None else None,
             effects=names,
             levelled=session.measurements.levelled,
-            reading=ReadAs.GIVEN,  # the rows were read when they were loaded
+            reading="given",  # the rows were read when they were loaded
             seed=self.seed,
         )
         return loaded, found
