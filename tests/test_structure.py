@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_645,
     "exports": 316,
     "session": 6_191,
-    "views": 6_924,
+    "views": 6_922,
     "cli": 1_453,
     "extras": 1,
     "extras/camera": 3_484,
