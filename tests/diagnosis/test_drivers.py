@@ -161,7 +161,7 @@ FOLLOWED = {
     "the last motion of joint 5 and its change over time (certain)": lambda q, direction, speed: (
         -7e-4 * direction * (np.arange(len(q)) < 0.6 * len(q))[:, None] * np.eye(6)[4]
     ),
-    "the angles of joints 2, 3, in joint 3": lambda q, direction, speed: (
+    "the angles of joints 2 and 3, in joint 3": lambda q, direction, speed: (
         -4e-4 * np.sin(3.0 * (q[:, 1:2] + q[:, 2:3])) * np.eye(6)[2]
     ),
     "the time, in joint 3 (certain)": lambda q, direction, speed: (

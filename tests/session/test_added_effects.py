@@ -12,9 +12,10 @@ from slow import slow
 from workbench import evaluate, read_measurements
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.comparison import STAGES
 from workbench.session.export import next_poses_csv, report_zip
+from workbench.session.stages import stages
 
 
 def next_poses_are_saved(session):
@@ -62,3 +63,8 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     again = do(Identify()).results.identification  # the same nominal arm, and the same model
     assert again.nominal.judged.position_mm.mean == pytest.approx(nominal, rel=1e-6)
     assert again.best.judged.position_mm.mean == pytest.approx(run.judged.position_mm.mean, rel=0.05)
+    session = do(LeaveRowsOut((out := int(again.train_rows[0]),)), Identify())  # what was added stays in
+    rows, alone = session.results.comparison, session.results.geometry
+    assert [row for row, _ in session.results.identification.excluded] == [out]
+    assert alone.fit.problem.data.row.tolist() == session.results.run.fit.problem.data.row.tolist()
+    assert 1e3 * rows.stage_errors[rows.held_out, 1].mean() == pytest.approx(stages(session)[1].error)

@@ -16,7 +16,7 @@ from workbench.plate.optimiser.constraints import is_clear_of
 from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints, holds_robot
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
-from workbench.session.commands.identify import Identify, LeaveRowsOut
+from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_urdf
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
@@ -73,14 +73,6 @@ def test_jogging_by_joints_and_by_pose(do, first):
     )
     far = do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert far.page.messages[-1].severity is Severity.WARNING
-
-
-def test_rows_left_out_are_not_used(do):
-    do(MeasureVirtualArm(3, more=20), LeaveRowsOut((0, 4)))
-    session = do(Identify(("ols",)))
-    found = session.results.identification
-    assert sorted(row for row, _ in found.excluded) == [0, 4]
-    assert len(found.train_rows) == 28
 
 
 def test_a_urdf_from_the_page_is_corrected_in_a_copy(do, tmp_path):

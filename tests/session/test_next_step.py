@@ -188,7 +188,7 @@ STATES = [
     ("identified", few_rows, "too few", CAREFUL, MORE, COMPARE),
     ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, ADD, POSES),
     ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, CORRECT, POSES),
-    ("diagnosed", unsure, "cannot tell", CAREFUL, ADD, POSES),
+    ("diagnosed", unsure, "one of several", CAREFUL, ADD, POSES),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "left", CAREFUL, POSES, TAKE),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED, measure_next=NO_POSES), "", CAREFUL, MORE, TAKE),
     ("diagnosed", lambda s: without_request(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.base.wording import capital, plural
+from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.result import implausible_text
@@ -91,11 +92,9 @@ def next_step(session: Session) -> NextStep:
     return replace(step, next=following, other=other)
 
 
-def _only_shown(session: Session) -> NextStep | None:
-    return NextStep(f"{why}.", Tone.CAREFUL) if (why := session.page.only_shown) else None
-
-
 def _under_way(session: Session) -> NextStep | None:
+    if why := session.page.only_shown:
+        return NextStep(f"{why}.", Tone.CAREFUL)
     if session.page.caption:
         return NextStep(session.page.caption, figure=_figure(session))
     if session.page.job is not None:
@@ -208,7 +207,8 @@ def _promise(found: Diagnosis) -> str:
     first, more = found.causes[0], len(found.causes) - 1
     others = f" and {more} more" if more else ""
     whole = "these" if more or found.residual_map is not None else "it"
-    return f"{capital(first.plain)} ({first.confidence}){others}. With {whole}, {left}"
+    fits = "one of several causes that fit these rows" if first.odds < PROBABLE else first.confidence
+    return f"{capital(first.plain)} ({fits}){others}. With {whole}, {left}"
 
 
 def _identified(session: Session) -> NextStep | None:
@@ -234,7 +234,6 @@ def _identified(session: Session) -> NextStep | None:
 
 
 ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
-    _only_shown,
     _under_way,
     _of_extras,
     _unread,

@@ -379,7 +379,7 @@ def _angles(rows: _Rows) -> Iterator[Follower]:
             yield rows.follower(Driver.ANGLE, text, smooth(q[:, k], OTHER_LENGTH), joints=(j,), by=(k,))
             if abs(j - k) == 1 and j in rows.alive:
                 sum_of, other = (smooth(q[:, j] + sign * q[:, k], TWO_LENGTH) for sign in (1.0, -1.0))
-                text = f"the angles of {joint_list(sorted((j, k)))}, in {{}}"
+                text = f"the angles of joints {min(j, k) + 1} and {max(j, k) + 1}, in {{}}"
                 both = np.column_stack([sum_of, other])
                 yield rows.follower(Driver.ANGLE, text, both, joints=(j,), by=(j, k))
 

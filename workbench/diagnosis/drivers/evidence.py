@@ -166,17 +166,12 @@ class FollowedDriver:
 def reduced(before: Sequence[float], after: Sequence[float]) -> str:
     """Which rms errors, of positions [mm] and orientations [deg], something noticeably reduces, in words."""
     changes = zip(before, after, (" mm", "°"), strict=True)
-    return in_words([f"{old:.3g} to {new:.3g}{unit}" for old, new, unit in changes if new < MAX_LEFT * old])
+    return " and ".join(f"{old:.3g} to {new:.3g}{u}" for old, new, u in changes if new < MAX_LEFT * old)
 
 
 def followed_text(parts: Sequence[Follower]) -> str:
     """Several processes in words: those of one kind with all their joints."""
-    return in_words(tuple(dict.fromkeys(part.text(parts) for part in parts)))
-
-
-def in_words(texts: Sequence[str]) -> str:
-    """`a`, `a and b`, `a, b and c`."""
-    return " and ".join(filter(None, (", ".join(texts[:-1]), *texts[-1:])))
+    return "; and ".join(dict.fromkeys(part.text(parts) for part in parts))
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import capital, first_of, plural
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.report.document import before_after, errors_table
@@ -18,6 +19,8 @@ from workbench.report.numbers import readable_unit, short, signed, with_error
 from workbench.report.result_display import blocks_of
 
 TONES = {Verdict.EXPLAINED: Tone.GOOD, Verdict.NO_EFFECT: Tone.STRONG, Verdict.PARTLY: Tone.CAREFUL}
+SAID = {Confidence.OPEN: "one of several"}
+"""Beside a bar, in place of a confidence."""
 MAX_NAMED_OUTLIERS = 15
 """Maximum number of outliers named."""
 MAX_LISTED_COEFFICIENTS = 6
@@ -64,7 +67,7 @@ def budget_bars(found: Diagnosis) -> Bars:
     """Size at the tool of each cause, of the unnamed part, and of the remaining error after the geometry."""
     after = found.after.judged
     rows = [
-        Bar(capital(cause.plain), cause.contribution_mm, CALIBRATED, str(cause.confidence))
+        Bar(capital(cause.plain), cause.contribution_mm, CALIBRATED, SAID.get(c := cause.confidence, c))
         for cause in found.causes
         if np.isfinite(cause.contribution_mm)
     ]

@@ -65,18 +65,12 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
 
 def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
     """The nominal arm in the frame of the display; the rows decide on what may be there or not."""
-    found = {"base": reading.base, "tool": reading.tool}
-    frames = {
-        name: Frame.from_pose(pose, Freedom.FREE) if _is_set(pose, robot.reach) else Frame(free=Freedom.AUTO)
-        for name, pose in found.items()
-    }
+    frames = {}
+    for name, pose in (("base", reading.base), ("tool", reading.tool)):
+        turn, way = np.linalg.norm(se3.matrix_to_rotvec(pose[:3, :3])), np.linalg.norm(pose[:3, 3])
+        is_set = turn > TURNED or way > SET * robot.reach  # farther from none than production errors explain
+        frames[name] = Frame.from_pose(pose, Freedom.FREE) if is_set else Frame(free=Freedom.AUTO)
     return robot.bare.with_frames(**frames)
-
-
-def _is_set(pose: np.ndarray, reach: float) -> bool:
-    """Whether a frame is farther from none than production errors explain."""
-    turn = np.linalg.norm(se3.matrix_to_rotvec(pose[:3, :3]))
-    return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > SET * reach)
 
 
 def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True) -> Dataset:

@@ -134,7 +134,10 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
         if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
-    table = _completed(_filled(table), robot.dof)
+    kept = [any(cells) for cells in zip(*table.columns, strict=True)]  # not poses that were not filled in
+    cells_of = tuple(tuple(compress(cells, kept)) for cells in table.columns)
+    table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
+    table = _completed(table, robot.dof)
     data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
     if data.position is None or data.rotation is None or data.written is None:
         raise table.error(f"no position and orientation were found; {WHAT}")
@@ -208,13 +211,6 @@ def _without_headings(grid: Grid, joints: int) -> Table:
         raise grid.error(f"{width} columns, but the arm has {joints} joints; {WHAT}")
     turn = "abcd"[: width - first - joints - 3]
     return with_names(grid, (*[IGNORED] * first, *(f"q{k + 1}" for k in range(joints)), *"xyz", *turn))
-
-
-def _filled(table: Table) -> Table:
-    """The table without rows of empty cells, as of poses that were not filled in."""
-    kept = [any(cells) for cells in zip(*table.columns, strict=True)]
-    columns = tuple(tuple(compress(cells, kept)) for cells in table.columns)
-    return replace(table, columns=columns, lines=tuple(compress(table.lines, kept)))
 
 
 def _completed(table: Table, joints: int) -> Table:

@@ -7,12 +7,13 @@ import numpy as np
 from workbench.base.errors import DataError
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.instrument_preparation import preparation_of
+from workbench.identification.result import Identification
 from workbench.plate.collision import allows_target
 from workbench.session.command import AbstractTask
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
-from workbench.session.commands.identify import IdentifiedRows, Identify
-from workbench.session.loaded_measurements import BY_HAND, Loaded
+from workbench.session.commands.identify import Identify
+from workbench.session.loaded_measurements import BY_HAND, Loaded, is_of_other_rows
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
 from workbench.session.target_steps import begin_step
@@ -51,6 +52,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
 
         loaded = measurements(session)
         standing = np.array([state.q for state in session.states if state.measurable])
+        is_clear = partial(allows_target, session.robot, session.plate, standing)
         found = diagnose(
             session.robot,
             loaded.dataset,
@@ -60,9 +62,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             levelled=session.measurements.levelled,
             reading="given",
             seed=self.seed,
-            measurable=partial(allows_target, session.robot, session.plate, standing)
-            if loaded.virtual
-            else None,
+            measurable=is_clear if loaded.virtual else None,
         )
         return loaded, found
 
@@ -73,7 +73,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         return session.with_message(Severity.LOG, found.message)
 
 
-class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
+class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):
     """Make the arm of the diagnosis, its geometry and effects fitted on all rows, the calibrated one."""
 
     title = "Add the effects to the model"
@@ -83,16 +83,19 @@ class AddEffects(AbstractTask[tuple[Diagnosis, IdentifiedRows]]):
         if not _found(session).effects:
             raise DataError("the diagnosis found no effect to add")
 
-    def compute(self, session: Session) -> tuple[Diagnosis, IdentifiedRows]:
+    def compute(self, session: Session) -> tuple[Diagnosis, tuple[Loaded, Identification]]:
         found = _found(session)
         return found, (measurements(session), found.identification())
 
-    def finish(self, session: Session, result: tuple[Diagnosis, IdentifiedRows]) -> Session:
+    def finish(self, session: Session, result: tuple[Diagnosis, tuple[Loaded, Identification]]) -> Session:
         found, fits = result
         accepted = tuple(a.effect for a in found.effects)
-        before = session.results
+        before, last = session.results, session.results.identification
         geometry = before.geometry if before.accepted else before.run
-        return (before.asked or Identify()).finish(session, fits, accepted=accepted, geometry=geometry)
+        is_stale = is_of_other_rows(last, session.measurements.left_out)
+        if last is None or is_stale or not np.array_equal(last.held_out_data.row, found.held_out_data.row):
+            geometry = None  # the diagnosis has one of its own
+        return (before.asked or Identify()).finish(session, (*fits, geometry), accepted=accepted)
 
 
 def _found(session: Session) -> "Diagnosis":

@@ -1,9 +1,8 @@
 """The command that identifies the robot from the loaded measurements."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
-
-import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import plural
@@ -12,7 +11,7 @@ from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.fit import Fit
 from workbench.identification.identify import identify
 from workbench.identification.prior import Prior
-from workbench.identification.result import Identification
+from workbench.identification.result import Identification, Run
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
@@ -23,7 +22,8 @@ from workbench.session.stages import before_and_after
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import begin_step
 
-IdentifiedRows = tuple[Loaded, Identification]
+IdentifiedRows = tuple[Loaded, Identification, Run | None]
+"""The measurements, the result, and that of the geometry alone where effects were added."""
 
 
 class Identify(AbstractTask[IdentifiedRows]):
@@ -60,30 +60,30 @@ class Identify(AbstractTask[IdentifiedRows]):
         loaded, robot, run = measurements(session), session.robot, session.results.run
         added = tuple(replace(effect, coefficients=()) for effect in session.results.accepted)
         names = tuple(name for effect in added for name in effect.names)
-        found = identify(
-            robot.with_effects(*robot.effects, *added) if added else robot,
-            loaded.dataset,
+        fit = partial(
+            identify,
+            data=loaded.dataset,
             algorithms=self.algorithms,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
             free=session.robot.default_free,
             exclude=dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
-            prior=_known(run.fit, names) if added and run is not None else None,
-            effects=names,
             levelled=session.measurements.levelled,
             reading="given",  # the rows were read when they were loaded
             seed=self.seed,
         )
-        return loaded, found
+        if not added or run is None:
+            return loaded, fit(robot), None
+        whole = robot.with_effects(*robot.effects, *added)
+        return loaded, fit(whole, prior=_known(run.fit, names), effects=names), fit(robot).best
 
     def finish(self, session: Session, result: IdentifiedRows, **more: Any) -> Session:
         """The session with what was identified, and with `more` results that go with it."""
-        loaded, found = result
+        loaded, found, geometry = result
         check_unchanged(session, loaded, "identify")
         fit, last = found.best.fit.algorithm.name, session.results.identification
-        is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
-        kept = more if is_same else more | {"geometry": None}
-        results = replace(session.results, **kept, identification=found, asked=self, fit=fit, row=0)
+        more |= {"identification": found, "geometry": geometry, "asked": self, "fit": fit, "row": 0}
+        results = replace(session.results, **more)
         session = begin_step(session, is_whole=True).updated("playback", focus=Focus.ROW)
         session = with_comparison(replace(session, results=results).updated("measurements", unread=None))
         overlay = replace(session.choices.overlay, stage=None)

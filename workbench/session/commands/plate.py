@@ -1,12 +1,13 @@
 """Commands for whole plates: smallest error, trials on virtual arms."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import DataError, OptionError
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.plate import Plate
+from workbench.plate.plate import Plate, Target
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask
@@ -65,9 +66,9 @@ class ImprovePlate(AbstractTask[FoundPlate]):
         searched = session.updated("history", searched=old)
         if plate is None:
             return searched.with_message(Severity.WARNING, lacks)
-        found_for = dict(zip(map(id, begun.targets), plate.targets, strict=True))
-        targets = [t if t.locked else found_for.get(id(t), t) for t in old.targets]
-        is_changed = len(targets) != len(found_for) or any(id(t) not in found_for for t in old.targets)
+        found_for = dict(zip(map(_place, begun.targets), plate.targets, strict=True))
+        targets = [t if t.locked else found_for.get(_place(t), t) for t in old.targets]
+        is_changed = {*map(_place, old.targets)} != found_for.keys()
         if is_changed and not np.array_equal(begun.xyz, plate.xyz):
             text = "targets were changed during the search, which moved the plate: they stay; search again"
             return session.with_message(Severity.WARNING, text)
@@ -84,6 +85,11 @@ class ImprovePlate(AbstractTask[FoundPlate]):
         is_shown = session.measurements.loaded is None and not is_moved and not lacks  # by the strip
         severity = Severity.LOG if is_shown else Severity.INFO
         return better.with_message(severity, f"{where}{text}{little if lacks else ''}")
+
+
+def _place(target: Target) -> tuple[Any, ...]:
+    """By which a target is known as not changed."""
+    return *target.xyz.tolist(), *target.rpy.tolist(), target.branch, target.kind
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):

@@ -1,7 +1,8 @@
 """Reopening a recording: the session after its last command, compared with what was recorded.
 
 What changes a session at once is done again, files are taken from the recording's folder. Searches and fits
-are read where this version recorded them on this machine, else computed again, and their numbers compared.
+are read where they were recorded on this machine, by whichever version, else computed again, and their
+numbers compared.
 Another version, or an installation without a plug-in, may compute another session from the same commands. It
 is not the one that was recorded: its user is told, and it goes on in a recording of its own.
 """

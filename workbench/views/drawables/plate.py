@@ -22,7 +22,7 @@ def plate(session: Session) -> Iterator[Item]:
         yield Item("plate/solid", _solid, (fixture.size, fixture.pose), shown=session.shows_plate)
     for i, (target, state) in enumerate(zip(fixture.targets, session.states, strict=True)):
         path, colour = f"plate/targets/{i + 1}", target_colour(state, selected=i == session.selected)
-        yield Item(path, _block, (i, target, fixture.pose, colour), shown=session.shows_plate)
+        yield Item(path, _block, (target, fixture.pose, colour, i), shown=session.shows_plate)
         yield Item(f"{path}/number", _number, (i, target), shown=session.shows_plate)
 
 
@@ -42,19 +42,16 @@ def plate_before(session: Session) -> Iterator[Item]:
         if i >= len(now) or (now[i] is not target and not np.allclose(now[i].pose, target.pose))
     ]
     for i, target in moved if 2 * len(moved) <= len(before) else ():
-        yield Item(f"plate/before/{i + 1}", _ghost, (target, before.pose))
-
-
-def _ghost(target: Target, plate: Matrix4) -> Mesh:
-    return Mesh(solid=target_block(target.pose, plate), colour=BRANCH, opacity=0.35, flat=True)
+        yield Item(f"plate/before/{i + 1}", _block, (target, before.pose, BRANCH, None, 0.35))
 
 
 def _solid(size: Vector3, pose: Matrix4) -> Mesh:
     return Mesh(solid=box(size), colour=PLATE, flat=True, pose=pose)
 
 
-def _block(i: int, target: Target, plate: Matrix4, colour: Colour) -> Mesh:
-    return Mesh(solid=target_block(target.pose, plate), colour=colour, flat=True, number=i)
+def _block(target: Target, plate: Matrix4, ink: Colour, number: int | None, opacity: float = 1.0) -> Mesh:
+    solid = target_block(target.pose, plate)
+    return Mesh(solid=solid, colour=ink, opacity=opacity, flat=True, number=number)
 
 
 def _number(i: int, target: Target) -> Label:

@@ -1,7 +1,6 @@
 """Where one looks from at first, and when the arm, its plate or its measurements are others."""
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.kinematics.skeleton import body_frames, height_above_floor
 from workbench.arm.robot import Robot
@@ -47,11 +46,11 @@ def view_of_rows(robot: Robot, rows: Comparison) -> tuple[Vector3, Vector3]:
     seen = rows.measured[np.isfinite(rows.measured).all(1)]
     postures = rows.q[:: max(1, -(-len(rows) // MAX_POSTURES))]
     arm = body_frames(robot, postures)[..., :3, 3].reshape(-1, 3)
-    return view_of(np.vstack([seen, arm]), along=from_outside(seen if len(seen) else arm))
-
-
-def view_of(places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW) -> tuple[Vector3, Vector3]:
-    """Camera position and point of view that show all given points [m]."""
+    x, y = (seen if len(seen) else arm)[:, :2].mean(0)
+    size, places = float(np.hypot(x, y)), np.vstack([seen, arm])
+    outward = np.array([x, y]) / size if size > 0.0 else np.array([1.0, 0.0])
+    # from beyond the places, a little from the side and above
+    along = np.array([*(outward + 0.7 * np.array([outward[1], -outward[0]])), 0.7])
     middle = 0.5 * (places.min(0) + places.max(0))
     radius = max(float(np.linalg.norm(places - middle, axis=1).max()), MIN_RADIUS)
     return middle + BALL_FILLS_PICTURE * radius * along / np.linalg.norm(along), middle
@@ -63,11 +62,3 @@ def view_of_region(robot: Robot, region: Region) -> tuple[Vector3, Vector3]:
     height = 0.24 * robot.reach - height_above_floor(robot)
     look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])
     return look_at + robot.reach * VIEW, look_at
-
-
-def from_outside(places: Float[np.ndarray, "places 3"]) -> Vector3:
-    """A direction towards the arm's base from beyond some places, a little from the side and above."""
-    x, y = places[:, :2].mean(0)
-    size = float(np.hypot(x, y))
-    outward = np.array([x, y]) / size if size > 0.0 else np.array([1.0, 0.0])
-    return np.array([*(outward + 0.7 * np.array([outward[1], -outward[0]])), 0.7])

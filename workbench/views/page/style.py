@@ -83,7 +83,7 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
 {INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 9px !important }}
 {INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
-{STRIP} [data-testid="hint"] {{ height: calc(4.35em + 2px); overflow-y: auto; box-sizing: border-box }}
+{STRIP} [data-testid="hint"] {{ min-height: calc(4.35em + 2px); box-sizing: border-box }}
 {INSIDE} > [style*="contain: layout"] {{ position: absolute; inset: auto 0 0; padding: 0 !important }}
 div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px 0 6px;
   background: var(--mantine-color-body) }}
@@ -117,7 +117,6 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
   [{CAPTION}] > .figure, [{CAPTION}] > a {{ display: inline-block;
     margin: 0; padding: 3px 8px; font-size: 14px }}
   .phone {{ display: inline-block !important }}
-  {STRIP} [data-testid="hint"] {{ height: auto; min-height: calc(4.35em + 2px) }}
   body:has({SHEET}) div:has(> div > canvas) {{ height: {PHONE_SCENE}vh !important }}
   .mantine-Paper-root[style*="position: fixed"]:has({SHEET_OPEN}) {{
     min-height: {100 - PHONE_SCENE}vh !important }}

@@ -4,36 +4,43 @@ from collections.abc import Callable
 
 import viser
 
+from workbench.base.errors import OptionError
+from workbench.extras.pendant.own_robot.table_meanings import read_joint_table
 from workbench.session.commands.arm import LARGEST_MODEL, LoadModel
+from workbench.session.commands.data import as_files
 from workbench.session.export import robot_toml
 from workbench.session.page_state import Tab
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-HOW = (
-    "Type the table of your robot, one joint a line below the headings. Three poses from the pendant (flange "
-    "in the robot's base) tell units, signs, zeros and convention. Without a table they check the open robot."
-)
-TABLE = "theta, d, a, alpha\n0, 399, 0, -90\n-90, 0, 350, 0"
-POSES = "One a line, joint positions = x, y, z and three angles: 0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90"
+HOW = """One joint a line below the headings, such as
+theta [deg], d [mm], a [mm], alpha [deg]
+0, 399, 0, -90
+-90, 0, 350, 0
+Poses from the pendant (flange in the base) tell units, signs, zeros and convention; three or more, such as
+0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90"""
 CONVENTIONS = {"as the poses tell": "", "standard DH": "dh", "modified DH (Craig)": "craig"}
 
 
 def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes], LoadModel]:
     """Fields for a table and poses, and what opens the robot; returns what opens a file likewise."""
-    gui.add_html(block(text(HOW), style=f"color:{MUTED}"))
-    table = panel.line("DH table", f"Such as {TABLE}", multiline=True)
+    gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
+    table = panel.line("DH table", "Of your robot; without one, poses check the open robot.", multiline=True)
     convention = panel.dropdown("Convention", CONVENTIONS, "Of the table.")
-    poses = panel.line("Poses", POSES, multiline=True)
+    poses = panel.line("Poses", "Joint positions = x, y, z and three angles, one a line.", multiline=True)
 
     def checked(name: str, content: bytes) -> LoadModel:
         return LoadModel(name, content, tuple(filter(None, map(str.strip, poses.typed.splitlines()))))
 
     def opened() -> LoadModel:
+        if not (table.typed.strip() or poses.typed.strip()):
+            raise OptionError("type a DH table, or poses that the open robot has to give")
         if not table.typed.strip():
             return checked(*robot_toml(panel.session))
-        said = convention.typed and f"# convention = {convention.typed}\n"
-        return checked("own-robot.csv", f"{said}{table.typed}".encode())
+        said = convention.typed and f"\n# convention = {convention.typed}"
+        with as_files({"the table": (content := f"{table.typed}{said}".encode())}) as (path,):
+            read_joint_table(path)
+        return checked("own-robot.csv", content)
 
     hint = "Try every interpretation of table and poses; start over with the arm that fits."
     panel.button("Open and check", opened, viser.Icon.CHECKS, hint, main=True)

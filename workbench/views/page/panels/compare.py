@@ -4,7 +4,6 @@ import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
-from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.panels.form import Control
@@ -36,14 +35,6 @@ class ComparePanel(AbstractPanel):
             max=lambda s: max(int(numbers(s).max()), 1),
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
-        excluded = self.checkbox(
-            "Exclude this row",
-            "Exclude this row from the next identification, such as a wrong measurement.",
-            lambda s: _fitted_row(s) in s.measurements.left_out,
-            visible=_has_rows,
-            disabled=lambda s: _fitted_row(s) is None,
-        )
-        self.form(self._leave_out, excluded)
         with gui.add_folder("Shown in the scene"):
             switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
         self.form(lambda *typed: self.overlaid(**dict(zip(SWITCHES, typed, strict=True))), *switches)
@@ -55,15 +46,6 @@ class ComparePanel(AbstractPanel):
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 
-    def _leave_out(self, is_excluded: bool) -> LeaveRowsOut | None:
-        session = self._worker.session
-        if session.results.comparison is None:
-            return None
-        number = {int(session.results.comparison.number[session.results.row])}
-        left_out = session.measurements.left_out
-        rows = left_out | number if is_excluded else left_out - number
-        return LeaveRowsOut(tuple(sorted(rows)))
-
 
 def numbers(session: Session) -> np.ndarray:
     """Numbers of the shown rows in the data."""
@@ -73,11 +55,3 @@ def numbers(session: Session) -> np.ndarray:
 
 def _has_rows(session: Session) -> bool:
     return session.results.comparison is not None
-
-
-def _fitted_row(session: Session) -> int | None:
-    """Number of the shown row in the data; None if it is not fitted anyway."""
-    comparison, row = session.results.comparison, session.results.row
-    if comparison is None or comparison.held_out[row] or session.measurements.loaded is None:
-        return None
-    return int(comparison.number[row])

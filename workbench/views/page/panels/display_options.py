@@ -11,6 +11,7 @@ from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.page_state import Tab
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.row_errors import exclude
 
 STEP = 0.01
 """By which a key moves a target [m]."""
@@ -30,6 +31,7 @@ class LookPanel(AbstractPanel):
         for tab in Tab:
             add(f"Open the tab {tab}").on_trigger(send(lambda _, tab=tab: OpenTab(tab)))  # type: ignore[misc]
         add("Back to the best plate", hotkey="B").on_trigger(send(lambda _: RestoreBest()))
+        add("Exclude the shown row, or use it again").on_trigger(send(lambda _: exclude(self.session)))
         add("Next target", hotkey="N").on_trigger(send(lambda _: self._step(1)))
         add("Previous target", hotkey="P").on_trigger(send(lambda _: self._step(-1)))
         for key, along in STEPS.items():

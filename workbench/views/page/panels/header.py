@@ -159,15 +159,13 @@ def _message(message: Message | None, dismiss: str) -> str:
     if message is None:
         return ""
     ground, ink = TINTS[message.severity]
-    lines = 6 if message.severity is Severity.ERROR else 3  # whole ones; the rest is scrolled
     over = f'<a href="{text(dismiss)}" title="Dismiss this message" {AWAY}>✕</a>' if dismiss else ""
     return (
         f"<div {MESSAGE}>"
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
         f'style="font-size:var(--words, 13px);line-height:1.45;background:{ground};'
         f"color:var(--mantine-color-text);border-left:3px solid {ink};"
-        f"border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;box-sizing:border-box;"
-        f'max-height:calc({1.45 * lines:.2f}em + 8px)">'
+        f'border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;max-height:45vh">'
         f"{over}{text(_sentence(message.text))}</div></div>"
     )
 

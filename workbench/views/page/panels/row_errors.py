@@ -1,4 +1,4 @@
-"""Error of every row in the order of measuring: a click on one puts the arm there."""
+"""Error of every row in the order of measuring: a click on one puts the arm there. Which are excluded."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -10,38 +10,75 @@ import viser
 from workbench.arm.effects.events import AbstractEvent
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.page_state import Tab
 from workbench.session.stages import stage_words
 from workbench.session.state import Session
 from workbench.views.appearance.colours import EVENT, EXCLUDED, STAGE_COLOURS, css
-from workbench.views.page.html import block, heading
+from workbench.views.page.html import block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-MAX_BARS = 250
-"""Rows that are drawn at most; of more, evenly chosen ones."""
+MAX_BARS, WORST = 250, 3
+"""Rows that are drawn at most, of more evenly chosen ones; and the worst ones, which are named."""
 
 
 class RowErrorsPanel(AbstractPanel):
-    """A chart."""
+    """A chart, the worst rows, and a button for the shown one."""
 
     tab, order = Tab.CALIBRATE, 25
     depends = ("results.comparison", "results.row", "measurements.left_out")
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(self._chart)
+        hint = "Leave the shown row out of the next identification, as a wrong one, or use it again."
+        out, icon = lambda: exclude(self._worker.session), viser.Icon.ROW_REMOVE
+        self.button("Exclude this row", out, icon, hint, visible=exclude, label=_exclusion)
 
     def _chart(self, session: Session) -> str:
         rows = session.results.comparison
         if rows is None or len(rows.stages) < 2:
             return ""
-        links = {k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k))) for k in shown(rows)}
+        links = {
+            k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k)))
+            for k in {*shown(rows), *worst(rows)}
+        }
         found, excluded = session.results.diagnosis, set(session.measurements.left_out)
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
         words = stage_words(session)
-        return block(chart(rows, session.results.row, links, words, excluded, happened), testid="row-chart")
+        drawing = chart(rows, session.results.row, links, words, excluded, happened)
+        return block(drawing + _named(rows, links), testid="row-chart")
+
+
+def exclude(session: Session) -> LeaveRowsOut | None:
+    """Leaves the shown row out, or takes it back; None for a row that is only for checking."""
+    rows, loaded = session.results.comparison, session.measurements.loaded
+    if (
+        rows is None
+        or loaded is None
+        or (number := int(rows.number[session.results.row])) not in loaded.dataset.row
+    ):
+        return None
+    return LeaveRowsOut(tuple(sorted(session.measurements.left_out ^ {number})))
+
+
+def _exclusion(session: Session) -> str:
+    rows, left_out = session.results.comparison, session.measurements.left_out
+    number = -1 if rows is None else int(rows.number[session.results.row])
+    return f"Use data row {number} again" if number in left_out else f"Exclude data row {number}"
+
+
+def worst(rows: Comparison) -> list[int]:
+    """The rows with the largest errors of the last model."""
+    return np.argsort(-np.nan_to_num(rows.stage_errors[:, STAGES.index(rows.stages[-1])]))[:WORST].tolist()
+
+
+def _named(rows: Comparison, links: Mapping[int, str]) -> str:
+    errors = 1e3 * rows.stage_errors[:, STAGES.index(rows.stages[-1])]
+    named = (f'<a href="{text(links[k])}">{rows.number[k]}</a> ({errors[k]:.3g} mm)' for k in worst(rows))
+    return f"<div>Worst: rows {', '.join(named)}</div>"
 
 
 def shown(rows: Comparison) -> list[int]:
