@@ -43,11 +43,11 @@ BUDGETS = {
     "arm": 8_825,
     "data": 5_067,
     "plate": 4_893,
-    "identification": 9_062,
-    "diagnosis": 6_640,
+    "identification": 9_061,
+    "diagnosis": 6_638,
     "exports": 316,
     "session": 6_188,
-    "views": 6_922,
+    "views": 6_920,
     "cli": 1_436,
     "extras": 1,
     "extras/camera": 3_480,
@@ -56,7 +56,7 @@ BUDGETS = {
     "extras/katana": 998,
     "extras/live": 1_030,
     "extras/logs": 915,
-    "extras/pendant": 1_881,
+    "extras/pendant": 1_878,
     "extras/poses": 1_083,
     "extras/production": 449,
     "extras/reproduce": 88,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_937,
+    "tests": 38_934,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_101
