@@ -40,7 +40,7 @@ BUDGETS = {
     "root": 254,
     "base": 2_141,
     "report": 800,
-    "arm": 8_825,
+    "arm": 8_819,
     "data": 5_067,
     "plate": 4_893,
     "identification": 9_061,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_934,
+    "tests": 38_793,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 18_101

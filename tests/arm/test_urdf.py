@@ -103,40 +103,25 @@ def test_real_arms_are_read_as_pinocchio_reads_them(file):
     assert robot.urdf.tip in robot.notes[0]
 
 
-@pytest.mark.parametrize("file", REAL)
-def test_real_arms_round_trip_through_toml_and_urdf(file, tmp_path):
-    robot = load_robot(DESCRIPTIONS / file, tip=REAL[file][0])
+@pytest.mark.parametrize("name", [*REAL, *built_in_robots()])
+def test_arms_round_trip_through_toml_and_urdf(name, tmp_path):
+    robot = load_robot(DESCRIPTIONS / name, tip=REAL[name][0]) if name in REAL else load_robot(name)
+    tool = Frame(frozen(np.array([0.1, 0, 0.2])), frozen(rotation([0.3, 2, 1])))
+    robot = robot.with_effects().with_frames(tool=tool)
     q = any_joints(robot, 5)
     table = read_toml(write_toml(robot, tmp_path / "arm.toml"))
-    frames = read_urdf(write_urdf(table, tmp_path / "arm.urdf"))
-    np.testing.assert_allclose(tool_poses(table, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
-    np.testing.assert_allclose(tool_poses(frames, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
-    np.testing.assert_array_equal(table.limits, robot.limits)
-    np.testing.assert_array_equal(frames.limits, robot.limits)
-    assert robot.joint_names == table.joint_names == frames.joint_names
-    if robot.has_masses:
-        expected = holding(joint_wrenches(robot, q), robot)
-        for again in (table, frames):
+    path = write_urdf(table, tmp_path / "arm.urdf")
+    np.testing.assert_allclose(
+        by_pinocchio(path, read_urdf(path), q), tool_poses(robot, Motion(q)), atol=1e-9
+    )
+    for again in (table, read_urdf(path)):
+        np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
+        np.testing.assert_array_equal(again.limits, robot.limits)
+        assert again.joint_names == robot.joint_names
+        assert [j.max_moment for j in again.moving] == [j.max_moment for j in robot.moving]
+        if robot.has_masses:
+            expected = holding(joint_wrenches(robot, q), robot)
             np.testing.assert_allclose(holding(joint_wrenches(again, q), again), expected, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", built_in_robots())
-def test_built_in_arms_round_trip_through_urdf(name, tmp_path):
-    robot = load_robot(name).with_effects()
-    robot = robot.with_frames(tool=Frame(frozen(np.array([0.1, 0, 0.2])), frozen(rotation([0.3, 2, 1]))))
-    path = write_urdf(robot, tmp_path / "arm.urdf")
-    again = load_robot(path)
-    q = any_joints(robot, 5)
-    np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
-    np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(robot, Motion(q)), atol=1e-9)
-    np.testing.assert_array_equal(again.limits, robot.limits)
-    assert [j.max_moment for j in again.moving] == [j.max_moment for j in robot.moving]
-    once_more = read_toml(write_toml(again, tmp_path / "arm.toml"))
-    np.testing.assert_allclose(tool_poses(once_more, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
-    if robot.has_masses:
-        np.testing.assert_allclose(
-            holding(joint_wrenches(again, q), again), holding(joint_wrenches(robot, q), robot), atol=1e-9
-        )
 
 
 def corrected(robot, seed=0, size=0.02):

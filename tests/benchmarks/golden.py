@@ -148,7 +148,7 @@ def table2() -> Session:
 def shown(session: Session) -> Numbers:
     """What the page shows of a plate: every index, the predicted error, the worst constants."""
     score = session.score
-    keys = ("per_target", "rank", "condition", "position", "rotation", "rises")
+    keys = ("per_target", "rank", "position", "rotation", "rises")
     indices, found = {name: score.indices[name] for name in INDICES}, score.linearisation
     errors = np.sqrt(np.diag(found.covariance))
     errors = np.where((found.unidentifiable**2).sum(1) > 1e-6, np.inf, errors)

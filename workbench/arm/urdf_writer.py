@@ -94,16 +94,10 @@ def _skeleton(robot: Robot) -> ET.Element:
         node = _joint_node(root, name, kind, parent, child, segment)
         axis = np.eye(3)[element.axis % 3]
         ET.SubElement(node, "axis", xyz=numbers_text(axis))
-        if kind != "continuous":
-            effort = joint.max_moment or 0.0
-            ET.SubElement(
-                node,
-                "limit",
-                lower=repr(float(limits[0])),
-                upper=repr(float(limits[1])),
-                effort=repr(float(effort)),
-                velocity="0",
-            )
+        ends = zip(("lower", "upper"), limits.tolist(), strict=True)
+        limit = {end: repr(value) for end, value in ends if kind != "continuous"}
+        if limit or joint.max_moment:
+            ET.SubElement(node, "limit", limit, effort=repr(float(joint.max_moment or 0)), velocity="0")
         if element.follows is not None:
             factor, offset = repr(float(element.ratio)), repr(float(element.value))
             ET.SubElement(node, "mimic", joint=leaders[element.follows], multiplier=factor, offset=offset)

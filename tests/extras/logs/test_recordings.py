@@ -93,72 +93,53 @@ def test_a_silence_ends_a_stand():
 
 def write_bag(path: Path, run, kind: str, *, skew=3.2, frames=False) -> Path:
     """Joint states in UR's order and poses with a clock of their own, drop-outs, and other topics."""
-    rosbags = pytest.importorskip("rosbags")
-    assert rosbags
-    from rosbags.rosbag1 import Writer as Writer1
-    from rosbags.rosbag2 import StoragePlugin
-    from rosbags.rosbag2 import Writer as Writer2
+    pytest.importorskip("rosbags")
+    from rosbags import rosbag1, rosbag2
     from rosbags.typesys import Stores, get_typestore
 
-    store = get_typestore(Stores.ROS1_NOETIC if kind == "ros1" else Stores.ROS2_HUMBLE)
-    types = store.types
-    stamp = types["builtin_interfaces/msg/Time"]
-    vector, turn = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
-    rng, order = np.random.default_rng(0), [2, 1, 0, 3, 4, 5]
+    ros1 = kind == "ros1"
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    rng, order, empty = np.random.default_rng(0), [2, 1, 0, 3, 4, 5], np.zeros(0)
+    names = [*(f"{UR[i]}_joint" for i in order), "finger_joint"]
+
+    def made(message, **parts):
+        return store.types[message.replace("/", "/msg/")](**parts)
 
     def header(time, frame):
-        more = {"seq": 0} if kind == "ros1" else {}
-        return types["std_msgs/msg/Header"](
-            stamp=stamp(sec=int(time), nanosec=int(1e9 * (time % 1.0))), frame_id=frame, **more
-        )
+        stamp = made("builtin_interfaces/Time", sec=int(time), nanosec=int(1e9 * (time % 1.0)))
+        return made("std_msgs/Header", stamp=stamp, frame_id=frame, **({"seq": 0} if ros1 else {}))
 
     def joints(k):
-        q = np.concatenate([run.q[k, order], [0.04]])
-        names = [f"{UR[i]}_joint" for i in order] + ["finger_joint"]
-        empty = np.zeros(0)
-        return types["sensor_msgs/msg/JointState"](
-            header=header(run.time[k], ""), name=names, position=q, velocity=empty, effort=empty
-        )
+        state = {"name": names, "position": np.append(run.q[k, order], 0.04), "velocity": empty}
+        return made("sensor_msgs/JointState", header=header(run.time[k], ""), **state, effort=empty)
 
     def pose(k):
-        p, (w, x, y, z) = run.pose[k, :3, 3], run.wxyz[k]
+        place = dict(zip("xyz", run.pose[k, :3, 3], strict=True))
+        turn = made("geometry_msgs/Quaternion", **dict(zip("wxyz", run.wxyz[k], strict=True)))
+        when = header(run.time[k] + skew, "tracker")
         if frames:
-            moved = types["geometry_msgs/msg/Transform"](translation=vector(*p), rotation=turn(x, y, z, w))
-            one = types["geometry_msgs/msg/TransformStamped"](
-                header=header(run.time[k] + skew, "tracker"), child_frame_id="probe", transform=moved
+            moved = made(
+                "geometry_msgs/Transform", translation=made("geometry_msgs/Vector3", **place), rotation=turn
             )
-            return types["tf2_msgs/msg/TFMessage"](transforms=[one])
-        made = types["geometry_msgs/msg/Pose"](
-            position=types["geometry_msgs/msg/Point"](*p), orientation=turn(x, y, z, w)
-        )
-        return types["geometry_msgs/msg/PoseStamped"](header=header(run.time[k] + skew, "tracker"), pose=made)
+            one = made("geometry_msgs/TransformStamped", header=when, child_frame_id="probe", transform=moved)
+            return made("tf2_msgs/TFMessage", transforms=[one])
+        there = made("geometry_msgs/Pose", position=made("geometry_msgs/Point", **place), orientation=turn)
+        return made("geometry_msgs/PoseStamped", header=when, pose=there)
 
     def text(k):
-        return types["std_msgs/msg/String"](data=f"line {k}")
+        return made("std_msgs/String", data=f"line {k}")
 
-    kinds = {
-        "/joint_states": ("sensor_msgs/msg/JointState", joints),
-        "/tf" if frames else "/tracker/pose": (
-            "tf2_msgs/msg/TFMessage" if frames else "geometry_msgs/msg/PoseStamped",
-            pose,
-        ),
-        "/log": ("std_msgs/msg/String", text),
-    }
-    if kind == "ros1":
-        writer = Writer1(path)
-        encode = store.serialize_ros1
-    else:
-        plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
-        writer = Writer2(path, version=9, storage_plugin=plugin)
-        encode = store.serialize_cdr
-    with writer:
-        for topic, (name, make) in kinds.items():
+    plugin = rosbag2.StoragePlugin.MCAP if kind == "mcap" else rosbag2.StoragePlugin.SQLITE3
+    encode = store.serialize_ros1 if ros1 else store.serialize_cdr
+    with rosbag1.Writer(path) if ros1 else rosbag2.Writer(path, version=9, storage_plugin=plugin) as writer:
+        topics = {"/joint_states": joints, "/tf" if frames else "/tracker/pose": pose, "/log": text}
+        for topic, make in topics.items():
+            name = make(0).__msgtype__
             connection = writer.add_connection(topic, name, typestore=store)
-            for k in range(len(run.time)):
-                if topic != "/joint_states" and rng.uniform() < 0.3:
-                    continue  # dropped
-                late = rng.uniform(0.0, 0.02)
-                writer.write(connection, int(1e9 * (run.time[k] + late)), encode(make(k), name))
+            for k, time in enumerate(run.time):
+                if make is joints or rng.uniform() >= 0.3:  # the others drop out
+                    late = rng.uniform(0.0, 0.02)
+                    writer.write(connection, int(1e9 * (time + late)), encode(make(k), name))
     return path
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from generator import turn
 
 from workbench.base import se3
 from workbench.extras.workshop.fixture import fixture_of
@@ -14,13 +15,8 @@ def plate_of(*places, kinds=("seat",), size=(0.3, 0.2, 0.015), lean=(0.1, -0.05,
     pose = se3.pose(se3.rpy_to_matrix(np.array(lean)), np.array([0.4, 0.1, 0.2]))
     targets = []
     for i, (x, y, height, tilt, azimuth, spin) in enumerate(places):
-        normal = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
-        across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-        along = np.cross(across, normal)
-        x_axis = np.cos(spin) * along + np.sin(spin) * across
-        turned = np.column_stack([x_axis, np.cross(-normal, x_axis), -normal])
-        local = se3.pose(turned, np.array([x, y, height]))
-        there = pose @ local
+        turned = turn("z", azimuth) @ turn("y", tilt) @ turn("z", spin) @ turn("x", np.pi)
+        there = pose @ se3.pose(turned[:3, :3], np.array([x, y, height]))
         targets.append(
             Target(xyz=there[:3, 3], rpy=se3.matrix_to_rpy(there[:3, :3]), kind=Kind(kinds[i % len(kinds)]))
         )
