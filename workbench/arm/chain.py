@@ -201,7 +201,7 @@ def poses(
         shift: Increments by effects, per element; an empty array for none.
         part: Elements between the two frames, if not all.
     """
-    return twists(chain, q, chain.driven[:0], shift=shift, part=part)[0]
+    return twists(chain, q, np.zeros(0, np.int64), shift=shift, part=part)[0]
 
 
 def frames(

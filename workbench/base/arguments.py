@@ -98,8 +98,7 @@ def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Resul
         @wraps(verb)
         def call(*args: P.args, **options: P.kwargs) -> Result:
             try:
-                shown.bind(*args, **options)
-                given = own.bind(*args, **options)
+                given = (shown if options.keys() - shown.parameters.keys() else own).bind(*args, **options)
             except TypeError as error:
                 raise TypeError(f"{verb.__name__}() {error}") from None
             single = {n: v for n, v in given.arguments.items() if own.parameters[n].kind not in _SEVERAL}

@@ -27,6 +27,8 @@ def predict(robot: Robot, data: Dataset, *, link: int | None = None) -> Float[np
             if None.
     """
     robot.check_joints(data.q, data.source)
+    if not robot.sessions:
+        return watched_poses(robot, Motion.of(data), link)
     poses, motion = np.empty((len(data), 4, 4)), Motion.of(data)
     for session in data.sessions:
         rows = data.in_session(session)

@@ -21,10 +21,10 @@ def covariance(
     """
     known = problem.prior @ root
     middle = known.T @ known
-    for block, piece in problem.pieces(x):
+    for (_, piece), block in zip(problem.pieces(x), problem.with_noise(actual).blocks, strict=True):
         moved = piece.jacobian @ root
         table = moved.reshape(*block.inverse_sigma.shape, -1)
-        spread = block.with_noise(actual).mixed(table, 1.0).reshape(moved.shape)
+        spread = block.mixed(table, 1.0).reshape(moved.shape)
         middle += moved.T @ spread * (actual.own / problem.noise.own) ** 2
     return root @ middle @ root.T
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.arm.frame import revised
 from workbench.arm.joint import MIN_DEVIATION
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
@@ -362,7 +363,7 @@ class Problem:
 
     def with_noise(self, noise: Noise) -> "Problem":
         """The same problem whitened by other standard deviations."""
-        blocks = tuple(b.with_noise(noise) for b in self.blocks)
+        blocks = tuple(revised(b, noise=noise) for b in self.blocks)
         return self._with("inverse_sigma", "sigma", "typical_noise", noise=noise, blocks=blocks)
 
     def with_row_weights(self, weights: Float[np.ndarray, " rows"] | None) -> "Problem":

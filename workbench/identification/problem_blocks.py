@@ -16,7 +16,6 @@ from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.effect import NO_WRENCHES
-from workbench.arm.frame import revised
 from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import Watched, watched
 from workbench.arm.motion import Motion
@@ -283,10 +282,6 @@ class RowBlock:
             return alone
         q, s = self.shared
         return alone * np.sqrt(1.0 + ((q * s[:, None]) ** 2).sum(2))
-
-    def with_noise(self, noise: Noise) -> "RowBlock":
-        """The same rows whitened by other standard deviations."""
-        return revised(self, noise=noise)
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""

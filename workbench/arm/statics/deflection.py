@@ -121,10 +121,9 @@ def shift_of(arm: Robot | TrialArm, motion: Motion) -> Float[np.ndarray, "_ _"]:
     Raises:
         DataError: the arm has no equilibrium in a row.
     """
-    arm = TrialArm.of(arm)
     if not arm.effects:
         return NO_SHIFT
-    deflected = deflect(arm, motion)
+    deflected = deflect(arm := TrialArm.of(arm), motion)
     if not deflected.outcome.ok:
         raise no_equilibrium(arm.robot, deflected.shift)
     return deflected.shift

@@ -12,6 +12,7 @@ from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool, base_and_tool_by_places, nearest_rotation
+from workbench.base.types import Matrix4
 from workbench.identification.errors.row_errors import quantile
 from workbench.identification.meaning.bounds import WEIGHT, affine_map
 
@@ -68,7 +69,7 @@ def place(
     *,
     zeros: Sequence[int] = (),
     held: bool = False,
-    closed: bool = False,
+    given: tuple[Matrix4, Matrix4] | None = None,
     robust: bool = True,
 ) -> PlacedReadings:
     """The best base and tool for each of some readings of one arm, robust against a few rows.
@@ -76,12 +77,14 @@ def place(
     Args:
         zeros: Joints whose zeros are unknown, too.
         held: Whether base and tool are known: none.
-        closed: Whether the closed form is near enough.
+        given: Base and tool, if they are to be taken so.
         robust: Whether rows may be set apart.
     """
     fit = _Fit(robot, joints, points, rotations, tuple(zeros), held)
+    if given is not None:
+        return fit.placed(*(np.array([frame]) for frame in given), np.zeros((1, joints.shape[2])))
     start = fit.start()
-    if closed or (held and not zeros):
+    if held and not zeros:
         return fit.placed(*start)
     everything = np.ones(points.shape[:2])
     found = fit.placed(*fit.descended(start, everything))

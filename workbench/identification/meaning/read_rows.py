@@ -38,10 +38,14 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     rows, sessions = few_each(data) if rows is None else (rows, 1)
     if not sessions:
         return None
+    if data.joints == robot.dof:
+        every, arm = ReadingSearch(robot, rows, count=len(rows)), robot.in_session(rows.sessions[0])
+        plain = every.plain(given=(arm.base.pose, arm.tool.pose))
+        if every.suffices(plain) and not plain.apart:
+            return RowMeaning(best=plain, plain=plain)
     search, plain = ReadingSearch(robot, rows, sessions=sessions), None
     if data.joints == robot.dof:
-        plain = search.plain(closed=True)
-        if search.suffices(plain) or search.suffices(plain := search.plain()):
+        if search.suffices(plain := search.plain()):
             return RowMeaning(best=plain, plain=plain)
         search.found = [plain, *search.place([RowReading.plain(robot)])]
         if search.suffices(search.found[1]) and not search.found[1].mirrored:  # signs may do the same

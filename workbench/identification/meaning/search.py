@@ -84,12 +84,15 @@ class ReadingSearch:
         data: Rows with points, and orientations or none.
         held: Whether rows are of the flange in the arm's base.
         sessions: Number of sessions, each with its own base and tool, that have equally many rows.
+        count: Maximum number of rows of a single session that are looked at.
     """
 
-    def __init__(self, robot: Robot, data: Dataset, *, held: bool = False, sessions: int = 1):
+    def __init__(
+        self, robot: Robot, data: Dataset, *, held: bool = False, sessions: int = 1, count: int = PLACED_ROWS
+    ):
         self.robot, self.held, self.sessions = robot.bare, held, sessions
         self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, SURE)
-        self.data = data if sessions > 1 else data.take(far_apart(data, PLACED_ROWS))
+        self.data = data if sessions > 1 else data.take(far_apart(data, count))
         self.points = np.asarray(self.data.position)
         self.handed = HANDED if data.rotation is None else MIRRORED
         self.found: list[RowReading] = []
@@ -179,10 +182,10 @@ class ReadingSearch:
         return replace(reading, scale=unit, cost=reading.cost + UNIT)
 
     def _aligned(
-        self, readings: list[RowReading], zeros: Sequence[int] = (), *, closed: bool = False
+        self, readings: list[RowReading], zeros: Sequence[int] = (), **options: Any
     ) -> list[RowReading]:
-        """Readings, with orientations or without, of one arm with the base and tool that fit best, or nearly
-        so by their closed form alone."""
+        """Readings, with orientations or without, of one arm with the base and tool that fit best; options
+        as of `place`."""
         found: dict[int, RowReading] = {}
         for turned in (False, True):
             some = [k for k, r in enumerate(readings) if (r.convention is not None) == turned]
@@ -192,7 +195,7 @@ class ReadingSearch:
             points, rotations = zip(*(readings[k].poses(self.data) for k in some), strict=True)
             points, rotations = np.array(points), np.array(rotations) if turned else None
             robot = readings[some[0]].robot
-            at = self._placed(robot, q, points, rotations, zeros=zeros, closed=closed)
+            at = self._placed(robot, q, points, rotations, zeros=zeros, **options)
             for number, k in enumerate(some):
                 found[k] = self._measured(readings[k], at, number)
         return [found[k] for k in range(len(readings))]
@@ -224,10 +227,10 @@ class ReadingSearch:
             apart=tuple(np.flatnonzero(~kept).tolist()),
         )
 
-    def plain(self, *, closed: bool = False) -> RowReading:
-        """The rows as given, in the declared convention; `closed` as of `_aligned`."""
+    def plain(self, **options: Any) -> RowReading:
+        """The rows as given, in the declared convention; options as of `place`."""
         first, _ = next(conventions(self.data, usual=self.held), (None, None))
-        return self._aligned([replace(RowReading.plain(self.robot), convention=first)], closed=closed)[0]
+        return self._aligned([replace(RowReading.plain(self.robot), convention=first)], **options)[0]
 
     @property
     def turned(self) -> RowReading | None:

@@ -22,17 +22,6 @@ from workbench.identification.problem import LinearisedProblem, Problem
 
 BIWEIGHT = 4.685
 """Tukey's constant: 95 % efficiency for normal errors."""
-
-
-def row_weights(standardised: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
-    """Factors of the rows' residuals (root of the weights), from residuals in units of their scale.
-
-    The scale is the median residual, so that up to half of the rows may be wrong.
-    """
-    size = standardised / max(quantile(standardised, 0.5), 1e-12)
-    return np.maximum(1.0 - (size / BIWEIGHT) ** 2, 0.0)
-
-
 OUTLIER_CHANCE = 0.01
 """Probability of calling any row of clean normal data an outlier."""
 MIN_OUTLIER_RATIO = 4.0
@@ -63,7 +52,8 @@ def robust_fit(
     step, whole = np.zeros(len(x)), np.ones(len(at.residual))
     sizes = _sizes(problem, at.residual, room)
     for _ in range(ROBUST_ROUNDS):
-        weights = row_weights((sizes / _typical(sizes)).max(1))
+        worst = (sizes / _typical(sizes)).max(1)
+        weights = np.maximum(1.0 - (worst / max(quantile(worst, 0.5), 1e-12) / BIWEIGHT) ** 2, 0.0)
         if np.abs(weights - old).max() < WEIGHT_TOLERANCE:
             break
         old, whole[: problem.size] = weights, weights[problem.component_rows]
