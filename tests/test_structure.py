@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 8_819,
     "data": 5_067,
     "plate": 4_893,
-    "identification": 9_061,
+    "identification": 9_019,
     "diagnosis": 6_638,
     "exports": 316,
     "session": 6_188,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_793,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 18_101
+READING_SET = 17_918
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -68,7 +68,7 @@ def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_f
     assert len(changed.measurements.loaded.dataset) == 40
     assert not changed.measurements.loaded.is_foreign
     assert all(m.severity is not Severity.WARNING for m in changed.page.messages)  # gone with its cause
-    assert changed.results.identification.match is None
+    assert not changed.results.identification.foreign
     assert not changed.results.identification.best.implausible
 
 

@@ -8,6 +8,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.usable_arm import events_of
 from workbench.base.advice import beside
 from workbench.diagnosis.search.rounds import Searched
+from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.rows.row_selection import without_held_out
@@ -52,9 +53,9 @@ class Now:
 @beside("the error after the last event", None)
 def arm_now(final: Fit) -> Now | None:
     """The saved arm and its errors; None without events."""
-    saved = SavedArm(final.calibrated, final.problem.data)
+    problem = final.problem
+    saved = SavedArm(final.calibrated, problem.data, {**problem.known, **problem.instrument(final.x)})
     if not saved.events:
         return None
-    rows = saved.fitted.take(saved.is_now(saved.fitted))
-    errors = saved.errors(rows, {**final.problem.known, **final.problem.instrument(final.x)})
-    return Now(saved.events[-1].row, errors.position_mm.mean)
+    rows = saved.valid_for(problem.data.take(saved.is_now(problem.data)))
+    return Now(saved.events[-1].row, row_errors(saved.robot, rows, known=saved.known).position_mm.mean)

@@ -89,8 +89,7 @@ def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
     fitted = SavedArm(identified(plain).calibrated, problem.data).robot
     left = {}
     for geometry in (fitted.weighed_as(given), saved.formats["URDF"].weighed_as(given)):
-        mine = SavedArm(arm.recorded(geometry=geometry), rows)
-        left[geometry] = mine.errors(rows, known, mine.formats["URDF"]).main.mean
+        left[geometry] = SavedArm(arm.recorded(geometry=geometry), rows, known).errors(rows)["URDF"].main.mean
     return min(left, key=left.__getitem__)
 
 

@@ -90,11 +90,7 @@ def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | N
 
     Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none.
     """
-    old = (np.nan, problem.noise.rotation, problem.noise.tilt)
-    found = _of_channels(problem, x, factor, old, lambda square, own: float(np.sqrt(square.mean())))
-    if found is None or found.position < ROUNDING_NOISE.position:
-        return None
-    return found if min(found.rotation, found.tilt) >= ROUNDING_NOISE.rotation else None
+    return _of_channels(problem, x, factor, np.zeros(problem.size))
 
 
 def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
@@ -102,19 +98,20 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
 
     For rows that state nothing it is the root mean square of the residual (`of_residual`).
     """
-    if not (problem.own_sigma > 0.0).any():
-        return of_residual(problem, x, factor)
-    return _of_channels(problem, x, factor, (*problem.noise[:2], problem.noise.tilt), _most_likely)
+    return _of_channels(problem, x, factor, problem.own_sigma**2)
 
 
-def _of_channels(problem, x, factor, old, size_of) -> Noise | None:
-    """Size of each channel from squares of its residuals and variances that rows state, else the old one."""
-    share = spare_share(problem, x, factor)
-    if share is None:
+def _of_channels(problem: Problem, x: np.ndarray, factor: Factor | None, own: np.ndarray) -> Noise | None:
+    """s of each channel beyond variances of its components; the old one where it has none."""
+    if (share := spare_share(problem, x, factor)) is None:
         return None
-    square, own = problem.physical(problem.residual(x)) ** 2 / share, problem.own_sigma**2
-    found = [size_of(square[m], own[m]) if m.any() else s for m, s in zip(problem.channels, old, strict=True)]
-    return Noise(found[0], found[1], tilt=found[2])
+    square, is_stated = problem.physical(problem.residual(x)) ** 2 / share, bool((own > 0.0).any())
+    sizes = [problem.noise.position if is_stated else np.nan, problem.noise.rotation, problem.noise.tilt]
+    for k, m in enumerate(problem.channels):
+        if m.any():
+            sizes[k] = _most_likely(square[m], own[m]) if is_stated else float(np.sqrt(square[m].mean()))
+    is_rounding = sizes[0] < ROUNDING_NOISE.position or not min(sizes[1:]) >= ROUNDING_NOISE.rotation
+    return None if is_rounding and not is_stated else Noise(sizes[0], sizes[1], tilt=sizes[2])
 
 
 @lru_cache(maxsize=64)

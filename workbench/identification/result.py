@@ -12,7 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.base.advice import beside, failures
 from workbench.base.wording import first_of, in_mm, listed
 from workbench.data.dataset import Dataset
-from workbench.identification.checks.arm_match import ArmMatch, arm_match, sister
+from workbench.identification.checks.arm_match import arm_match, sister
 from workbench.identification.checks.common_errors import instrument_scale, parted_by_column, two_places
 from workbench.identification.errors.row_errors import (
     KINDS,
@@ -147,20 +147,12 @@ class Identification(AbstractReported, AbstractSplit):
 
         Held-out rows take no part in this choice.
         """
-        runs = list(self.runs.values())
-        plain = min(runs, key=lambda run: run.fit.cost)
-        minimum = plain.fit.cost
-        chance = CHANCE * min(1.0, 2.0 * minimum / max(plain.fit.spare, 1.0))
-        equal = [run for run in runs if run.fit.cost <= minimum * (1.0 + SAME_COST) + chance]
-        nearest = min(run.deviation for run in equal)
-        return min(
-            equal,
-            key=lambda run: (
-                run.deviation > SAME_DEVIATION * nearest,
-                not run.fit.outcome.ok,
-                run.fit.iterations,
-            ),
-        )
+        plain = min((run.fit for run in self.runs.values()), key=lambda fit: fit.cost)
+        chance = CHANCE * min(1.0, 2.0 * plain.cost / max(plain.spare, 1.0))
+        maximum = plain.cost * (1.0 + SAME_COST) + chance
+        equal = [run for run in self.runs.values() if run.fit.cost <= maximum]
+        far = SAME_DEVIATION * min(run.deviation for run in equal)
+        return min(equal, key=lambda r: (r.deviation > far, not r.fit.outcome.ok, r.fit.iterations))
 
     @cached_property
     def robot(self) -> Robot:
@@ -193,11 +185,13 @@ class Identification(AbstractReported, AbstractSplit):
         return stated(self.best.fit.problem) or from_repeats(self.data)
 
     @cached_property
-    @beside("whether the rows fit the arm", None)
-    def match(self) -> ArmMatch | None:
-        """Match between rows and nominal arm; None if its errors are too small for a check."""
-        suspicious = self.nominal.judged.position_mm.median > 1e3 * FITS * self.nominal_robot.reach
-        return arm_match(self.nominal_robot, self.data) if suspicious else None
+    @beside("whether the rows fit the arm", "")
+    def foreign(self) -> str:
+        """That the rows are not the nominal arm's; empty if they are, or its errors too small for a check."""
+        if not self.nominal.judged.position_mm.median > 1e3 * FITS * self.nominal_robot.reach:
+            return ""
+        match = arm_match(self.nominal_robot, self.data)
+        return match.text if match.is_foreign else ""
 
     @cached_property
     def parted(self) -> str:
@@ -219,8 +213,7 @@ class Identification(AbstractReported, AbstractSplit):
     @beside("doubts about the arm", ())
     def doubts(self, run: Run) -> tuple[str, ...]:
         """Reasons to doubt a calibrated arm: rows of another arm, or implausibly large corrections."""
-        foreign = (self.match.text,) if self.match is not None and self.match.is_foreign else ()
-        return foreign + run.implausible
+        return (*filter(None, [self.foreign]), *run.implausible)
 
     @property
     def computed(self) -> str:
@@ -255,8 +248,7 @@ class Identification(AbstractReported, AbstractSplit):
             yield _set_apart(self.outliers, after)
         if self.suspects:
             yield suspect_note(list(self.suspects), best.judged)
-        if self.match is not None and self.match.is_foreign:
-            yield self.match.text
+        yield self.foreign
         yield implausible_text(best.implausible)
         found = zip(best.fit.parameters, best.fit.x.tolist(), best.fit.std, strict=True)
         lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
@@ -269,10 +261,8 @@ class Identification(AbstractReported, AbstractSplit):
         yield from best.fit.cautions
         if not own.is_limited:
             if explains_little(before, after, self.nominal_robot.reach):
-                yield (
-                    f"the geometry explains little: {after.text('rms')} of {before.text('rms')} remain; "
-                    "check robot, frames and sessions"
-                )
+                left = f"{after.text('rms')} of {before.text('rms')} remain"
+                yield f"the geometry explains little: {left}; check robot, frames and sessions"
             yield self.parted
             yield instrument_scale(self.aligned, self.data.take(self.train_rows))
         yield from own.doubts
@@ -288,11 +278,9 @@ class Identification(AbstractReported, AbstractSplit):
         least = max(min(found.near.position, shown), 1e-15)
         if not is_known or found.anywhere.position <= max(WARNING_RATIO * least, ROUNDING):
             return ""
-        near, anywhere = (
-            f"{1e3 * expected.position:.3f} mm"
-            + f" / {np.rad2deg(expected.rotation):.3f}°" * best.fit.problem.sees_rotation
-            for expected in found
-        )
+        turned = " / {:.3f}°" * best.fit.problem.sees_rotation
+        sizes = ((1e3 * each.position, np.rad2deg(each.rotation)) for each in found)
+        near, anywhere = (f"{{:.3f}} mm{turned}".format(*size) for size in sizes)
         how = "to use the arm there, measure in other branches and orientations too"
         if shown < found.near.position:
             how = f"rows of places that nobody measured show {in_mm(shown)} of it; measure positions, too"

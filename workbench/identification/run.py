@@ -60,10 +60,12 @@ class SavedArm:
     Args:
         measured: The arm with the events during its measurements.
         fitted: The rows that determine them.
+        known: Places of anchors, contacts or markers [m].
     """
 
     measured: Robot
     fitted: Dataset
+    known: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def events(self) -> list[AbstractEvent]:
@@ -92,28 +94,16 @@ class SavedArm:
             shown[mine] = is_valid_after(self.measured, motion.take(mine), self._sessions.get(name))
         return shown
 
-    def format_errors(self, data: Dataset, known: Mapping[str, float]) -> dict[str, Errors]:
-        """Errors of each format's arm on those of some rows for which it is valid.
-
-        A TOML holds the whole model, a URDF the best purely geometric one. Arguments as of `errors`.
-        """
-        return {name: self.errors(data, known, arm) for name, arm in self.formats.items()}
-
     @cached_property
     def formats(self) -> dict[str, Robot]:
-        """The arm that a file of each format holds."""
+        """The arm of each format: a TOML holds the whole model, a URDF the best purely geometric one."""
         return {"TOML": self.robot, "URDF": usable_arm(self.robot, effects=False).robot}
 
-    def errors(self, data: Dataset, known: Mapping[str, float], arm: Robot | None = None) -> Errors:
-        """Its errors on those of some rows for which it is valid.
-
-        Args:
-            data: Fitted or held-out ones.
-            known: Places of anchors, contacts or markers [m].
-            arm: The arm of a format, instead of the whole model.
-        """
-        shown = self.valid_for(data)
-        return row_errors(arm or self.robot, shown, known=known) if len(shown) else UNKNOWN
+    def errors(self, data: Dataset) -> dict[str, Errors]:
+        """Errors of each format's arm on those of some rows for which it is valid."""
+        if not len(shown := self.valid_for(data)):
+            return dict.fromkeys(self.formats, UNKNOWN)
+        return {name: row_errors(arm, shown, known=self.known) for name, arm in self.formats.items()}
 
     def rows_text(self, rows: Dataset, kind: str) -> str:
         """`11 of 24 held-out rows, those measured from row 62 on`; all of them without events."""
@@ -154,25 +144,25 @@ class Run(AbstractReported, AbstractValidation):
         """The robot with the identified values, after all events, with its errors on record."""
         alone = None if self.geometry is None else self.file_errors.get("URDF")
         own = None if alone is None else alone.expected
-        return self.saved.robot.recorded(error=self.judged_errors.expected, geometry_error=own)
+        is_after = self.saved.events and not self.new_sessions
+        judged = self.file_errors["TOML"] if is_after else self.judged
+        return self.saved.robot.recorded(error=judged.expected, geometry_error=own)
 
     @cached_property
     def saved(self) -> SavedArm:
         """What its files hold."""
-        return SavedArm(self.fit.calibrated.recorded(geometry=self.geometry), self.fit.problem.data)
+        return self._saved(self.fit.calibrated.recorded(geometry=self.geometry))
+
+    def _saved(self, measured: Robot) -> SavedArm:
+        """With known and identified places of anchors, contacts or markers."""
+        problem = self.fit.problem
+        return SavedArm(measured, problem.data, {**problem.known, **problem.instrument(self.fit.x)})
 
     @cached_property
     def judging(self) -> Dataset:
         """Held-out rows if the saved arm is valid for some of them, else the fitted rows."""
         held = self.held_out_data
         return held if len(self.saved.valid_for(held)) else self.fit.problem.data
-
-    @cached_property
-    def judged_errors(self) -> Errors:
-        """Its errors; after events those of its file, on the judging rows for which that is valid."""
-        if not self.saved.events or self.new_sessions:
-            return self.judged
-        return self.file_errors["TOML"]
 
     @cached_property
     def file_errors(self) -> dict[str, Errors]:
@@ -182,7 +172,7 @@ class Run(AbstractReported, AbstractValidation):
         """
         if self.new_sessions:
             return {"TOML": self.judged}
-        return SavedArm(self.as_measured, self.fit.problem.data).format_errors(self.judging, self.places)
+        return self._saved(self.as_measured).errors(self.judging)
 
     def refusals(self, nominal: Errors, reach: float) -> dict[str, str]:
         """Why files should not be used, by format: those worse than nominal, whose errors on the judging rows
@@ -191,17 +181,11 @@ class Run(AbstractReported, AbstractValidation):
         return {name: f"the {name} is {text}" for name, text in found.items() if text}
 
     @property
-    def places(self) -> dict[str, float]:
-        """Known and identified places of anchors, contacts or markers [m]."""
-        return {**self.fit.problem.known, **self.fit.problem.instrument(self.fit.x)}
-
-    @property
     def as_measured(self) -> Robot:
         """The arm with these errors, including events during the measurements."""
-        robot = self.before_refit or self.fit.calibrated.recorded(geometry=self.geometry)
-        return (
-            replace(robot, sessions={**robot.sessions, **self.new_sessions}) if self.new_sessions else robot
-        )
+        robot = self.before_refit or self.saved.measured
+        new = self.new_sessions
+        return replace(robot, sessions={**robot.sessions, **new}) if new else robot
 
     @cached_property
     def deviation(self) -> float:
@@ -246,7 +230,7 @@ class Run(AbstractReported, AbstractValidation):
 @beside("errors of the files after the final fit", {})
 def refitted_errors(run: Run) -> dict[str, Errors]:
     """Errors of the files after the final fit to all rows, on these rows; empty if there was none."""
-    return {} if run.before_refit is None else run.saved.format_errors(run.fit.problem.data, run.places)
+    return {} if run.before_refit is None else run.saved.errors(run.fit.problem.data)
 
 
 def file_text(run: Run) -> str:

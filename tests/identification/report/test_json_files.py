@@ -37,6 +37,7 @@ def test_the_schema_of_an_identification(result):
         assert [p["name"] for p in run["parameters"]] == list(fit.problem.names)
         assert all(set(p) == {"name", "unit", "nominal", "value", "std"} for p in run["parameters"])
         assert [p["value"] for p in run["parameters"]] == fit.x.tolist()
+        assert [p["std"] for p in run["parameters"]] == fit.std.tolist()
         assert {p["unit"] for p in run["parameters"]} == {"rad", "m"}
     assert found["unidentifiable"] == list(result.unidentifiable)
     assert found["warnings"] == list(result.warnings)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from workbench.identification.report import document
-from workbench.identification.report.document import SHARED, UNSEEN, identification_blocks, identified
+from workbench.identification.report.document import SHARED, UNSEEN, identified
 from workbench.report.numbers import short
 from workbench.report.result_display import as_text
 
@@ -10,7 +10,7 @@ from workbench.report.result_display import as_text
 @pytest.mark.parametrize("name", ["result", "points"])
 def test_fits_eighty_columns_and_loses_no_number(name, request):
     found = request.getfixturevalue(name)
-    text = as_text(identification_blocks(found), 80)
+    text = as_text(document.identification_blocks(found), 80)
     assert max(map(len, text.splitlines())) <= 80
     assert "…" not in text.split("note:")[0]
     for run in found.runs.values():
@@ -27,14 +27,6 @@ def test_fits_eighty_columns_and_loses_no_number(name, request):
     flat = " ".join(text.split())
     for message in (*found.unidentifiable, *found.warnings, *found.notes):
         assert " ".join(message.split()) in flat
-
-
-def test_parameters_are_those_of_the_fit(result):
-    fit = result.best.fit
-    found = list(identified(fit))
-    assert [one.name for one in found] == list(fit.problem.names)
-    assert [one.value for one in found] == fit.x.tolist()
-    assert [one.std for one in found] == fit.std.tolist()
 
 
 def test_what_no_row_tells_apart_is_marked(points):

@@ -143,14 +143,12 @@ class ComparedArms(NamedTuple):
         nominal: The arm as the controller computes it.
         task: Part of a pose that the number of joints can meet and the calibration observed.
         expected: Error of that arm where it was measured; None if unknown.
-        away: Its difference from the calibrated arm, if any.
     """
 
     calibrated: Robot
     nominal: Robot
     task: Task
     expected: Expected | None
-    away: tuple[str, ...]
     notes: list[str]
 
 
@@ -177,6 +175,5 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
         nominal=nominal.with_frames(base=here, tool=arm.tool),
         task=Task.POSITION if place else Task.default(nominal.dof),
         expected=expected_error(calibrated, usable.left),
-        away=away_text("arm used", calibrated, usable.left, len(usable.q)),
-        notes=[*usable.notes, *notes],
+        notes=[*away_text("arm used", calibrated, usable.left, len(usable.q)), *usable.notes, *notes],
     )

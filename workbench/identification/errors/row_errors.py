@@ -129,8 +129,8 @@ class Errors:
     @property
     def expected(self) -> Expected:
         """Mean errors [m], [rad]; NaN where not measured."""
-        turned = np.nan if self.orientation_deg is None else np.deg2rad(self.orientation_deg.mean)
-        return Expected(1e-3 * self.position_mm.mean, float(turned))
+        turned = self.spreads.get("orientation_deg", NOTHING).mean
+        return Expected(1e-3 * self.position_mm.mean, float(np.deg2rad(turned)))
 
     def text(self, which: str) -> str:
         """Mean, median … of positions and orientations, for display; empty if neither was measured."""

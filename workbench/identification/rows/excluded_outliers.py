@@ -114,12 +114,17 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
     found = fit.problem.named(fit.x)
     home = ready.with_new_session_bases(fit.arm, held)
     places = instrument_places(home, held, known={**fit.problem.known, **found})
-    robot = ready.with_new_session_bases(_weighed(fit), held)
+    heavy = [p.name for p in fit.problem.parameters if p.is_inertia and "[" not in p.name]
+    weighed = fit.problem.robot.with_values({name: found[name] for name in heavy})
+    robot = ready.with_new_session_bases(weighed, held)
     fixed = {name: value for name, value in places.items() if name not in found}
+    index = {name: i for i, name in enumerate(found)}
+    roots = np.pad(fit.factor.root, ((0, 1), (0, 0)))  # the last one of unknowns that the fit lacks
 
     def left(data: Dataset, known: Mapping[str, float]) -> Float[np.ndarray, "rows 3"]:
         there = fit.problem.again(robot=robot, data=data, known=fixed, inertia=False)
-        return row_sizes(there, there.at(known), np.zeros(len(data), bool), _root(there, fit))
+        root = roots[[index.get(name, -1) for name in there.names]]
+        return row_sizes(there, there.at(known), np.zeros(len(data), bool), root)
 
     after = left(held, found)
     own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), fit.factor.root)
@@ -140,16 +145,3 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
     text = f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     mean, median = errors.text("mean"), errors.text("median")
     return f"{text}. With {it} the mean held-out error is {mean}, the median {median}" if mean else text
-
-
-def _weighed(fit: Fit) -> Robot:
-    """The robot of a fit with masses and gravity as identified, if only loads determine them."""
-    found = fit.problem.named(fit.x)
-    heavy = [p.name for p in fit.problem.parameters if p.is_inertia and "[" not in p.name]
-    return fit.problem.robot.with_values({name: found[name] for name in heavy})
-
-
-def _root(problem: Problem, fit: Fit) -> np.ndarray:
-    """Root of a fit's covariance in another problem's unknowns; zero for unknowns that the fit lacks."""
-    index = {name: i for i, name in enumerate(fit.problem.names)}
-    return np.pad(fit.factor.root, ((0, 1), (0, 0)))[[index.get(name, -1) for name in problem.names]]
