@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_640,
     "exports": 316,
     "session": 6_188,
-    "views": 6_922,
+    "views": 6_920,
     "cli": 1_436,
     "extras": 1,
     "extras/camera": 3_480,

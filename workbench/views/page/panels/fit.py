@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import viser
 
-from workbench.base.wording import plural
+from workbench.base.wording import first_of, plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.report.document import models, parameter_blocks
 from workbench.identification.result import Identification
@@ -33,9 +33,8 @@ LEVELLED = (
     "The z axis of the measuring frame is vertical, so that the base's orientation in it determines the "
     "direction of gravity."
 )
-SEEN = 2
-"""Warnings that are not folded."""
-BELOW = "margin-bottom:10px"
+SEEN, MAX_OUT = 2, 8
+"""Warnings that are not folded, and rows that are named in one."""
 
 
 class FitPanel(AbstractPanel):
@@ -136,8 +135,10 @@ def _requirement(session: Session) -> str:
 
 
 def _warnings(found: Identification) -> str:
-    """The first ones, which name wrong rows; folded, what more there is."""
-    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in found.warnings]
+    """Rows that are not fitted, and the first warnings, which name wrong ones; folded, what more there is."""
+    out = first_of([f"{row} ({why})" for row, why in found.excluded], MAX_OUT)
+    said = (f"Not fitted: data row{'s' * (len(found.excluded) > 1)} {out}",) if out else ()
+    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in (*said, *found.warnings)]
     seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 
@@ -146,4 +147,4 @@ def _details(found: Identification, shown: str) -> str:
     """Every parameter, and what is to be known of the rows."""
     remarks = [*lines("not identifiable", found.unidentifiable), *lines("note", found.notes)]
     made = as_html([*parameter_blocks(found.runs[shown].fit), *remarks])
-    return block(made, testid="parameters", style=BELOW)
+    return block(made, testid="parameters", style="margin-bottom:10px")
