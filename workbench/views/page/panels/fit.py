@@ -20,7 +20,7 @@ from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, fold
 from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
-from workbench.views.page.panels.result_card import former, is_stale, result_card
+from workbench.views.page.panels.result_card import former, result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
@@ -112,7 +112,7 @@ def _has_rows(session: Session) -> bool:
 
 def _card(session: Session) -> str:
     if session.results.identification is not None:
-        return former(session) + result_card(session)
+        return former(session, session.results.identification) + result_card(session)
     return "" if _has_rows(session) else note(EMPTY_NOTE, "result", margin="6px 0")
 
 
@@ -128,7 +128,8 @@ def _requirement(session: Session) -> str:
     judged = arm_judgement(session)
     if judged is None:
         return ""
-    colour = MUTED if is_stale(session) else INKS[judged.tone]
+    is_former = former(session, session.results.identification)
+    colour = MUTED if is_former else INKS[judged.tone]
     return block(
         text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
     )

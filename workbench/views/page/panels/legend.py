@@ -205,5 +205,5 @@ def row_errors(rows: Comparison, row: int, words: Mapping[ModelStage, str]) -> s
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]
     errors = ", ".join(known) or "no position was measured"
-    content = f"{_dot(MARK)} <b>Data row {number}</b> (from 0; no. {number + 1} from 1, {kind}): {errors}"
+    content = f"{_dot(MARK)} <b>Data row {number}</b> from 0, {number + 1} from 1 ({kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'
