@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_638,
     "exports": 316,
     "session": 6_188,
-    "views": 6_920,
+    "views": 6_919,
     "cli": 1_436,
     "extras": 1,
     "extras/camera": 3_480,

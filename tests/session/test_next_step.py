@@ -194,7 +194,7 @@ STATES = [
     ("diagnosed", lambda s: without_request(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),
     ("diagnosed", lambda s: as_diagnosed(s, **NOISE), "1 mm", BAD, TAKE, COMPARE),
     ("added", unchanged, "describes the arm as measured", GOOD, TAKE, COMPARE),
-    ("added", lambda s: on_the_page(s, tab=Tab.EXPORT), "arm as measured", GOOD, None, COMPARE),
+    ("added", lambda s: on_the_page(s, tab=Tab.COMPARE), "arm as measured", GOOD, TAKE, None),
     ("first", lambda s: on_the_page(s, tab=Tab.MEASURE), "Nothing has been", PLAIN, None, PLATE),
     ("added", lambda s: as_diagnosed(s, causes=()), "not all by certain causes", PLAIN, TAKE, COMPARE),
     ("added", unsure, "not all by certain causes", PLAIN, TAKE, COMPARE),

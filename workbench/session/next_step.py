@@ -25,7 +25,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
-from workbench.session.export import File, NotedFile, fixture_zip, next_poses_csv
+from workbench.session.export import File, NotedFile, calibrated_urdf, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
@@ -67,7 +67,7 @@ CORRECT = replace(ADD, label="Add the correction")
 PLATE = Action("Back to the plate", Tab.PLATE)
 BACK = Action("Back to the calibration", Tab.CALIBRATE)
 COMPARE = Action("Compare", Tab.COMPARE)
-TAKE = Action("Save the arm …", Tab.EXPORT)
+TAKE = Action("Save the arm as URDF", Tab.EXPORT, save=calibrated_urdf)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
 OTHER_ARM = Action("Choose the robot", Tab.ROBOT)
 POSES = Action("Save the next poses (CSV)", Tab.CALIBRATE, save=next_poses_csv)

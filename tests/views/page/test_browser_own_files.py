@@ -38,7 +38,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     screen.page.get_by_text("Your own robot", exact=True).click()
     for label, words in (("DH table", table), ("Poses", "\n".join(typed))):
         screen.page.get_by_label(label, exact=True).fill(words)
-    screen.press("Open and check")
+    screen.press("By poses")
     screen.until(lambda session: session.robot.name != "ARIA", timeout=120.0)
     screen.page.get_by_text("joint 2 = -q2").first.wait_for()
     with screen.page.expect_download() as download:

@@ -65,13 +65,12 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_six_clicks(app, chro
         press("Add the effects found")
         says(" → ")
         opened(Tab.CALIBRATE)
-        press("Save the arm …")
-        opened(Tab.EXPORT)
         paths = [tmp_path / f"calibrated.{kind}" for kind in ("toml", "urdf")]
-        for label, path in zip(("TOML", "URDF"), paths, strict=True):
+        for label, path in zip(("Save the arm as URDF", "TOML"), reversed(paths), strict=True):
             with page.expect_download(timeout=120_000) as download:
                 press(label)
             download.value.save_as(path)
+            opened(Tab.EXPORT)
         shown = page.locator('[data-testid="file-errors"]:visible').first.text_content()
     found = app.worker.session.results.identification
     refitted = None if found.best.before_refit is None else found.best.fit.problem.data.row

@@ -138,6 +138,8 @@ LABEL = "vec4(0.76, 0.79, 0.83, 0.8 * vAlpha)"
 LEAVE = ["Close", "Cancel", "Look around", "Back"]
 """Buttons that end a sheet without doing anything."""
 SCRIPT = f"""
+if (matchMedia("(prefers-color-scheme: dark)").matches)  // until the server is told and paints it so
+  document.documentElement.dataset.mantineColorScheme = "dark";
 const compiled = WebGL2RenderingContext.prototype.shaderSource;  // labels would stand out white in the dark
 WebGL2RenderingContext.prototype.shaderSource = function (shader, text) {{
   compiled.call(this, shader, text.replace("vec4(1.0, 1.0, 1.0, 0.85 * vAlpha)", "{LABEL}"));

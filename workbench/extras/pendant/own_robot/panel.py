@@ -1,6 +1,7 @@
 """One's own robot on the page, by its table or its file, checked against typed poses."""
 
 from collections.abc import Callable
+from functools import partial
 
 import viser
 
@@ -19,31 +20,30 @@ theta [deg], d [mm], a [mm], alpha [deg]
 -90, 0, 350, 0
 Poses from the pendant (flange in the base) tell units, signs, zeros and convention; three or more, such as
 0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90"""
-CONVENTIONS = {"as the poses tell": "", "standard DH": "dh", "modified DH (Craig)": "craig"}
+CONVENTIONS = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
 
 
 def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes], LoadModel]:
     """Fields for a table and poses, and what opens the robot; returns what opens a file likewise."""
     gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
     table = panel.line("DH table", "Of your robot; without one, poses check the open robot.", multiline=True)
-    convention = panel.dropdown("Convention", CONVENTIONS, "Of the table.")
     poses = panel.line("Poses", "Joint positions = x, y, z and three angles, one a line.", multiline=True)
 
     def checked(name: str, content: bytes) -> LoadModel:
         return LoadModel(name, content, tuple(filter(None, map(str.strip, poses.typed.splitlines()))))
 
-    def opened() -> LoadModel:
+    def opened(convention: str) -> LoadModel:
         if not (table.typed.strip() or poses.typed.strip()):
             raise OptionError("type a DH table, or poses that the open robot has to give")
         if not table.typed.strip():
             return checked(*robot_toml(panel.session))
-        said = convention.typed and f"\n# convention = {convention.typed}"
-        with as_files({"the table": (content := f"{table.typed}{said}".encode())}) as (path,):
-            read_joint_table(path)
-        return checked("own-robot.csv", content)
+        with as_files({"the table": table.typed.encode()}) as (path,):
+            read_joint_table(path)  # what is wrong is said by the lines that were typed
+        said = convention and f"# convention = {convention}\n"
+        return checked("own-robot.csv", f"{said}{table.typed}".encode())
 
-    hint = "Try every interpretation of table and poses; start over with the arm that fits."
-    panel.button("Open and check", opened, viser.Icon.CHECKS, hint, main=True)
+    hint = "Start over with the arm of this table. Poses check it, and tell its convention if it isn't known."
+    panel.buttons("Open as", {name: partial(opened, own) for name, own in CONVENTIONS.items()}, hint)
     return checked
 
 

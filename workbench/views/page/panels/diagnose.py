@@ -15,7 +15,7 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import block, folded, heading
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.result_card import weighed
+from workbench.views.page.panels.result_card import former, weighed
 
 SUSPECTS = 4
 """Bars of a diagnosis under way."""
@@ -30,7 +30,7 @@ class DiagnosePanel(AbstractPanel):
     """What was found, and where to measure next."""
 
     tab, order = Tab.CALIBRATE, 20
-    depends = ("results.diagnosis", "results.accepted", "measurements.loaded", "is_idle", _suspects)
+    depends = ("results.diagnosis", "results.accepted", "measurements", "is_idle", _suspects)
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(lambda s: _suspected(_suspects(s)))
@@ -75,4 +75,5 @@ def _verdict(session: Session) -> str:
     why: list[Block] = [Sentence(found.message), Sentence(weighed(session, found), tone=Tone.QUIET)]
     for part in (document.causes, document.effects, document.remarks):
         why += part(found)
-    return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")
+    shown = block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")
+    return former(session, found, "Diagnose") + shown

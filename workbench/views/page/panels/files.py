@@ -99,7 +99,7 @@ class FilesPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
             self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
-            self.html(former)
+            self.html(lambda s: former(s, s.results.identification))
             self.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
             save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
             self.press_one("Save", SAVED, save, FORMATS, visible=_is_identified)

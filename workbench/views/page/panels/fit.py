@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import viser
 
-from workbench.base.wording import plural
+from workbench.base.wording import first_of, plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.report.document import models, parameter_blocks
 from workbench.identification.result import Identification
@@ -20,7 +20,7 @@ from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, fold
 from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
-from workbench.views.page.panels.result_card import former, is_stale, result_card
+from workbench.views.page.panels.result_card import former, result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
@@ -33,9 +33,8 @@ LEVELLED = (
     "The z axis of the measuring frame is vertical, so that the base's orientation in it determines the "
     "direction of gravity."
 )
-SEEN = 2
-"""Warnings that are not folded."""
-BELOW = "margin-bottom:10px"
+SEEN, MAX_OUT = 2, 8
+"""Warnings that are not folded, and rows that are named in one."""
 
 
 class FitPanel(AbstractPanel):
@@ -113,7 +112,7 @@ def _has_rows(session: Session) -> bool:
 
 def _card(session: Session) -> str:
     if session.results.identification is not None:
-        return former(session) + result_card(session)
+        return former(session, session.results.identification) + result_card(session)
     return "" if _has_rows(session) else note(EMPTY_NOTE, "result", margin="6px 0")
 
 
@@ -129,15 +128,18 @@ def _requirement(session: Session) -> str:
     judged = arm_judgement(session)
     if judged is None:
         return ""
-    colour = MUTED if is_stale(session) else INKS[judged.tone]
+    is_former = former(session, session.results.identification)
+    colour = MUTED if is_former else INKS[judged.tone]
     return block(
         text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
     )
 
 
 def _warnings(found: Identification) -> str:
-    """The first ones, which name wrong rows; folded, what more there is."""
-    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in found.warnings]
+    """Rows that are not fitted, and the first warnings, which name wrong ones; folded, what more there is."""
+    out = first_of([f"{row} ({why})" for row, why in found.excluded], MAX_OUT)
+    said = (f"Not fitted: data row{'s' * (len(found.excluded) > 1)} {out}",) if out else ()
+    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in (*said, *found.warnings)]
     seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 
@@ -146,4 +148,4 @@ def _details(found: Identification, shown: str) -> str:
     """Every parameter, and what is to be known of the rows."""
     remarks = [*lines("not identifiable", found.unidentifiable), *lines("note", found.notes)]
     made = as_html([*parameter_blocks(found.runs[shown].fit), *remarks])
-    return block(made, testid="parameters", style=BELOW)
+    return block(made, testid="parameters", style="margin-bottom:10px")

@@ -198,12 +198,12 @@ def marks(rows: Comparison, *, is_left_out: bool) -> str:
 
 def row_errors(rows: Comparison, row: int, words: Mapping[ModelStage, str]) -> str:
     """Errors of a row."""
-    kind = "held out" if rows.held_out[row] else "fitted"
+    number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
     known = [
         f"{compared(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {words[stage]}"
         for stage in rows.stages
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]
     errors = ", ".join(known) or "no position was measured"
-    content = f"{_dot(MARK)} <b>Data row {int(rows.number[row])}</b> (from 0, {kind}): {errors}"
+    content = f"{_dot(MARK)} <b>Data row {number}</b> from 0, {number + 1} from 1 ({kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'

@@ -5,6 +5,7 @@ from jaxtyping import Float
 
 from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
+from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.report.numbers import compared
 from workbench.session.comparison import ModelStage
@@ -50,15 +51,11 @@ def result_card(session: Session) -> str:
     )
 
 
-def is_stale(session: Session) -> bool:
-    """Whether the result is of other rows than those that are kept now."""
-    return is_of_other_rows(session.results.identification, session.measurements.left_out)
-
-
-def former(session: Session) -> str:
-    """What stands above a result that is."""
-    sentence = "Of the former rows: other ones are excluded now. Identify again."
-    return note(sentence, "former", colour=CAREFUL) if is_stale(session) else ""
+def former(session: Session, found: AbstractSplit | None, again: str = "Identify") -> str:
+    """What stands above a result of other rows than those that are kept now."""
+    sentence = f"Of the former rows: other ones are excluded now. {again} again."
+    is_former = is_of_other_rows(found, session.measurements.left_out)
+    return note(sentence, "former", colour=CAREFUL) if is_former else ""
 
 
 def weighed(session: Session, diagnosis: Diagnosis) -> str:

@@ -39,10 +39,8 @@ class RowErrorsPanel(AbstractPanel):
         rows = session.results.comparison
         if rows is None or len(rows.stages) < 2:
             return ""
-        links = {
-            k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k)))
-            for k in {*shown(rows), *worst(rows)}
-        }
+        drawn = {*shown(rows), *worst(rows)}
+        links = {k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k))) for k in drawn}
         found, excluded = session.results.diagnosis, set(session.measurements.left_out)
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
@@ -54,20 +52,22 @@ class RowErrorsPanel(AbstractPanel):
 
 def exclude(session: Session) -> LeaveRowsOut | None:
     """Leaves the shown row out, or takes it back; None for a row that is only for checking."""
-    rows, loaded = session.results.comparison, session.measurements.loaded
-    if (
-        rows is None
-        or loaded is None
-        or (number := int(rows.number[session.results.row])) not in loaded.dataset.row
-    ):
+    loaded, number = session.measurements.loaded, _number(session)
+    if loaded is None or session.results.is_empty or number not in loaded.dataset.row:
         return None
     return LeaveRowsOut(tuple(sorted(session.measurements.left_out ^ {number})))
 
 
 def _exclusion(session: Session) -> str:
-    rows, left_out = session.results.comparison, session.measurements.left_out
-    number = -1 if rows is None else int(rows.number[session.results.row])
-    return f"Use data row {number} again" if number in left_out else f"Exclude data row {number}"
+    number = _number(session)
+    is_out = number in session.measurements.left_out
+    return f"Use data row {number} again" if is_out else f"Exclude data row {number}"
+
+
+def _number(session: Session) -> int:
+    """Of the shown row in the data; −1 where there is none."""
+    rows = session.results.comparison
+    return -1 if rows is None else int(rows.number[session.results.row])
 
 
 def worst(rows: Comparison) -> list[int]:
@@ -77,8 +77,11 @@ def worst(rows: Comparison) -> list[int]:
 
 def _named(rows: Comparison, links: Mapping[int, str]) -> str:
     errors = 1e3 * rows.stage_errors[:, STAGES.index(rows.stages[-1])]
-    named = (f'<a href="{text(links[k])}">{rows.number[k]}</a> ({errors[k]:.3g} mm)' for k in worst(rows))
-    return f"<div>Worst: rows {', '.join(named)}</div>"
+    style = 'style="color:inherit"'
+    named = (
+        f'<a href="{text(links[k])}" {style}>{rows.number[k]}</a> ({errors[k]:.3g} mm)' for k in worst(rows)
+    )
+    return f'<div style="margin-bottom:6px">Worst: rows {", ".join(named)}</div>'
 
 
 def shown(rows: Comparison) -> list[int]:
