@@ -32,9 +32,8 @@ from workbench.data.readers.table import Grid, grid_of
 
 MAX_BYTES = 256 * 2**20
 """Maximum size of unpacked arrays."""
-_JOINTS = ("q", "posj", "joint", "joints", "joint_positions", "joint_angles", "joint_states", "angles")
-_PLACES = ("xyz", "position", "positions", "translation", "translations", "tvec", "point", "points", "p", "t",
-           "tcp")  # fmt: skip
+_JOINTS = re.compile("q|joints?|joint_(?:positions|angles|states)|angles")
+_PLACES = re.compile("xyz|positions?|translations?|[tr]vec|points?|[pt]|tcp")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
 _MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
 
@@ -178,12 +177,12 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:
         return [name] if not shape else []
-    if plain in _JOINTS:
+    if _JOINTS.fullmatch(plain):
         return [f"q{k + 1}{unit}" for k in range(shape[0])]
     first, _, _ = plain.partition("_" if is_of_measurement(name) else "\n")
-    if shape == (3,) and {first, plain.rpartition("_")[2]} & {*_PLACES, "rvec"} and not is_commanded(name):
+    is_place = any(map(_PLACES.fullmatch, (first, plain.rpartition("_")[2])))
+    if shape == (3,) and is_place and not is_commanded(name):
         return [f"{'r' * ('rvec' in plain)}{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]
-    name = "tcp_pose" if plain == "posx" else name  # the controller's own, as its joints are `posj`
     return [f"{name}_{k + 1}{unit if said else ''}" for k in range(shape[0])]

@@ -54,6 +54,8 @@ NO_DAY = 1900
 """Year of times of an unknown day."""
 MIN_ROWS, ALIKE = 6, 0.25
 """Fewest rows compared, and the share of their spread by which places of one motion, or tool, may differ."""
+_ACTUAL, _REFERENCE = (re.compile(rf"(^|_)({t})(_|$)") for t in ("actual|act|real|ist", "ref|reference"))
+"""What was reached; a goal, or, beside what isn't said to be reached, what an instrument measured."""
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
 
 
@@ -293,7 +295,8 @@ def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str
     own, unit = _numbers(table, [places[axis] for axis in "xyz"]), parse_heading(taken[0]).unit
     marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
     may_be_nominal = not any(marked) and not any(map(is_commanded, unread.values()))
-    for other in _triples(table, unread):
+    has_actual = any(_ACTUAL.search(normalised(name)) for name in taken)
+    for other in _triples(table, unread, has_actual=has_actual):
         theirs, names = _numbers(table, other), [table.headings[k] for k in other]
         rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
         bare = [parse_heading(name).name for name in names]
@@ -311,16 +314,13 @@ def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str
     return ""
 
 
-def _triples(table: Table, unread: Mapping[int, str]) -> list[list[int]]:
+def _triples(table: Table, unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
     """Columns whose headings differ in x, y, z alone, none of a controller."""
     stems = defaultdict[tuple[str, str], dict[str, int]](dict)
     for index, heading in unread.items():
         name = normalised(parse_heading(heading).name)
-        if not (
-            is_commanded(heading)
-            or CONTROLLER.search(name)
-            or parse_heading(table.names[index]).name == IGNORED
-        ):
+        is_told = is_commanded(name if has_actual else _REFERENCE.sub("_", name)) or CONTROLLER.search(name)
+        if not is_told and parse_heading(table.names[index]).name != IGNORED:
             for found in re.finditer("[xyz]", name):
                 stems[name[: found.start()], name[found.end() :]].setdefault(found[0], index)
     return [[own[axis] for axis in "xyz"] for own in stems.values() if len(own) == 3]

@@ -21,10 +21,11 @@ JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-_JOINT_TEXT = (
-    "q|j|jt|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint(?:_states?)?_pos(?:ition)?|angle"
+_JOINT_TEXT = "q|j|jt|posj|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|angle|rax|field_position"
+_JOINT_TEXT += (
+    "|joint(?:_states?)?_pos(?:ition)?|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
 )
-_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse|关节|관절|rax|field_position"
+_JOINT_TEXT += "|关节|관절"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|lage|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
@@ -34,7 +35,7 @@ AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{
 """What may stand before and behind a name of what was, not of what should be: by controller or instrument."""
 _MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
-CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
+CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|posx|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
 """What stands with places that a controller or a model computes: none was measured."""
 COMMAND = re.compile(rf"^(?:{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:{_COMMAND})(?=\s*(?:[\[(]|$))", re.I)
 """What stands with joints as commanded, which count where none were read."""
@@ -163,7 +164,7 @@ def _have_unit_length(columns: Sequence[Sequence[str]]) -> bool:
 
 def number_in(cell: str) -> float:
     """The number in a cell, its thousands grouped where that leaves no doubt; NaN where there is none."""
-    text = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
+    text = cell.replace("\u2212", "-").replace("\u00a0", " ").strip()
     if _GROUPED.fullmatch(text):
         text = re.sub(r"[.,](?=.*[.,])", "", re.sub(r"[^\d.,+-]", "", text)).replace(",", ".")
     with suppress(ValueError):
@@ -193,7 +194,7 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
                 break
         if stem in ("t", "m", "h") and all(rows[:12]) and not any(rows[12:]):
             yield rows[:12], _MATRIX
-        is_pose = stem.endswith("pose") or (stem == "position" and beside_joints)
+        is_pose = stem.endswith(("pose", "posx")) or (stem == "position" and beside_joints)
         if is_pose and count in _POSES and set(own) == set(numbers[:count]):
             yield rows[:count], _POSES[count]
 

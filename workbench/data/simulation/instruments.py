@@ -9,7 +9,6 @@ A new instrument is one more record.
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -94,7 +93,7 @@ class Instrument:
         return share * self.sigma_position * float(position), share * self.sigma_position * float(rotation)
 
 
-_ALL: tuple[tuple[Any, ...], ...] = (
+_ALL: tuple[tuple[str, Observes, float, float | None, str], ...] = (
     ("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
     ("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
     ("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
@@ -104,20 +103,12 @@ _ALL: tuple[tuple[Any, ...], ...] = (
     ("motion-capture", Observes.MARKERS, 0.2, None, "a motion capture system, four markers"),
     ("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
     ("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
-    (
-        *("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),
-        "a photogrammetric tracker and three passive marks at known positions on the tool",
-        {"markers": THREE_MARKERS},
-    ),
-    (
-        *("optotrak", Observes.RIGID_BODY, 0.01, None),
-        "an optical tracker of three active markers; the tool point is their mean",
-        {"markers": THREE_MARKERS},
-    ),
+    ("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None, "a camera and three marks on the tool"),
+    ("optotrak", Observes.RIGID_BODY, 0.01, None, "three active markers, whose mean is the tool point"),
     ("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
     ("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
 )
-"""Name, what each observes, standard deviations [mm, °], note, and what else differs."""
+"""Name, what each observes, standard deviations [mm, °], and note."""
 INSTRUMENTS: dict[str, Instrument] = {
     name: Instrument(
         name=name,
@@ -125,15 +116,15 @@ INSTRUMENTS: dict[str, Instrument] = {
         sigma_position=mm * 1e-3,
         sigma_rotation=None if degrees is None else float(np.deg2rad(degrees)),
         note=note,
-        **dict(*more),
+        markers=THREE_MARKERS if observes is Observes.RIGID_BODY else FOUR_MARKERS,
     )
-    for name, observes, mm, degrees, note, *more in _ALL
+    for name, observes, mm, degrees, note in _ALL
 }
 """Every instrument by name."""
 
 
 def instrument_named(name: str) -> Instrument:
     if name not in INSTRUMENTS:
-        known = ", ".join(INSTRUMENTS)
-        raise OptionError(f"unknown instrument '{name}'; known: {known}", option="instrument", found=name)
+        text = f"unknown instrument '{name}'; known: {', '.join(INSTRUMENTS)}"
+        raise OptionError(text, option="instrument", found=name)
     return INSTRUMENTS[name]
