@@ -38,12 +38,12 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 LONGEST = 600
 BUDGETS = {
     "root": 254,
-    "base": 2_141,
+    "base": 2_140,
     "report": 800,
-    "arm": 8_819,
-    "data": 5_067,
+    "arm": 8_818,
+    "data": 5_058,
     "plate": 4_893,
-    "identification": 9_019,
+    "identification": 9_018,
     "diagnosis": 6_638,
     "exports": 316,
     "session": 6_188,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_793,
+    "tests": 38_787,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_918

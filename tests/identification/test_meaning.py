@@ -18,7 +18,7 @@ from workbench.arm.frame import Frame
 from workbench.arm.inverse.solve import Task, follow_many
 from workbench.arm.robot import Robot
 from workbench.arm.signs_and_offsets import with_couplings
-from workbench.base.errors import DataError, UnitError
+from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.simulation.simulate import virtual_arm
@@ -135,6 +135,8 @@ def test_the_pose_of_the_base_in_the_tool_and_the_column_of_a_jaw():
 def test_rows_that_fit_are_read_in_silence(name):
     robot, data = measured(name, with_rotation=False)
     assert as_read(robot, data)[1] is data
+    with refuses(OptionError, "'auto', 'found' or 'given'"):
+        as_read(robot, data, "Found")
     assert not arm_match(robot, data).is_foreign
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.arm.joint_units import sliding_numbers
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError, UnitError
+from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.remedy import remedy as at_entrance
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
@@ -95,6 +95,9 @@ def _as_read(
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
         return _as_read(robot, _with_units(robot, data, meaning), how, keeps_arm, notes_rival)
+    if how not in {"auto", "found"} and not (meaning is not None and is_misread(meaning)):
+        known = "'auto', 'found' or 'given', as these rows mean one thing"
+        raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
     if meaning is None and data.position is not None and data.session is not None:
         few = f"no session has {MIN_ROWS} rows with a position: what they mean was not checked"
         return robot, _with_notes(data, few)

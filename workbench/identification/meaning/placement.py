@@ -82,7 +82,7 @@ def place(
     """
     fit = _Fit(robot, joints, points, rotations, tuple(zeros), held)
     if given is not None:
-        return fit.placed(*(np.array([frame]) for frame in given), np.zeros((1, joints.shape[2])))
+        return fit.placed(given[0][None], given[1][None], np.zeros((1, joints.shape[2])))
     start = fit.start()
     if held and not zeros:
         return fit.placed(*start)

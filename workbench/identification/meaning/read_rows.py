@@ -40,9 +40,9 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         return None
     if data.joints == robot.dof:
         every, arm = ReadingSearch(robot, rows, count=len(rows)), robot.in_session(rows.sessions[0])
-        plain = every.plain(given=(arm.base.pose, arm.tool.pose))
-        if every.suffices(plain) and not plain.apart:
-            return RowMeaning(best=plain, plain=plain)
+        known = every.plain(given=(arm.base.pose, arm.tool.pose))
+        if every.suffices(known) and not known.apart:
+            return RowMeaning(best=known, plain=known)
     search, plain = ReadingSearch(robot, rows, sessions=sessions), None
     if data.joints == robot.dof:
         if search.suffices(plain := search.plain()):
