@@ -53,6 +53,12 @@ def test_everything_that_the_page_of_formats_shows(tmp_path):
 name = "ARIA"
 convention = "hayati"
 gravity = [0.0, 1.0, -9.81]
+base = { xyz = [1, 2, 3], rpy = [0.1, 0.2, 0.3], free = true }
+tool = { xyz = [0, 0, 0.2], free = "auto" }
+session = [
+    { name = "front-left", base = { xyz = [1, 0, 0] }, tool = { xyz = [0, 1, 0], rpy = [0, 0, 0.5] } },
+    { name = "rear", base = { xyz = [2, 0, 0] } },
+]
 [[joint]]
 theta = 0.1
 d = 0.205
@@ -71,20 +77,6 @@ limits = [0.0, 0.5]
 [[joint]]
 type = "fixed"
 theta = 0.5
-[base]
-xyz = [1, 2, 3]
-rpy = [0.1, 0.2, 0.3]
-free = true
-[tool]
-xyz = [0, 0, 0.2]
-free = "auto"
-[[session]]
-name = "front-left"
-base = { xyz = [1, 0, 0], rpy = [0, 0, 0] }
-tool = { xyz = [0, 1, 0], rpy = [0, 0, 0.5] }
-[[session]]
-name = "rear"
-base = { xyz = [2, 0, 0] }
 """,
     )
     assert (robot.name, robot.convention, robot.dof) == ("ARIA", "hayati", 2)
@@ -250,35 +242,18 @@ def _without_none(value):
 
 
 EFFECTS_TOML = """
-[[effect]]
-name = "joint-compliance"
-joints = [1]
-coefficients = [4.1e-5]
-[[effect]]
-name = "joint-harmonic"
-joints = [1]
-order = 2
-coefficients = [1e-3, 2e-3]
-[[effect]]
-name = "local-joint-error"
-joints = [1]
-knots = [-1, 0.0, 1.0]
-range = [-0.9, 0.9]
-coefficients = [0.0, 1e-3, 0.0]
-[[effect]]
-name = "backlash"
-joints = [1]
-by = "motion"
-coefficients = [1e-3]
-[[effect]]
-name = "thermal-growth"
-reference = 22.5
-coefficients = [1e-5]
+effect = [
+{name = "joint-compliance", joints = [1], coefficients = [4.1e-5]},
+{name = "joint-harmonic", joints = [1], order = 2, coefficients = [1e-3, 2e-3]},
+{name = "local-joint-error", joints = [1], knots = [-1, 0, 1], range = [-0.9, 0.9], coefficients = [0, 1, 0]},
+{name = "backlash", joints = [1], by = "motion", coefficients = [1e-3]},
+{name = "thermal-growth", reference = 22.5, coefficients = [1e-5]},
+]
 """
 
 
 def test_effects_go_through_a_file(tmp_path):
-    robot = read(tmp_path, ARM + EFFECTS_TOML)
+    robot = read(tmp_path, EFFECTS_TOML + ARM)
     assert [str(e.name) for e in robot.effects] == [
         "joint-compliance", "joint-harmonic", "local-joint-error", "backlash", "thermal-growth"
     ]  # fmt: skip
