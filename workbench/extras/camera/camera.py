@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.arguments import Reads
+from workbench.base.arguments import Reads, not_below
 from workbench.base.errors import MissingExtraError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
@@ -121,13 +121,7 @@ def project(points: Float[np.ndarray, "*lead 3"], intrinsics: Float[np.ndarray, 
     return Projected(found.reshape(*lead, 2), slopes[..., 3:6], slopes[..., 6:15])
 
 
-def _positive(value: Any, _: Any) -> Any:
-    if isinstance(value, bool) or not value > 0.0:
-        raise ValueError
-    return value
-
-
-Positive = Annotated[float, Reads("a finite positive number", _positive)]
+Positive = Annotated[float, Reads("a finite positive number", not_below(5e-324))]
 
 
 @dataclass(frozen=True, kw_only=True)
