@@ -42,7 +42,7 @@ BUDGETS = {
     "report": 800,
     "arm": 8_818,
     "data": 5_058,
-    "plate": 4_893,
+    "plate": 4_888,
     "identification": 9_018,
     "diagnosis": 6_638,
     "exports": 316,
@@ -50,7 +50,7 @@ BUDGETS = {
     "views": 6_919,
     "cli": 1_436,
     "extras": 1,
-    "extras/camera": 3_480,
+    "extras/camera": 3_474,
     "extras/controllers": 700,
     "extras/hobby": 747,
     "extras/katana": 998,
@@ -64,10 +64,10 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_762,
+    "tests": 38_756,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 17_918
+READING_SET = 17_916
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -109,12 +109,9 @@ class Plate:
     def __post_init__(self):
         admit(self)
         _check_lengths(self, "xyz", "size")
-        if self.size is not None and not min(self.size.tolist()) > 0.0:
-            raise OptionError(
-                f"length, width and thickness of a plate must be positive, got {self.size.tolist()} m",
-                option="size",
-                found=self.size,
-            )
+        if self.size is not None and not min(given := self.size.tolist()) > 0.0:
+            text = f"length, width and thickness of a plate must be positive, got {given} m"
+            raise OptionError(text, option="size", found=self.size)
 
     def check_targets(self) -> None:
         """Refuse a plate without any."""
@@ -204,8 +201,6 @@ class Plate:
 
     def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
         """The same plate, each target measured at its row of joint angles and in its named branch."""
-        targets = tuple(
-            replace(t, q=frozen(row.copy()), branch=branch)
-            for t, row, branch in zip(self.targets, q, branches, strict=True)
-        )
-        return replace(self, targets=targets)
+        each = zip(self.targets, q, branches, strict=True)
+        targets = (replace(t, q=frozen(row.copy()), branch=branch) for t, row, branch in each)
+        return replace(self, targets=tuple(targets))
