@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from typing import no_type_check
+from typing import Any, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -166,7 +166,8 @@ class Chain:
         return other
 
 
-inner = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+ALONE: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+inner = njit(**ALONE)
 """Decorator of functions that only compiled ones call: no entry of their own is compiled."""
 LANES = 8
 """Rows that the loop takes at a time."""
@@ -181,8 +182,7 @@ COSINE = (
     -1.13585365213876817300e-11, 2.08757008419747316778e-9, -2.75573141792967388112e-7,
     2.48015872888517045348e-5, -1.38888888888730564116e-3, 4.16666666666665929218e-2,
 )  # fmt: skip
-NO_SHIFT = np.zeros((0, 0))
-NO_SHIFT.setflags(write=False)
+NO_SHIFT = frozen(np.zeros((0, 0)))
 WHOLE = slice(None)
 
 
@@ -279,7 +279,7 @@ def _walk(
     _lanes(chain.axes[part], chain.drivers[part], chain.turned[:, part].copy(), *rows, *given)
 
 
-@njit(cache=True, inline="always", error_model="numpy", fastmath={"contract"})
+@njit(**ALONE, fastmath={"contract"})
 @no_type_check
 def _sines(lanes):
     """Sines and cosines of a row of lanes into the next two: numpy takes them one by one, five times as long.

@@ -251,8 +251,8 @@ class Dataset:
         if len(chosen) == len(self) and (chosen == np.arange(len(self))).all():
             return self
         taken = object.__new__(Dataset)  # rows of a checked table are checked
-        named = self.__dataclass_fields__
-        vars(taken).update({n: v if (v := getattr(self, n)) is None else _taken(v, chosen) for n in named})
+        named = ((name, vars(self)[name]) for name in self.__dataclass_fields__)
+        vars(taken).update({n: v if v is None else _taken(v, chosen) for n, v in named})
         return taken
 
     def kept_out(self, reasons: Mapping[int, str]) -> "Dataset":

@@ -240,9 +240,7 @@ class RowBlock:
         if any(self.noise.joints):
             columns.append(self.by_joint * np.array(self.noise.joints))
         if Channel.OWN in self.observation.channels and (self.noise.position or self.noise.rotation):
-            poses, _ = self.watched.turned(
-                chains.poses(self.chain, self.q, part=self.watched.part), np.zeros((len(self.q), 6, 0))
-            )
+            (poses,) = self.watched.turned(chains.poses(self.chain, self.q, part=self.watched.part))
             lack = np.repeat([self.noise.position, self.noise.rotation], 3)
             columns.append(self.observation.linearise(poses, self.known).by_twist * lack)
         if not columns:
@@ -300,7 +298,7 @@ class RowBlock:
         if (arm := self.deflected) is not None:
             shift = deflect(arm.at(x, chain.values), arm.motion).shift
         poses = chains.poses(chain, self.q, shift=shift, part=part)
-        return self.view(x).turned(poses, np.zeros((len(poses), 6, 0)))[0]
+        return self.view(x).turned(poses)[0]
 
     def twists(self, x: np.ndarray) -> tuple[np.ndarray, Twists]:
         """Poses of the observed frame at x, and its twists per unknown; plain ones ordered as `places`."""
@@ -315,7 +313,7 @@ class RowBlock:
             )
         if view.level is None and not len(self.turned):
             return poses, found
-        (turned, plain), (_, moved) = (view.turned(poses, t) for t in (found.plain, found.moved))
+        turned, plain, moved = view.turned(poses, found.plain, found.moved)
         if len(self.turned):
             if arm is None or not len(arm.gravity):
                 plain = np.concatenate([plain, np.zeros((len(plain), 6, 2))], axis=2)

@@ -38,13 +38,12 @@ class Watched:
     part: slice = field(default_factory=lambda: WHOLE)
     level: Float[np.ndarray, "3 3"] | None = None
 
-    def turned(self, poses: np.ndarray, twists: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def turned(self, poses: np.ndarray, *twists: np.ndarray) -> tuple[np.ndarray, ...]:
         """Poses (rows, 4, 4) and twists (rows, 6, p) in the level axes."""
         if self.level is None:
-            return poses, twists
+            return poses, *twists
         both = np.kron(np.eye(2), self.level)
-        turn = se3.pose(self.level, np.zeros(3))
-        return turn @ poses, both @ twists
+        return se3.pose(self.level, np.zeros(3)) @ poses, *(both @ each for each in twists)
 
 
 TOOL = Watched()
@@ -72,7 +71,7 @@ def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.nd
     robot.check_joints(motion.q)
     view = watched(robot, link)
     poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion), part=view.part)
-    return view.turned(poses, np.zeros((len(poses), 6, 0)))[0]
+    return view.turned(poses)[0]
 
 
 def tool_poses(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows 4 4"]:

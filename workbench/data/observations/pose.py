@@ -25,7 +25,7 @@ class PoseObservation(AbstractObservation):
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         residual = se3.pose_error(self.poses, poses)
-        by_twist = np.tile(np.eye(6), (len(poses), 1, 1))
+        by_twist = np.eye(6) + np.zeros((len(poses), 1, 1))
         by_twist[:, 3:, 3:] = se3.left_jacobian_inverse(-residual[:, 3:])
         return Linearised(residual, by_twist, np.zeros((len(poses), 6, 0)))
 
@@ -39,5 +39,5 @@ class PointObservation(AbstractObservation):
     channels = (Channel.POSITION,) * 3
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
-        by_twist = np.tile(np.eye(6)[:3], (len(poses), 1, 1))
+        by_twist = np.eye(6)[:3] + np.zeros((len(poses), 1, 1))
         return Linearised(self.position - poses[:, :3, 3], by_twist, np.zeros((len(poses), 3, 0)))

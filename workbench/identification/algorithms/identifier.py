@@ -151,7 +151,7 @@ def gauge_step(
     factor: Factor, step: Float[np.ndarray, " p"], from_nominal: Float[np.ndarray, " p"]
 ) -> Float[np.ndarray, " p"]:
     """The step, shifted within the null space so that the parameters end as near to nominal as possible."""
-    n = factor.null_space
-    if not n.shape[1]:
+    if factor.inverse is not None:
         return step
+    n = factor.null_space
     return step - factor.units * (n @ (n.T @ ((from_nominal + step) / factor.units)))

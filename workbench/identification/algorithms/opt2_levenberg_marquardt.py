@@ -44,8 +44,7 @@ class Opt2(AbstractIdentifier):
 
         def damped(x, at, factor, cost):
             nonlocal damping
-            largest = float(np.linalg.norm(factor.r, 2)) if damping is None else 0.0
-            damping, growth = self.damping * largest**2 if damping is None else damping, 2.0
+            damping, growth = damping or self.damping * np.linalg.svd(factor.r, compute_uv=False)[0] ** 2, 2.0
             for rejected in range(self.rejections):
                 step = factor.step(damping)
                 promised = factor.predicted_decrease(step)
