@@ -43,8 +43,8 @@ BUDGETS = {
     "arm": 8_818,
     "data": 5_058,
     "plate": 4_888,
-    "identification": 9_018,
-    "diagnosis": 6_638,
+    "identification": 9_004,
+    "diagnosis": 6_637,
     "exports": 316,
     "session": 6_188,
     "views": 6_919,
@@ -67,7 +67,7 @@ BUDGETS = {
     "tests": 38_756,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 17_916
+READING_SET = 17_907
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -11,7 +11,7 @@ from workbench.diagnosis.search.rounds import Searched
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.rows.row_selection import without_held_out
+from workbench.identification.rows.row_selection import held_as_marked
 from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
@@ -28,7 +28,8 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
         here, there = event.clock(held), event.clock(fitted)
         if event.is_step and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
-    return without_held_out(ready, dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED))
+    undecided = dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED)
+    return held_as_marked(ready, ready.held_out_data.kept_out(undecided))
 
 
 @dataclass(frozen=True)

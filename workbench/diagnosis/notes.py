@@ -48,10 +48,8 @@ def notes(
         yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), search.after.judged)
     yield from [saved.note] if saved.note is not None else []
     rows = ready.data.take(np.union1d(ready.train_rows, outliers))
-    if not effects and (two := two_places(search.first.fit, rows)):  # an effect may be what parts them
-        yield two
-    if scale := instrument_scale(ready.aligned, fit.problem.data):
-        yield scale
+    yield "" if effects else two_places(search.first.fit, rows)  # an effect may be what parts them
+    yield instrument_scale(ready.aligned, fit.problem.data)
     yield from standing_notes(saved.fit, given)
     motion = last.stage.motion
     for old, new in zip(given.joints, search.robot.joints, strict=True):

@@ -43,12 +43,13 @@ from workbench.identification.rows.row_selection import (
     check_enough,
     check_sessions,
     choose_rows,
+    held_as_marked,
     hold_out,
+    marked,
     placed,
     scale_fixing_length,
     unused_observations,
     without_fitted_rows,
-    without_held_out,
 )
 
 MIN_HELD_OUT_PER_PLACE = 6
@@ -214,9 +215,9 @@ def prepare(
     if preparation_of(rows.held_out_data) is own:
         comparable = own.comparable(rows.held_out_data, problem.data)
         notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
-        if (lost := _excluded(comparable)) and not rows.is_one_file:
-            notes.append(f"{plural(len(lost), 'held-out row')} ignored: {next(iter(lost.values()))}")
-        rows = without_held_out(replace(rows, held_out_data=comparable), lost).noted(*notes)
+        if (lost := marked(comparable)) and not rows.is_one_file:
+            notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
+        rows = held_as_marked(rows, comparable).noted(*notes)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
     new = tuple[str, ...]()
     if len(rows.held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
@@ -282,21 +283,13 @@ def _exclude_unsuited(rows: _Split, suited: Dataset) -> _Split:
     """The rows that are suitable for their kind of reading; the others are excluded."""
     if suited is rows.train_data:
         return rows
-    lost = _excluded(suited)
     return replace(
         rows,
-        train_data=suited.take(np.delete(np.arange(len(suited)), [*lost])),
-        train_rows=np.delete(rows.train_rows, [*lost]),
-        excluded=(*rows.excluded, *((int(suited.row[i]), why) for i, why in lost.items())),
+        train_data=suited.take(suited.included),
+        train_rows=rows.train_rows[suited.included],
+        excluded=(*rows.excluded, *marked(suited)),
         notes=(*rows.notes, *(note for note in suited.notes if note not in rows.notes)),
     )
-
-
-def _excluded(data: Dataset) -> dict[int, str]:
-    """Indices of rows that are marked as excluded, with the reason."""
-    if data.reason is None:
-        return {}
-    return {i: str(data.reason[i]) for i in np.flatnonzero(~data.included).tolist()}
 
 
 def _check_known_places(data: Dataset, choices: FitChoices) -> None:
@@ -331,7 +324,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
     lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)
-    return without_held_out(rows, lost).noted(*notes)
+    return held_as_marked(rows, data.kept_out(lost)).noted(*notes)
 
 
 def _with_noise(

@@ -56,35 +56,28 @@ class AbstractSplit:
         return len(self.held_out_rows) == len(self.held_out_data)
 
 
-def without_held_out(split: Split, lost: Mapping[int, str]) -> Split:
-    """The rows without some held-out ones; those of the same file are listed as excluded.
+def marked(data: Dataset) -> Excluded:
+    """Rows that are marked as excluded, with the reason."""
+    reasons = np.full(len(data), "") if data.reason is None else data.reason
+    return [(int(data.row[i]), str(reasons[i] or "file")) for i in np.flatnonzero(~data.included)]
 
-    Args:
-        lost: Indices into `held_out_data`, with the reason.
-    """
-    if not lost:
-        return split
-    fewer = split.held_out_data.take(np.delete(np.arange(len(split.held_out_data)), [*lost]))
-    if not split.is_one_file:
-        return replace(split, held_out_data=fewer)
-    named = ((int(split.held_out_data.row[i]), why) for i, why in lost.items())
-    return replace(
-        split,
-        held_out_data=fewer,
-        held_out_rows=np.delete(split.held_out_rows, [*lost]),
-        excluded=(*split.excluded, *named),
-    )
+
+def held_as_marked(split: Split, held: Dataset) -> Split:
+    """The rows with the held-out ones as they are here, without those that are marked as excluded; such ones
+    of the same file are listed."""
+    keep = held.included
+    fewer = replace(split, held_out_data=held if keep.all() else held.take(keep))
+    if keep.all() or not split.is_one_file:
+        return fewer
+    named = (*split.excluded, *marked(held))
+    return replace(fewer, held_out_rows=split.held_out_rows[keep], excluded=named)
 
 
 def choose_rows(
     robot: Robot, data: Dataset, exclude: Mapping[int, str], region: Region | None, known: Known
 ) -> tuple[np.ndarray, Excluded]:
     """Rows to use, and excluded ones with the reason."""
-    keep = data.included.copy()
-    excluded = [
-        (int(data.row[i]), str(data.reason[i]) if data.reason is not None and data.reason[i] else "file")
-        for i in np.flatnonzero(~keep)
-    ]
+    keep, excluded = data.included.copy(), marked(data)
     for row, reason in exclude.items():
         place = np.flatnonzero(data.row == row)
         if not len(place):
