@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_638,
     "exports": 316,
     "session": 6_188,
-    "views": 6_919,
+    "views": 6_876,
     "cli": 1_436,
     "extras": 1,
     "extras/camera": 3_480,
