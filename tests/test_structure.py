@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_018,
     "diagnosis": 6_638,
     "exports": 316,
-    "session": 6_188,
+    "session": 6_174,
     "views": 6_876,
     "cli": 1_436,
     "extras": 1,
