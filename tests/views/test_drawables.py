@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 from workbench.session.state import Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
-from workbench.views.drawables.scene_contents import on_page
+from workbench.views.drawables.scene_contents import items
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
 
 
@@ -52,16 +52,16 @@ def moved(session, number, by):
 
 def test_only_what_has_changed_is_made(first):
     sink = Notebook()
-    sink.draw(on_page(first))
+    sink.draw(items(first, on_page=True))
     assert {"arm/nominal", "plate/solid", "plate/targets/10/number", "region/outline"} <= set(sink.made)
     sink.made.clear()
-    sink.draw(on_page(replace(first, page=replace(first.page, revision=first.page.revision + 1))))
+    sink.draw(items(replace(first, page=replace(first.page, revision=first.page.revision + 1)), on_page=True))
     assert sink.made == []
     then = moved(first, 3, 0.01)
-    sink.draw(on_page(then))
+    sink.draw(items(then, on_page=True))
     assert sink.made == ["plate/targets/4", "plate/targets/4/number"]
     sink.made.clear()
-    sink.draw(on_page(replace(then, selected=2)))
+    sink.draw(items(replace(then, selected=2), on_page=True))
     assert sink.made == ["arm/nominal", "plate/targets/1", "plate/targets/3"]
 
 
@@ -76,9 +76,9 @@ def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(first):
         first,
     ]
     for step in steps:
-        sink.draw(on_page(step))
+        sink.draw(items(step, on_page=True))
         fresh = Notebook()
-        fresh.draw(on_page(step))
+        fresh.draw(items(step, on_page=True))
         assert sink.shown == fresh.shown
         for path in fresh.shown:
             one, other = sink.there[path], fresh.there[path]

@@ -128,9 +128,15 @@ def fixture_zip(session: Session) -> NotedFile:
     )
     plate = replace(session.plate, targets=targets)
 
+    clear = [(k, state) for k, state in enumerate(session.states, start=1) if state.measurable]
+    q = np.array([state.q for _, state in clear]).reshape(-1, session.robot.dof)
+    shown = shown_joints(session.robot, q).round(4).tolist()
+    rows = ([*row, k, state.branch] for row, (k, state) in zip(shown, clear, strict=True))
+    poses = _csv([*_headings(session.robot), "target", "branch"], rows)
+
     def write(folder: Path) -> ExportedPlate:
         made = export_plate(plate, folder)
-        (folder / "poses.csv").write_bytes(_poses_csv(session).encode())
+        (folder / "poses.csv").write_bytes(poses.encode())
         (folder / "README.txt").write_text(README, encoding="utf-8")
         return made
 
@@ -140,15 +146,6 @@ def fixture_zip(session: Session) -> NotedFile:
     bad = ((k, s.obstacle) for k, s in enumerate(session.states, start=1) if not s.measurable)
     lacking += [f"target {k} is not in poses.csv: it is {why}" for k, why in bad]
     return f"{stem_of(session.plate.name)}-fixture.zip", content, (*made.notes, *lacking)
-
-
-def _poses_csv(session: Session) -> str:
-    """Joint positions to measure the targets with, in their order; of those that can be measured."""
-    clear = [(k, state) for k, state in enumerate(session.states, start=1) if state.measurable]
-    q = np.array([state.q for _, state in clear]).reshape(-1, session.robot.dof)
-    shown = shown_joints(session.robot, q).round(4).tolist()
-    rows = ([*row, k, state.branch] for row, (k, state) in zip(shown, clear, strict=True))
-    return _csv([*_headings(session.robot), "target", "branch"], rows)
 
 
 def _identified(session: Session) -> Identification:

@@ -79,12 +79,6 @@ class UndoStep:
         whole = replace(session, drag=None).updated("history", done=(), undone=()) if is_whole else None
         return cls(session.plate, session.states, small, whole)
 
-    @staticmethod
-    def recent(steps: "tuple[UndoStep, ...]") -> "tuple[UndoStep, ...]":
-        """The last steps, so many of them with a whole session."""
-        whole = [k for k, step in enumerate(steps) if step.session is not None]
-        return steps[-UNDO_STEPS:] if len(whole) <= WHOLE else steps[whole[-WHOLE] :][-UNDO_STEPS:]
-
 
 @dataclass(frozen=True, kw_only=True)
 class CubeView:

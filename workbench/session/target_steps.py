@@ -12,7 +12,7 @@ from workbench.plate.plate_score import SetScore
 from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
-from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
+from workbench.session.state import UNDO_STEPS, WHOLE, Focus, Session, UndoStep
 from workbench.session.target_postures import settled, solve_all_targets
 from workbench.session.target_state import TargetState
 
@@ -42,7 +42,9 @@ def begin_step(session: Session, *, is_whole: bool = False) -> Session:
     done, dragged = session.history.done, 0 if session.drag is None else 1
     place = len(done) - dragged
     done = (*done[:place], UndoStep.of(session, is_whole=is_whole), *done[place:])
-    return session.updated("history", done=UndoStep.recent(done), undone=())
+    whole = [k for k, step in enumerate(done) if step.session is not None]
+    first = whole[-WHOLE] if len(whole) > WHOLE else 0  # of those that are kept
+    return session.updated("history", done=done[first:][-UNDO_STEPS:], undone=())
 
 
 def with_targets(session: Session, plate: Plate, states: tuple[TargetState, ...]) -> Session:

@@ -24,7 +24,7 @@ from workbench.data.readers.read import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects
 from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.checks.arm_match import ArmMatch, arm_match
+from workbench.identification.checks.arm_match import arm_match
 from workbench.identification.meaning.as_read import as_read, with_own_columns
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (
@@ -87,7 +87,10 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             understood = self._understood(path, session.robot, session.robot.joint_names)
             file = MeasurementFile(path.name, self.content, understood, self.columns)
             if understood.dataset is None and understood.columns and understood.layout == "plain":
-                return replace(file, match=self._other_arm(path, session.robot, understood))
+                # which built-in arm rows are of that can't be the session's, by their number of joints
+                is_other = understood.joints not in (0, session.robot.dof)
+                rows = self._understood(path, session.robot, None).dataset if is_other else None
+                return file if rows is None else replace(file, match=arm_match(session.robot, rows))
             if understood.dataset is None:
                 raise DataError(understood.problems[0])
             dataset = understood.dataset
@@ -108,13 +111,6 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
                 return matched_to_arm(session.robot, found, accept=how)
             except UnitError as error:  # nor do the rows tell the units that it lacks
                 return replace(file, preview=replace(understood, dataset=None, problems=(str(error),)))
-
-    def _other_arm(self, path: Path, robot: Robot, understood: Preview) -> ArmMatch | None:
-        """Which built-in arm rows are of that can't be the session's, by their number of joints."""
-        if understood.joints in (0, robot.dof):
-            return None
-        rows = self._understood(path, robot, None).dataset
-        return None if rows is None else arm_match(robot, rows)
 
     def _understood(self, path: Path, robot: Robot, joints: Sequence[str] | None) -> Preview:
         from workbench.data.readers import preview

@@ -174,7 +174,11 @@ def _without_folder(
     session: Session, text: str, error: Exception, place: Path, entries: tuple[Entry, ...] = ()
 ) -> StartedSession:
     """The session all the same; its user is told."""
-    trouble = f"{text}: {_why(error, place)}"
+    why = str(error)
+    if isinstance(error, OSError):
+        remedy = "start in a writable folder, or give one with --session"
+        why = f"{place.resolve()} can't be written ({error.strerror}); {remedy}"
+    trouble = f"{text}: {why}"
     return StartedSession(session, (Logbook(None, trouble=trouble),), None, entries, trouble)
 
 
@@ -220,10 +224,3 @@ def _make(folder: Path | None, root: Path) -> Path:
 
 def _now() -> datetime:
     return datetime.now().astimezone()
-
-
-def _why(error: Exception, place: Path) -> str:
-    if not isinstance(error, OSError):
-        return str(error)
-    remedy = "start in a writable folder, or give one with --session"
-    return f"{place.resolve()} can't be written ({error.strerror}); {remedy}"

@@ -7,7 +7,7 @@ They lie within the capsules that are checked for clearance: what seems to touch
 
 import itertools
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -47,13 +47,16 @@ class Body:
         return merged([p.solid for p in self.parts]) if self.parts else None
 
 
-def make_bodies(robot: Robot, *, swell: float = 1.0, is_plain: bool = False) -> tuple[Body, ...]:
-    """The base's body and one per joint, each in its own frame of `body_frames`.
+@lru_cache(maxsize=16)
+def make_bodies(
+    robot: Robot, *, swell: float = 1.0, is_plain: bool = False, has_foot: bool = True
+) -> tuple[Body, ...]:
+    """The base's body, empty without a foot, and one per joint, each in its own frame of `body_frames`.
 
     Those of the robot's file; generated ones, thicker by `swell`, where it has none or all is to be plain.
     """
     if not is_plain and (given := file_bodies(robot)):
-        return given
+        return given if has_foot else (Body(()), *given[1:])
     drivers = robot.chain.driven
     order = np.argsort(drivers)
     paths = skeleton.link_paths(robot)
@@ -62,7 +65,8 @@ def make_bodies(robot: Robot, *, swell: float = 1.0, is_plain: bool = False) -> 
     for i, k in enumerate(order):
         housing = _housing(robot.chain.elements[drivers[k]], SLIM * float(radii[i]), first=i == 0)
         bodies[k] = _link(paths[k + 1], float(radii[i]), housing, last=i == len(order) - 1)
-    return (_foot(robot, paths[0], float(radii[0])), *(b for b in bodies if b is not None))
+    foot = _foot(robot, paths[0], float(radii[0])) if has_foot else Body(())
+    return (foot, *(b for b in bodies if b is not None))
 
 
 def file_bodies(robot: Robot) -> tuple[Body, ...]:

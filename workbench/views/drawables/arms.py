@@ -5,18 +5,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.base.types import Matrix4, Poses
+from workbench.base.types import Matrix4
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.comparison import STAGES, ModelStage
 from workbench.session.real_arm import bending_robot, bent_frames
 from workbench.session.stages import shown_stage
 from workbench.session.state import NO_FIELD, Focus, Session
 from workbench.session.target_postures import branches_to
-from workbench.views.appearance.bodies import body_frames
+from workbench.views.appearance.bodies import body_frames, make_bodies
 from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
-from workbench.views.drawables.nominal_arm import bodies_of, nominal_arm_at
 from workbench.views.drawables.sink import Item
 
 SHELL = 1.09
@@ -32,7 +31,7 @@ SAME_POSTURE = 1e-6
 def arms(session: Session) -> Iterator[Item]:
     """The nominal arm in its current posture, and the real one beside it where it is known."""
     q, overlay, focus = drawn_joints(session), session.choices.overlay, session.playback.focus
-    yield nominal_arm_at(session.robot, q)
+    yield Item("arm/nominal", _nominal, (session.robot, q))
     if (known := model_and_real(session)) is not None:
         is_shown, rows = focus in (Focus.ROW, Focus.JOG), session.results.comparison
         gap: np.ndarray | None = None
@@ -86,14 +85,13 @@ def real_arm(
 ) -> Arm:
     """A shell where the real arm would stand if it were so many times farther off; as of `bent_frames`."""
     each = None if gap is None else gap[None]
-    return shell(real, bent_frames(model, real, q[None], times, gap=each, base=base)[0])
+    bodies = make_bodies(real, swell=SHELL, has_foot=False)  # around the one that it is compared with
+    frames = bent_frames(model, real, q[None], times, gap=each, base=base)[0]
+    return Arm(bodies=bodies, frames=frames, ghost=CALIBRATED, opacity=0.5)
 
 
-def shell(robot: Robot, frames: Poses) -> Arm:
-    """A translucent arm around the one that it is compared with, without a foot."""
-    return Arm(
-        bodies=bodies_of(robot, swell=SHELL, has_foot=False), frames=frames, ghost=CALIBRATED, opacity=0.5
-    )
+def _nominal(robot: Robot, q: np.ndarray) -> Arm:
+    return Arm(bodies=make_bodies(robot), frames=body_frames(robot, q))
 
 
 def _glow(robot: Robot, q: np.ndarray, joint: int) -> Mesh:
@@ -109,5 +107,5 @@ def _glow_label(robot: Robot, q: np.ndarray, joint: int, text: str) -> Label | N
 def _branch(robot: Robot, q: np.ndarray | None) -> Arm | None:
     if q is None:
         return None
-    bodies = bodies_of(robot, swell=0.9, is_plain=True)
+    bodies = make_bodies(robot, swell=0.9, is_plain=True)
     return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=BRANCH, opacity=0.13)

@@ -87,8 +87,7 @@ def _points(rows: Comparison, stage: ModelStage, left_out: frozenset[int], held_
     colours = np.tile(np.array(FITTED, np.uint8), (len(chosen), 1))
     if rows.stages:
         colours = error_scale(rows).colours(rows.stage_errors[chosen, STAGES.index(stage)])
-    if not held_out:
-        colours[np.isin(rows.number[chosen], list(left_out))] = EXCLUDED
+    colours[np.isin(rows.number[chosen], list(left_out))] = EXCLUDED
     places = rows.measured[chosen]
     return Points(places=places, colours=colours, radius=radius, numbers=chosen, are_squares=held_out)
 

@@ -1,6 +1,6 @@
 """Which parts of a session are drawn on the page and in recordings."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 
 from workbench.parts import parts, warn_of_broken
 from workbench.session.state import Session
@@ -16,22 +16,9 @@ ON_PAGE = (plate_before, grid, branches, selected_row_mark)
 """What the page alone shows besides."""
 
 
-def on_page(session: Session) -> Iterator[Item]:
-    """Everything that the page shows."""
-    yield from _items((*_shown(), *ON_PAGE), session)
-
-
-def in_recordings(session: Session) -> Iterator[Item]:
-    """What recordings show."""
-    yield from _items(_shown(), session)
-
-
-def _shown() -> tuple[Callable[[Session], Iterator[Item]], ...]:
-    return SUBJECTS + parts("drawables")
-
-
-def _items(subjects: Iterable[Callable[[Session], Iterator[Item]]], session: Session) -> Iterator[Item]:
-    for subject in subjects:
+def items(session: Session, *, on_page: bool) -> Iterator[Item]:
+    """Everything that the page, or a recording, shows."""
+    for subject in (*SUBJECTS, *parts("drawables"), *(ON_PAGE if on_page else ())):
         try:
             for item in subject(session):
                 if not isinstance(item, Item) or not isinstance(item.inputs, tuple):

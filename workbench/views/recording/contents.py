@@ -15,7 +15,7 @@ from workbench.report.result_display import as_markdown
 from workbench.session.stages import stages
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
-from workbench.views.drawables.scene_contents import in_recordings
+from workbench.views.drawables.scene_contents import items
 from workbench.views.drawables.sink import Item
 from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.recording.blueprint import blueprint
@@ -44,7 +44,7 @@ class MomentDrawing:
     def draw(self, moment: Moment) -> None:
         session = moment.session
         self._canvas.at(moment.step, moment.at)
-        self._try("scene", self._scene.draw, in_recordings(session))
+        self._try("scene", self._scene.draw, items(session, on_page=False))
         self._try("sheets", self._sheets.draw, sheets(session))
         for timeline in self._timelines:
             self._try(type(timeline).__name__, timeline.draw, self._canvas, moment)

@@ -9,7 +9,7 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
-from workbench.views.drawables.scene_contents import on_page
+from workbench.views.drawables.scene_contents import items
 from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.page.camera import aim_all
 from workbench.views.page.scene.gizmo import Gizmo, Slice
@@ -47,7 +47,7 @@ class Scene:
             if now != then:
                 self._look(session)
             self._sink.is_behind = False
-            self._sink.draw(on_page(session))
+            self._sink.draw(items(session, on_page=True))
             self._slice.show(session)
             self.gizmo.show(session)
 
@@ -65,9 +65,7 @@ class Scene:
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         """A click on a target or a measured point."""
         with self._lock:
-            is_of_rows = (
-                self._session.playback.focus is Focus.ROW
-            )  # those of a given plate lie at its targets
+            is_of_rows = self._session.playback.focus is Focus.ROW  # a given plate has targets there, too
             ray = np.array(event.ray_origin), np.array(event.ray_direction)
             found = self._sink.picked(ray, points_first=is_of_rows)
         if found is None:
