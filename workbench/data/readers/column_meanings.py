@@ -52,8 +52,8 @@ _DATES = ("", *(day + time for day in _DAYS for time in _TIMES), _TIMES[0], _TIM
 """Forms of dates: ISO, and those of controllers and spreadsheets; last times of an unknown day."""
 NO_DAY = 1900
 """Year of times of an unknown day."""
-MIN_ROWS, ALIKE, NEAR = 6, 0.25, 0.05
-"""Fewest rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
+MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
+"""Rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
 _ACTUAL, _REFERENCE = (re.compile(rf"(^|_)({t})(_|$)") for t in ("actual|act|real|ist", "ref|reference"))
 """What was reached; a goal, or, beside what isn't said to be reached, what an instrument measured."""
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
@@ -287,22 +287,22 @@ def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str])
     Where headings tell neither, both follow one motion: joints are alike, places moved, turned and scaled.
     Columns are given by what they hold, and headings of those left out by their number.
     """
+    unread = {k: name for k, name in unread.items() if parse_heading(table.names[k]).name != IGNORED}
     joints = [key for key in used if re.fullmatch(r"q\d+", key)]
     for keys, kind in (joints, "joints"), ([key for key in "xyz" if key in used], "places"):
         columns, is_place = [used[key] for key in keys], kind == "places"
         taken = [table.headings[k] for k in columns]
         has_actual = any(_ACTUAL.search(normalised(name)) for name in taken)
-        said = all(
-            parse_heading(table.names[k]).name != parse_heading(table.headings[k]).name for k in columns
-        )
+        pairs = ((table.names[k], table.headings[k]) for k in columns)
+        said = all(parse_heading(ours).name != parse_heading(theirs).name for ours, theirs in pairs)
         if len(keys) < 3 or said or any(map(is_of_measurement, taken)) or (has_actual and not is_place):
             continue
-        own, unit = _numbers(table, columns), parse_heading(taken[0]).unit
+        sets = _triples(unread, has_actual=has_actual) if is_place else _beside(table, columns, unread)
         marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
         may_be_nominal = is_place and not any(marked) and not any(map(is_commanded, unread.values()))
-        triples = _triples(table, unread, has_actual=has_actual)
-        for other in triples if is_place else _beside(table, own, unread):
-            theirs, names = _numbers(table, other), [table.headings[k] for k in other]
+        for other in sets:
+            own, theirs = _numbers(table, columns), _numbers(table, other)
+            names, unit = [table.headings[k] for k in other], parse_heading(taken[0]).unit
             rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
             bare = [parse_heading(name).name for name in names]
             new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip(keys, bare, strict=True))
@@ -319,35 +319,32 @@ def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str])
     return ""
 
 
-def _beside(table: Table, joints: np.ndarray, unread: Mapping[int, str]) -> list[list[int]]:
+def _beside(table: Table, joints: list[int], unread: Mapping[int, str]) -> list[list[int]]:
     """Of each joint the column that stays nearest to it, where all that move have one that isn't a copy."""
-    names = {
-        k: parse_heading(table.names[k]).name for k, heading in unread.items() if not is_commanded(heading)
-    }
-    others = [k for k, name in names.items() if name != IGNORED and NUMBER.fullmatch(table.columns[k][0])]
-    if len(others) < joints.shape[1]:
+    others = [k for k, h in unread.items() if not is_commanded(h) and NUMBER.fullmatch(table.columns[k][0])]
+    if len(others) < len(joints):
         return []
-    off = np.abs(joints[:, :, None] - _numbers(table, others)[:, None]).mean(0)
+    own, theirs = (_numbers(table, columns, COMPARED) for columns in (joints, others))
+    off = np.nan_to_num(np.abs(own[:, :, None] - theirs[:, None]).mean(0), nan=np.inf)
     nearest, least = off.argmin(1), off.min(1)
-    if len({*nearest.tolist()}) < len(off) or not least.any() or (least > NEAR * joints.std(0)).any():
+    if len({*nearest.tolist()}) < len(off) or not least.any() or not (least <= NEAR * own.std(0)).all():
         return []
     return [[others[k] for k in nearest]]
 
 
-def _triples(table: Table, unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
+def _triples(unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
     """Columns whose headings differ in x, y, z alone, none of a controller."""
     stems = defaultdict[tuple[str, str], dict[str, int]](dict)
     for index, heading in unread.items():
         name = normalised(parse_heading(heading).name)
-        is_told = is_commanded(name if has_actual else _REFERENCE.sub("_", name)) or CONTROLLER.search(name)
-        if not is_told and parse_heading(table.names[index]).name != IGNORED:
+        if not (is_commanded(name if has_actual else _REFERENCE.sub("_", name)) or CONTROLLER.search(name)):
             for found in re.finditer("[xyz]", name):
                 stems[name[: found.start()], name[found.end() :]].setdefault(found[0], index)
     return [[own[axis] for axis in "xyz"] for own in stems.values() if len(own) == 3]
 
 
-def _numbers(table: Table, columns: list[int]) -> np.ndarray:
-    return np.array([[number_in(cell) for cell in table.columns[k]] for k in columns]).T
+def _numbers(table: Table, columns: list[int], rows: int | None = None) -> np.ndarray:
+    return np.array([[number_in(cell) for cell in table.columns[k][:rows]] for k in columns]).T
 
 
 def _follow_each_other(one: np.ndarray, other: np.ndarray) -> bool:
