@@ -88,7 +88,6 @@ def test_orientations_are_read_in_their_convention(kind):
     [
         ("puma", False, lambda d: replace(d, position=d.position / 25.4), "inch labelled mm"),
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
-        ("cobot", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "or else joint 1 = -q1"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
         ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),

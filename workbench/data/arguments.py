@@ -52,12 +52,7 @@ def _wanted(value: Any, given: Any) -> Any:
 
 RobotLike = Like[Annotated[Robot, Reads("a Robot, its file, or a built-in arm by name", as_robot)]]
 DatasetLike = Like[Annotated[Dataset, Reads("a Dataset, a file, or a data frame", _dataset_of_arm)]]
-TrajectoryLike = Like[
-    Annotated[
-        Trajectory,
-        Reads("a Trajectory, its file, a data frame, joints (rows, n) or poses (rows, 4, 4)", _trajectory),
-    ]
-]
-WantedLike = Like[
-    Annotated[Wanted, Reads('an error in m, or text such as "0.3mm" or "0.3mm,0.1deg"', _wanted)]
-]
+_PATH = "a Trajectory, its file, a data frame, joints (rows, n) or poses (rows, 4, 4)"
+TrajectoryLike = Like[Annotated[Trajectory, Reads(_PATH, _trajectory)]]
+_ERRORS = 'an error in m, or text such as "0.3mm" or "0.3mm,0.1deg"'
+WantedLike = Like[Annotated[Wanted, Reads(_ERRORS, _wanted)]]

@@ -71,7 +71,7 @@ ORIENTATIONS = (
     *map(_euler, _SEQUENCES),
     Orientation("wxyz", "quaternion w, x, y, z (ABB)", 4, se3.quaternion_to_matrix),
     Orientation(
-        "xyzw", "quaternion x, y, z, w (ROS)", 4, lambda v: se3.quaternion_to_matrix(v[:, [3, 0, 1, 2]])
+        "xyzw", "quaternion x, y, z, w (ROS)", 4, lambda v: se3.quaternion_to_matrix(np.roll(v, 1, 1))
     ),
     Orientation("matrix", "rotation matrix", 9, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
 )

@@ -33,7 +33,7 @@ from workbench.data.readers.table import Grid, grid_of
 MAX_BYTES = 256 * 2**20
 """Maximum size of unpacked arrays."""
 _JOINTS = re.compile("q|joints?|joint_(?:positions|angles|states)|angles")
-_PLACES = re.compile("xyz|positions?|translations?|[tr]vec|points?|[pt]|tcp")
+_PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
 _MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
 
@@ -180,8 +180,7 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     if _JOINTS.fullmatch(plain):
         return [f"q{k + 1}{unit}" for k in range(shape[0])]
     first, _, _ = plain.partition("_" if is_of_measurement(name) else "\n")
-    is_place = any(map(_PLACES.fullmatch, (first, plain.rpartition("_")[2])))
-    if shape == (3,) and is_place and not is_commanded(name):
+    if shape == (3,) and any(map(_PLACES.fullmatch, (first, plain))) and not is_commanded(name):
         return [f"{'r' * ('rvec' in plain)}{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]

@@ -31,9 +31,7 @@ from workbench.data.readers.joint_tables import joined_alone
 from workbench.data.readers.orientation import read_orientation, unnamed_angles, written_orientation
 
 _SIGMA, _WRENCH = ([parse_heading(text).name for text in own] for own in (SIGMA, WRENCH))
-_OF_TARGET = re.compile(
-    r"(target|marker|board|tag|object|camera|cam)\w*[_ .](t?[xyz]|q[wxyz]|r[xyz])\b", re.I
-)
+_OF_TARGET = re.compile(r"(?i)(target|marker|board|tag|object|camera|cam)\w*[_ .](t?[xyz]|q[wxyz]|r[xyz])\b")
 """Headings of a target's pose in a camera."""
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
@@ -167,13 +165,8 @@ def with_repeats(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     known = ~np.isnan(q).all(1)
     first = np.maximum.accumulate(np.where(known, np.arange(fields.rows), 0))
     sizes = np.unique(first, return_counts=True)[1]
-    if (
-        known.all()
-        or not known[0]
-        or len(sizes) < 2
-        or np.ptp(sizes) > 0
-        or not {*"xyz"} <= fields.values.keys()
-    ):
+    has_gaps = known[0] and not known.all() and len(sizes) > 1 and not np.ptp(sizes)
+    if not has_gaps or not {*"xyz"} <= fields.values.keys():
         return fields
     places = np.stack([fields.values[axis] for axis in "xyz"], axis=1)
     ways = (places - places[first])[~known], np.diff(places[known], axis=0)
@@ -211,11 +204,9 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
     wanted = joints if isinstance(joints, int | None) else len(joints)
     if not numbers:
         paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
-        raise DataError(
-            f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …"
-            + remedy(", or give a table of joints (--joints)", page="")
-            + (f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1[deg]"))
-        )
+        given = remedy(", or give a table of joints (--joints)", page="")
+        more = f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1[deg]")
+        raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …{given}{more}")
     _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and (len(numbers) < wanted or (len(numbers) > wanted and not some)):
         there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
@@ -297,9 +288,8 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
         wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
-        raise DataError(
-            f"{fields.source}: nothing was observed: add {wanted}{unread_text(fields.unread, 'x[mm]')}"
-        )
+        text = f"nothing was observed: add {wanted}{unread_text(fields.unread, 'x[mm]')}"
+        raise DataError(f"{fields.source}: {text}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""

@@ -52,8 +52,8 @@ _DATES = ("", *(day + time for day in _DAYS for time in _TIMES), _TIMES[0], _TIM
 """Forms of dates: ISO, and those of controllers and spreadsheets; last times of an unknown day."""
 NO_DAY = 1900
 """Year of times of an unknown day."""
-MIN_ROWS, ALIKE = 6, 0.25
-"""Fewest rows compared, and the share of their spread by which places of one motion, or tool, may differ."""
+MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
+"""Rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
 _ACTUAL, _REFERENCE = (re.compile(rf"(^|_)({t})(_|$)") for t in ("actual|act|real|ist", "ref|reference"))
 """What was reached; a goal, or, beside what isn't said to be reached, what an instrument measured."""
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
@@ -134,7 +134,9 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
             numbers = [c for c in (column, other) if re.search(r"\d", "".join(table.columns[c.index]))]
             if len(numbers) == 2:
-                numbers = [c for c in numbers if is_of_measurement(c.heading)]
+                is_joint = quantities_of(column.key) == JOINT  # reached, beside commanded ones
+                reached = [c for c in numbers if is_joint and _ACTUAL.search(normalised(c.heading))]
+                numbers = [c for c in numbers if is_of_measurement(c.heading)] or reached
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
@@ -279,55 +281,70 @@ def unread_text(columns: Mapping[str, Sequence[str]], key: str) -> str:
     return f"; or say what the columns left out are ({listed(unread)}){said}"
 
 
-def told_twice(table: Table, places: Mapping[str, int], unread: Mapping[int, str]) -> str:
-    """What to say where columns left out may be the measured places as well as those taken; empty if not.
+def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str]) -> str:
+    """What to say where columns left out may be the measured ones instead of those taken; empty if not.
 
-    Where headings tell neither, both sets follow one motion: one is the other moved, turned and scaled.
-
-    Args:
-        places: Columns of x, y and z.
-        unread: Headings of the columns left out, by their number.
+    Where headings tell neither, both follow one motion: joints are alike, places moved, turned and scaled.
+    Columns are given by what they hold, and headings of those left out by their number.
     """
-    taken = [table.headings[k] for k in places.values()]
-    said = all(table.names[k] != table.headings[k] for k in places.values())
-    if len(places) < 3 or said or any(map(is_of_measurement, taken)):
-        return ""
-    own, unit = _numbers(table, [places[axis] for axis in "xyz"]), parse_heading(taken[0]).unit
-    marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
-    may_be_nominal = not any(marked) and not any(map(is_commanded, unread.values()))
-    has_actual = any(_ACTUAL.search(normalised(name)) for name in taken)
-    for other in _triples(table, unread, has_actual=has_actual):
-        theirs, names = _numbers(table, other), [table.headings[k] for k in other]
-        rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
-        bare = [parse_heading(name).name for name in names]
-        new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip("xyz", bare, strict=True))
-        how, are = f"columns='{','.join(f'{b}=-' for b in bare)}'", "and deviations"
-        if may_be_nominal and (theirs[rows] < 0.0).any() and _DEVIATION.fullmatch(normalised(bare[0])):
-            how = f"in a file without the deviations, or {how} if {', '.join(taken)} were"
-        elif rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows]):
-            how, are = f"columns='{new}' or {how}", "of one motion"
-        else:
+    unread = {k: name for k, name in unread.items() if parse_heading(table.names[k]).name != IGNORED}
+    joints = [key for key in used if re.fullmatch(r"q\d+", key)]
+    for keys, kind in (joints, "joints"), ([key for key in "xyz" if key in used], "places"):
+        columns, is_place = [used[key] for key in keys], kind == "places"
+        taken = [table.headings[k] for k in columns]
+        has_actual = any(_ACTUAL.search(normalised(name)) for name in taken)
+        pairs = ((table.names[k], table.headings[k]) for k in columns)
+        said = all(parse_heading(ours).name != parse_heading(theirs).name for ours, theirs in pairs)
+        if len(keys) < 3 or said or any(map(is_of_measurement, taken)) or (has_actual and not is_place):
             continue
-        how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
-        both = f"{', '.join(taken)} and {', '.join(names)} are places {are}"
-        return f"{table.source}: {both}: say which were measured, {how}"
+        sets = _triples(unread, has_actual=has_actual) if is_place else _beside(table, columns, unread)
+        marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
+        may_be_nominal = is_place and not any(marked) and not any(map(is_commanded, unread.values()))
+        for other in sets:
+            own, theirs = _numbers(table, columns), _numbers(table, other)
+            names, unit = [table.headings[k] for k in other], parse_heading(taken[0]).unit
+            rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
+            bare = [parse_heading(name).name for name in names]
+            new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip(keys, bare, strict=True))
+            how, are = f"columns='{','.join(f'{b}=-' for b in bare)}'", "and deviations"
+            if may_be_nominal and (theirs[rows] < 0.0).any() and _DEVIATION.fullmatch(normalised(bare[0])):
+                how = f"in a file without the deviations, or {how} if {', '.join(taken)} were"
+            elif not is_place or (rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows])):
+                how, are = f"columns='{new}' or {how}", "of one motion"
+            else:
+                continue
+            how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
+            both = f"{span(taken)} and {span(names)} are {kind} {are}"
+            return f"{table.source}: {both}: say which were measured, {how}"
     return ""
 
 
-def _triples(table: Table, unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
+def _beside(table: Table, joints: list[int], unread: Mapping[int, str]) -> list[list[int]]:
+    """Of each joint the column that stays nearest to it, where all that move have one that isn't a copy."""
+    others = [k for k, h in unread.items() if not is_commanded(h) and NUMBER.fullmatch(table.columns[k][0])]
+    if len(others) < len(joints):
+        return []
+    own, theirs = (_numbers(table, columns, COMPARED) for columns in (joints, others))
+    off = np.nan_to_num(np.abs(own[:, :, None] - theirs[:, None]).mean(0), nan=np.inf)
+    nearest, least = off.argmin(1), off.min(1)
+    if len({*nearest.tolist()}) < len(off) or not least.any() or not (least <= NEAR * own.std(0)).all():
+        return []
+    return [[others[k] for k in nearest]]
+
+
+def _triples(unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
     """Columns whose headings differ in x, y, z alone, none of a controller."""
     stems = defaultdict[tuple[str, str], dict[str, int]](dict)
     for index, heading in unread.items():
         name = normalised(parse_heading(heading).name)
-        is_told = is_commanded(name if has_actual else _REFERENCE.sub("_", name)) or CONTROLLER.search(name)
-        if not is_told and parse_heading(table.names[index]).name != IGNORED:
+        if not (is_commanded(name if has_actual else _REFERENCE.sub("_", name)) or CONTROLLER.search(name)):
             for found in re.finditer("[xyz]", name):
                 stems[name[: found.start()], name[found.end() :]].setdefault(found[0], index)
     return [[own[axis] for axis in "xyz"] for own in stems.values() if len(own) == 3]
 
 
-def _numbers(table: Table, columns: list[int]) -> np.ndarray:
-    return np.array([[number_in(cell) for cell in table.columns[k]] for k in columns]).T
+def _numbers(table: Table, columns: list[int], rows: int | None = None) -> np.ndarray:
+    return np.array([[number_in(cell) for cell in table.columns[k][:rows]] for k in columns]).T
 
 
 def _follow_each_other(one: np.ndarray, other: np.ndarray) -> bool:

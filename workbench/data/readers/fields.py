@@ -22,7 +22,7 @@ from workbench.data.readers.headings import number_in
 from workbench.data.readers.table import Table
 
 MISSING = re.compile(
-    r"[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid", re.IGNORECASE
+    r"(?i)[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid"
 )
 """Cells without a value: blank, of signs alone, words that say so, or errors of a spreadsheet."""
 MAX_NUMBER = 1e50
@@ -137,7 +137,7 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         notes=table.notes + decisions(columns),
         unread={heading: tuple(table.columns[k]) for k, heading in unread.items()},
         missing_units=str(next(iter(problems(columns, units_from_rows=False)), "")),
-        told_twice=told_twice(table, {a: used[a].index for a in "xyz" if a in used}, unread),
+        told_twice=told_twice(table, {str(key): column.index for key, column in used.items()}, unread),
     )
 
 

@@ -31,11 +31,10 @@ _PROGRAM = (
     rb"|^\s*&ACCESS|\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
 )
 """How programs of robots begin, and how they move."""
-_BINARY = "a picture, a PDF, an archive, a recording, or an older or newer form of Excel or MATLAB"
 _REFUSED = (
     (
         rb"\x89PNG|\xff\xd8|GIF8|%PDF|PK\x03\x04|\x1f\x8b|7z\xbc|\xd0\xcf\x11\xe0|\x89HDF|MATLAB 7\.3|RRF",
-        _BINARY,
+        "a picture, a PDF, an archive, a recording, or an older or newer form of Excel or MATLAB",
     ),
     (
         rb"(Trajectories|Objects|Segments|Joints|Model Outputs)[,;\t ]*\r?\n\d|NO_OF_\w+[,;\t ]",

@@ -150,11 +150,10 @@ def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
         return rows
     if gone.all():
         raise DataError(f"{rows.source}: no pose can be measured; of the first one: {reasons[0]}")
-    blank: dict[str, Any] = {}
-    for name in ("position", "rotation", "markers", "distance"):
-        if (values := getattr(rows, name)) is not None:
-            blank[name] = values.copy()
-            blank[name][gone] = np.nan
+    named = ((name, getattr(rows, name)) for name in ("position", "rotation", "markers", "distance"))
+    blank: dict[str, Any] = {name: values.copy() for name, values in named if values is not None}
+    for values in blank.values():
+        values[gone] = np.nan
     note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; of the first one: {reasons[gone][0]}"
     kept_out = rows.kept_out({row: str(reasons[row]) for row in np.flatnonzero(gone).tolist()})
     return replace(kept_out, notes=(*rows.notes, note), **blank)
