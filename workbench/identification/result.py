@@ -170,7 +170,7 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach)
         parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
-        known = (implausible_text(self.doubts(run)), self.computed, self.harm, parted)
+        known = (implausible_text(self.doubts(run)), self.scale, self.computed, self.harm, parted)
         doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
@@ -200,6 +200,11 @@ class Identification(AbstractReported, AbstractSplit):
             return ""
         fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
         return parted_by_column(fit, rows) or ("" if fit.arm.effects else two_places(fit, rows))
+
+    @cached_property
+    def scale(self) -> str:
+        """That the instrument's scale is off rather than all lengths of the arm; empty if it isn't."""
+        return instrument_scale(self.aligned, self.data.take(self.train_rows))
 
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""
@@ -264,7 +269,7 @@ class Identification(AbstractReported, AbstractSplit):
                 left = f"{after.text('rms')} of {before.text('rms')} remain"
                 yield f"the geometry explains little: {left}; check robot, frames and sessions"
             yield self.parted
-            yield instrument_scale(self.aligned, self.data.take(self.train_rows))
+            yield self.scale
         yield from own.doubts
         yield own.refused and f"nothing of the arm was identified: {own.refused}"
         yield self.transfer_warning()
