@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_637,
     "exports": 316,
     "session": 6_174,
-    "views": 6_876,
+    "views": 6_873,
     "cli": 1_436,
     "extras": 1,
     "extras/camera": 3_474,

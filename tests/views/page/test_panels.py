@@ -16,7 +16,7 @@ from workbench.plate.plate_toml import read_plate
 from workbench.report.numbers import compared
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.export import (
     calibrated_toml,
@@ -118,8 +118,8 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     labels = ("Measurements (CSV)", "Calculate", "Data row", "Exclude this row")
     assert all(is_off(label) for label in labels)
     assert not is_off("Plate (TOML)")
-    done(app, MeasureVirtualArm(2), Identify(("ols",)))
-    done(app, Identify(("ols",)))
+    done(app, MeasureVirtualArm(2), LeaveRowsOut((0,)), Identify(("ols",)))
+    assert "not fitted: data row 0 (excluded manually)" in html_of(app, "warnings")
     row = app.worker.session.results.comparison.number[0]
     assert not any(is_off(label) for label in (*labels[:3], f"Exclude data row {row}"))
 

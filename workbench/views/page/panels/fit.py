@@ -53,7 +53,7 @@ class FitPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add effects": AddEffects}
-        self.buttons("Calculate", steps, HOW_TO_FIT, visible=_has_rows)
+        self.buttons("Calculate", steps, HOW_TO_FIT, visible=lambda s: s.measurements.loaded)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)
         self.html(_card)
@@ -106,14 +106,10 @@ def _of_fit(make: Callable[[Identification, Session], str]) -> Shown:
     return shown
 
 
-def _has_rows(session: Session) -> bool:
-    return session.measurements.loaded is not None
-
-
 def _card(session: Session) -> str:
     if session.results.identification is not None:
         return former(session, session.results.identification) + result_card(session)
-    return "" if _has_rows(session) else note(EMPTY_NOTE, "result", margin="6px 0")
+    return "" if session.measurements.loaded else note(EMPTY_NOTE, "result", margin="6px 0")
 
 
 def _fits(session: Session) -> dict[str, str]:
@@ -137,9 +133,10 @@ def _requirement(session: Session) -> str:
 
 def _warnings(found: Identification) -> str:
     """Rows that are not fitted, and the first warnings, which name wrong ones; folded, what more there is."""
-    out = first_of([f"{row} ({why})" for row, why in found.excluded], MAX_OUT)
-    said = (f"Not fitted: data row{'s' * (len(found.excluded) > 1)} {out}",) if out else ()
-    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in (*said, *found.warnings)]
+    said = {outlier.row for outlier in found.outliers}
+    out = [f"{row} ({why})" for row, why in found.excluded if row not in said]
+    first = [f"not fitted: data row{'s' * (len(out) > 1)} {first_of(out, MAX_OUT)}"] if out else []
+    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in (*first, *found.warnings)]
     seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 
