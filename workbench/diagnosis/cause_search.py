@@ -16,6 +16,7 @@ from workbench.arm.effects.events import WarmUp
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.base.progress import progress
+from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
 from workbench.diagnosis.claims.named_joints import clearness
@@ -59,6 +60,7 @@ class CauseSearch:
         first: The geometry alone.
         rounds: The searches, first to last.
         judged_fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
+        still: All rows as from a measuring frame at rest, if it moves by no law; arms are fitted to them.
         too_few: Why no search was made; None if one was.
         nominal: Errors of the nominal arm, with the best base and tool, on the fitted rows that are no
             outliers, and on the held-out rows.
@@ -71,6 +73,7 @@ class CauseSearch:
     first: Stage
     rounds: Sequence[Searched]
     judged_fit: Fit
+    still: Dataset | None
     too_few: str | None
     nominal: Validation
     before: Validation
@@ -196,9 +199,11 @@ def _validated_search(
 ) -> CauseSearch:
     """A search, refitted until it is without what is of no use for other rows, with its errors on rows that
     lie on a known side of its events, and of all arms on the same rows: without outliers."""
+    still: Dataset | None = None
     while True:
         last, rows = found[-1], without_undecided(ready, found[-1])
-        fit = last.stage.fit if len(rows.held_out_rows) else fit_with_constants_held(last)
+        is_own = len(rows.held_out_rows) and still is None
+        fit = last.stage.fit if is_own else fit_with_constants_held(last, still)
         keep, geometry = last.stage.keep, first.fit
         if not last.model:
             geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
@@ -206,8 +211,11 @@ def _validated_search(
         arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
         errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
         judged = (Validation(e.train.take(keep), e.held_out) for e in errors)
-        search = CauseSearch(robot, rows, first, found, fit, too_few, *judged)
-        kept = ask("what lasts", search.lasting, last.model)
-        if len(kept) == len(last.model):
+        search = CauseSearch(robot, rows, first, found, fit, still, too_few, *judged)
+        if still is not None or (drivers := search.drivers) is None:
             return search
-        found = (*found, reduced(last, kept))
+        kept = ask("what lasts", search.lasting, last.model)
+        if len(kept) < len(last.model):
+            found = (*found, reduced(last, kept))
+        elif (still := ask("a frame at rest", partial(drivers.at_rest, ready.data), None)) is None:
+            return search

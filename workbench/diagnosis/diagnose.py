@@ -183,7 +183,8 @@ def _diagnosis(
     message = " ".join(filter(None, (message, *_additions(search, saved, harm))))
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     off = ready.data.take(outliers)
-    geometries = {each: best_geometry(each, search.first.fit) for each in {fit, saved.fit}}
+    weighings = search.first.fit.problem.noise, ready.problem.noise
+    geometries = {each: best_geometry(each, weighings) for each in {fit, saved.fit}}
     is_again = saved.fit is not fit
     texts = {c.effects[0].names: c.text for c in causes if len(c.effects) == 1}
     split = ready.split | {

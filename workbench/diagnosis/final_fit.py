@@ -24,15 +24,18 @@ MAX_SQUARE_RATIO = 1.1
 move after all, as where a carriage tips about another place than the frame of its slide."""
 
 
-def fit_with_constants_held(last: Searched) -> Fit:
-    """The last search's arm on the same rows, with constants that a rigid arm leaves open held near nominal.
+def fit_with_constants_held(last: Searched, still: Dataset | None = None) -> Fit:
+    """The last search's arm on the same rows, as from a measuring frame at rest if there are such ones, with
+    constants that a rigid arm leaves open held near nominal.
 
-    It is the search's own where masses are no unknowns, or where this does not converge.
+    It is the search's own where neither masses nor rows differ, or where this does not converge.
     """
-    before = last.stage.fit
-    if not any(p.unit == "kg" for p in before.problem.parameters):
+    before, data = last.stage.fit, last.stage.problem.data
+    if still is not None:
+        data = still.take(np.isin(still.row, data.row))
+    elif not any(p.unit == "kg" for p in before.problem.parameters):
         return before
-    found = _again(last, last.stage.geometric_problem, before.problem.data)
+    found = _again(last, last.stage.geometric_problem, data)
     return before if before.outcome.ok and not found.outcome.ok else found
 
 
@@ -70,7 +73,7 @@ def _surprise(fit: Fit) -> float:
 
 
 def fitted_on_all(
-    ready: Prepared, last: Searched, before: Fit, left_out: Bool[np.ndarray, " rows"]
+    ready: Prepared, last: Searched, before: Fit, left_out: Bool[np.ndarray, " rows"], still: Dataset | None
 ) -> tuple[Fit, str | None]:
     """The last arm refitted to training and held-out rows, and a note.
 
@@ -81,13 +84,17 @@ def fitted_on_all(
         last: The last search, at the fit to be repeated.
         before: The arm that was judged.
         left_out: Held-out rows that are not fitted.
+        still: All rows as from a measuring frame at rest, if it isn't.
     """
     if not len(ready.held_out_rows):
         return before, None
     if left_out.all():
-        return fit_with_constants_held(last), None
+        return fit_with_constants_held(last, still), None
     included = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
-    data, geometric = ready.data.take(np.isin(ready.data.row, included)), last.stage.geometric_problem
+    data, geometric = (
+        (still or ready.data).take(np.isin(ready.data.row, included)),
+        last.stage.geometric_problem,
+    )
     robot = ready.with_new_session_bases(geometric.robot, ready.held_out_data)
     if set(ready.new_sessions) & set(data.sessions):
         robot = replace(robot, sessions={n: robot.sessions.get(n, robot.mounting) for n in data.sessions})
@@ -95,7 +102,7 @@ def fitted_on_all(
     found = _again(last, replace(geometric, robot=robot), data)
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is kept"
-        return fit_with_constants_held(last), text
+        return fit_with_constants_held(last, still), text
     if not last.model:
         found = geometry_as_identified(found, ready.problem.noise if last.stage.keep.all() else None)
     out = ", except suspects" if left_out.any() else ""

@@ -60,10 +60,6 @@ class NextReason:
     shrinks_to: float
 
 
-NextPoses = tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]
-"""Joint positions [rad or m], and why each."""
-
-
 def next_poses(
     problem: Problem,
     x: Float[np.ndarray, " p"],
@@ -72,8 +68,8 @@ def next_poses(
     rng: np.random.Generator,
     count: int = 5,
     measurable: Measurable | None = None,
-) -> NextPoses:
-    """Joint positions to measure next, each with a reason that assumes the previous ones are measured.
+) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
+    """Joint positions [rad or m] to measure next, each with a reason that assumes that those before are.
 
     Args:
         problem: The fitted problem.

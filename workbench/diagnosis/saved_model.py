@@ -1,6 +1,7 @@
 """The model that a diagnosis saves: fitted to all rows, its effects with standard errors and rivals; other
 models on the judging rows."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 
@@ -22,6 +23,7 @@ from workbench.diagnosis.search.evidence import Offer, Term, drop
 from workbench.diagnosis.search.reduced_models import own_offers
 from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.fit import Fit
+from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import suspects
 from workbench.identification.run import SavedArm
 
@@ -59,13 +61,13 @@ def saved_model(search: CauseSearch) -> SavedModel:
     """The last round's arm fitted to all rows, with standard errors and rivals of its effects."""
     last, ready, geometry = search.last, search.ready, search.first.fit
     suspect_rows = suspects(ready, last.stage.fit, geometry.problem.named(geometry.x))
-    final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows)
+    final, note = fitted_on_all(ready, last, search.judged_fit, suspect_rows, search.still)
     effects = _accepted(search, final, std := StandardErrors(final))
     final = ready.scaled(final)
     return SavedModel(final, suspect_rows, note, std, effects, arm_now(final))
 
 
-def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
+def best_geometry(fit: Fit, noises: Iterable[Noise]) -> Robot | None:
     """The arm without effects that leaves least of the rows; None if the fit has none but events, after which
     the arm has none.
 
@@ -74,7 +76,7 @@ def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
 
     Args:
         fit: An arm with effects.
-        alone: Geometry alone, which says how far the rows are from it.
+        noises: By which the rows may be weighed: what geometry leaves, and as before any search.
     """
     problem, arm = fit.problem, fit.calibrated
     events = events_of(arm)
@@ -84,11 +86,10 @@ def best_geometry(fit: Fit, alone: Fit) -> Robot | None:
     given = problem.robot if all(p.is_inertia for p in angles) else arm
     saved, known = SavedArm(arm, problem.data), {**problem.known, **problem.instrument(fit.x)}
     rows, bare = saved.valid_for(problem.data), problem.robot.with_effects(*events)
-    names, noise = [n for e in events for n in e.names], alone.problem.noise
-    plain = problem.again(robot=bare, effects=names, inertia=False, noise=noise)
-    fitted = SavedArm(identified(plain).calibrated, problem.data).robot
-    left = {}
-    for geometry in (fitted.weighed_as(given), saved.formats["URDF"].weighed_as(given)):
+    plain = problem.again(robot=bare, effects=[n for e in events for n in e.names], inertia=False)
+    fits = [identified(plain.with_noise(noise)) for noise in dict.fromkeys(noises)]
+    fitted, left = [SavedArm(fit.calibrated, problem.data).robot for fit in fits], {}
+    for geometry in (g.weighed_as(given) for g in (*fitted, saved.formats["URDF"])):
         left[geometry] = SavedArm(arm.recorded(geometry=geometry), rows, known).errors(rows)["URDF"].main.mean
     return min(left, key=left.__getitem__)
 

@@ -75,7 +75,7 @@ MAX_MOTION = 3.0
 MIN_MIXED = 0.3
 """Share of rows whose nearest posture must be much earlier or later for time to be a driver: 0.64 in no
 order."""
-TIME, SPEED, WAY = "the time", "the speed of the joints", "the way by which {} came"
+TIME, SESSION, SPEED, WAY = "the time", "the session", "the speed of the joints", "the way by which {} came"
 """They in words."""
 QUICK_TIMES = 26
 """Number of eigenfunctions over time, a period each two, but for constants, which change slowly: `TIMES`."""
@@ -110,10 +110,11 @@ def driver_of(effect: AbstractEffect) -> Driver:
 
 
 class Shape(StrEnum):
-    """The simplest dependences: in proportion, also under other gravity, on a load's sign alone, or by one
-    delay of all joints."""
+    """The simplest dependences: in proportion, also under other gravity, on a load's sign alone, on time's
+    logarithm from some time on, or by one delay of all joints."""
 
     LINE = "line"
+    CREEP = "creep"
     TURNED = "turned"
     JUMP = "jump"
     LAG = "lag"
@@ -414,10 +415,8 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
             yield by_load("the load of {}", found, joints=(j,), shape=shape, tag=f" {k}")
         if j in rows.lengths:
-            what, free = (
-                "the load of {}, in the lengths of its link",
-                np.column_stack([load, np.abs(load), leap]),
-            )
+            what = "the load of {}, in the lengths of its link"
+            free = np.column_stack([load, np.abs(load), leap])
             yield by_load(what, free, joints=(j,), moved=rows.lengths[j], kind=Insertion.BEND)
     turning = [j for j in range(chain.dof) if turns(chain, j)]
     beside = across(chain, turning, rows.wrenches)
@@ -425,15 +424,9 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
         j = turning[k]
         sides = beside[:, k] / np.maximum(np.linalg.norm(beside[:, k], axis=1, keepdims=True), 1e-300)
         for shape, even in (Shape.LINE, beside[:, k]), (Shape.JUMP, sides):
-            evenly = by_load(
-                "the load across {}, in its bearing or link",
-                np.ones((len(even), 1)),
-                joints=(j,),
-                together=even[rows.order, :, None],
-                kind=Insertion.TILT,
-                shape=shape,
-            )
-            yield replace(evenly, is_even=True)
+            what, ones = "the load across {}, in its bearing or link", np.ones((len(even), 1))
+            through = partial(by_load, joints=(j,), kind=Insertion.TILT, shape=shape)
+            yield replace(through(what, ones, together=even[rows.order, :, None]), is_even=True)
         angle = q[:, j] + chain.values[chain.driven[j]]
         c, s = np.cos(angle), np.sin(angle)
         here = beside[:, k]
@@ -488,14 +481,13 @@ def _times(rows: _Rows) -> Iterator[Follower]:
     if rows.is_clocked:
         yield from _through_all(rows, Driver.TIME, TIME, wandering(rows.clock, QUICK_TIMES))
         for begin in CREEPS:
-            yield from _through_all(
-                rows, Driver.TIME, TIME, np.log1p(rows.clock / begin)[:, None], f" {begin}"
-            )
+            creep = np.log1p(rows.clock / begin)[:, None]
+            yield from _through_all(rows, Driver.TIME, TIME, creep, f" {begin}")
         unsaid = f"{TIME}, as under a payload that changes, in {{}}"
         yield from _payloads(rows, Driver.TIME, unsaid, wandering(rows.clock))
     if len(names := rows.data.sessions) > 1:
         session = np.column_stack([rows.data.in_session(name) for name in names[1:]])
-        yield from _through_all(rows, Driver.TIME, "the session", session)
+        yield from _through_all(rows, Driver.TIME, SESSION, session)
 
 
 def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
@@ -541,19 +533,21 @@ def _temperatures(rows: _Rows) -> Iterator[Follower]:
         yield from _payloads(rows, Driver.TEMPERATURE, softer, wave - wave.mean(0), kg=0.0)
 
 
-def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features, tag="") -> Iterator[Follower]:
-    """A driver of all rows through everything that it may move, by any function and by the first feature."""
+def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features, creep="") -> Iterator[Follower]:
+    """A driver of all rows through everything that it may move, by any function and by the first feature, or
+    by a creep alone."""
     chain = rows.chain
     lengths = [e for e in chain.elements if Axis.TX <= e.axis <= Axis.TZ and e.link != BASE]
     values = np.array([[chain.values[chain.index[e.name]]] for e in lengths])
-    for shape, features in ((None, wave), (Shape.LINE, wave[:, :1]))[: wave.shape[1]]:
-        through = partial(rows.follower, driver, features=features, shape=shape, tag=tag)
+    shapes = (None, wave), (Shape.LINE, wave[:, :1])
+    for shape, features in [(Shape.CREEP, wave)] if creep else shapes[: wave.shape[1]]:
+        through = partial(rows.follower, driver, features=features, shape=shape, tag=creep)
         yield through(f"{name}, in the measuring frame", kind=Insertion.DRIFT)
         yield through(f"{name}, in the tool", kind=Insertion.SLIP)
         for j in range(chain.dof):
             yield through(f"{name}, in {{}}", joints=(j,))
         yield through(f"{name}, in the arm's lengths", moved=tuple(e.name for e in lengths), together=values)
-        if rows.constants and not tag:
+        if rows.constants and not creep:
             slow = features[:, : TIMES + 1]
             yield through(f"{name}, in the arm's constants", moved=rows.constants, features=slow)
 

@@ -19,14 +19,18 @@ from itertools import islice
 import numpy as np
 
 from workbench.arm.effects.axes import Insertion
+from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.effects.events import AbstractStep
 from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import shift_of
+from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.confidence import CERTAIN, CERTAIN_LAW, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
+    CREEPS,
+    SESSION,
     TIME,
     WAY,
     Driver,
@@ -39,13 +43,25 @@ from workbench.diagnosis.drivers.driver import (
 )
 from workbench.diagnosis.drivers.process import DriverProcess
 from workbench.diagnosis.search.contributions import remaining
-from workbench.diagnosis.search.evidence import Model, Offer, Remainder, Term, drop, joints_of, offers, solve
+from workbench.diagnosis.search.event_search import EVENT_PRIOR_ODDS
+from workbench.diagnosis.search.evidence import (
+    Model,
+    Offer,
+    Remainder,
+    Term,
+    coefficients,
+    drop,
+    joints_of,
+    offers,
+    solve,
+)
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.search.refit import FLAT
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.problem import Problem
+from workbench.identification.run import SavedArm
 
 MIN_GAIN = 8.0
 """Log evidence from which an error follows a driver at all [nat]."""
@@ -241,7 +257,10 @@ class DriverEvidence:
         kin = tuple(t for t, e in nameless.items() if driver_of(e) == driver and joints & {*e.joints})
         left = left_of(self.grams, drop(self._model, (*law, *kin)))
         own, most = group_evidence(left, (*law, *kin)), sum(max(len(joints_of(g)), 1) for g in groups)
-        first = _offered(left, self.followers)
+        first, is_event = _offered(left, self.followers), len(law) == 1 and law[0].candidate.effect.is_event
+        if is_event:  # it was charged for its pace, so creeps are as well
+            creeps = {f: o for f, o in first.items() if f.shape is Shape.CREEP}
+            first |= {f: replace(o, gain=o.gain - np.log(len(CREEPS))) for f, o in creeps.items()}
 
         def best(some: Iterable[Follower]) -> tuple[float, tuple[Follower, ...]]:
             return self._described(left, {f: first[f] for f in some if f in first}, most)
@@ -251,7 +270,7 @@ class DriverEvidence:
         bends = law[0].candidate.effect.insertion is Insertion.BEND  # evenly is a case of that
         link = [f for f in home if not bends and f.candidate.effect.insertion is Insertion.BEND]
         even = [f for f in self._over(driver) if bends and f.is_even and f.shape is Shape.LINE]
-        free = max(best(f for f in home if f.shape is None or f in link)[0], best(even)[0])
+        free = max(best(f for f in home if f.shape in (None, Shape.CREEP) or f in link)[0], best(even)[0])
         found = [best(f for f in self._over(d) if f not in (*home, *even)) for d in Driver]
         is_step = all(isinstance(t.candidate.effect, AbstractStep) for t in law)  # as a process is
         found += [(g, (step,)) for g, step in self._steps(left.model, law) if not self._holds(step, law)]
@@ -272,6 +291,7 @@ class DriverEvidence:
         is_simplest = is_simple and not more and not (rivals and all(as_simple))
         freedom = 0.0 if is_step else 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count))
         there = max(there, own - freedom)
+        free -= is_event * float(np.log(EVENT_PRIOR_ODDS))  # what else the time does is as unlikely
         lead, apart = own - max(gain, free), there - gain
         return Challenge(lead, apart, rivals, rest, allowed, self._scatter(law), driver, is_simplest)
 
@@ -337,8 +357,7 @@ class DriverEvidence:
 
     def _delay(self, lag: Follower, model: Model) -> float:
         """By how long places are later than joints in a model with this process [s]."""
-        (mine,), (scale,) = (found(lag.candidate.names) for found in (self.grams.columns, self.grams.scales))
-        return float(solve(self.grams, model, self.grams.total)[mine] / scale)
+        return coefficients(self.grams, model)[lag.candidate.names[0]]
 
     def _against_play(self, left: Remainder, process: Follower, lag: Offer) -> float:
         """Log odds of a lag against play in all joints, which at steady speed moves them as it does."""
@@ -418,17 +437,45 @@ class DriverEvidence:
         found = _offered(left_of(grams, model), some)
         return [found[f].gain if f in found else -np.inf for f in some]
 
+    def _with(self, parts: Sequence[Follower]) -> Searched:
+        """The search with processes in its model, on all its rows."""
+        model, stage, some = self._model, self.searched.stage, [part.candidate for part in parts]
+        problem = stage.problem.with_noise(stage.geometric_problem.noise)
+        effects = [c.effect for c in (*(t.candidate for t in model), *some)]
+        grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
+        more = (o.term for o in offers(left_of(grams, model), some))
+        return replace(self.searched, grams=grams, model=(*model, *more))
+
     def correction(self, followed: Sequence[FollowedDriver]) -> str:
         """What processes would reduce beside the saved model, cross-validated, in a sentence, if anything."""
-        model, stage = self._model, self.searched.stage
-        parts = [part.candidate for each in followed for part in each.parts]
-        effects = [c.effect for c in (*(t.candidate for t in model), *parts)]
-        problem = stage.problem.with_noise(stage.geometric_problem.noise)
-        grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
-        more = (*model, *(o.term for o in offers(left_of(grams, model), parts)))
-        whole = replace(self.searched, grams=grams, model=more)
-        change = reduced(*remaining(whole, [model, more]).tolist())
+        whole = self._with([part for each in followed for part in each.parts])
+        change = reduced(*remaining(whole, [self._model, whole.model]).tolist())
         return f" A correction from your rows would reduce {change}." if change else ""
+
+    def at_rest(self, rows: Dataset) -> Dataset | None:
+        """Rows of the file as from a measuring frame at rest, where it is on average after all events:
+        without what moves it over time by no law; None if nothing does."""
+        over = [f for f in self.followed(self._model) if f.driver is Driver.TIME]
+        sure = (p for f in over if f.confidence is not Confidence.OPEN for p in f.parts)
+        parts = [p for p in sure if p.part == "frame" and not p.phrase.startswith(SESSION)]
+        if rows.position is None or not parts:
+            return None
+        arm, whole, (clock, row) = self.searched.stage.fit.arm, self._with(parts), self._clock
+        sizes, motion = coefficients(whole.grams, whole.model), Motion(np.zeros((len(row), arm.dof)), row=row)
+        laws = [(p.candidate.effect.law(arm.chain, motion, NO_WRENCHES), p.candidate.names) for p in parts]
+        known = np.sum([law @ [sizes[name] for name in names] for law, names in laws], axis=0)
+        order, here = np.argsort(clock), clock_of(rows)[0]
+        off = np.stack([np.interp(here, clock[order], part[order]) for part in known.T], 1)
+        base, is_now = np.empty((len(rows), 4, 4)), SavedArm(arm, rows).is_now(rows)
+        is_common = not self.problem.frames.base_per_session
+        for name in rows.sessions:
+            mine = rows.in_session(name)
+            base[mine] = arm.in_session(name).base.pose
+            off[mine] -= np.average(off, 0, (mine | is_common) * np.where(is_now, 1.0, 1e-9))
+        turned = base[:, :3, :3] @ se3.rotvec_to_matrix(off[:, 3:])
+        back = base @ se3.inverse(se3.pose(turned, base[:, :3, 3] + off[:, :3]))
+        rotation = None if rows.rotation is None else back[:, :3, :3] @ rows.rotation
+        return replace(rows, position=se3.apply(back, rows.position), rotation=rotation)
 
     def _over(self, driver: Driver) -> list[Follower]:
         return [f for f in self.followers if f.driver == driver]

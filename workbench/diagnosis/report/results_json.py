@@ -11,7 +11,7 @@ from workbench.base.advice import beside
 from workbench.diagnosis.claims.cause import Cause, ResidualMap
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.report.document import diagnosis_blocks
-from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
+from workbench.diagnosis.result import Accepted, Diagnosis
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.report.results_json import excluded_json, reading_json, validation_json
 from workbench.report.json import Json, document
@@ -97,7 +97,10 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
         **_chance(found.gain),
         **_held_out("before", found.before),
         **_held_out("after", result.after.judged),
-        "alternatives": [_ranked(r) for r in found.alternatives],
+        "alternatives": [
+            {**_effect(r.effect), **_held_out("after", r.errors), **_chance(r.gain)}
+            for r in found.alternatives
+        ],
         "words": found.text,
     }
 
@@ -150,7 +153,3 @@ def _followed(found: FollowedDriver) -> Json:
         "confidence": str(found.confidence),
         "sentence": f"The error {found.text}",
     }
-
-
-def _ranked(candidate: Ranked) -> Json:
-    return {**_effect(candidate.effect), **_held_out("after", candidate.errors), **_chance(candidate.gain)}

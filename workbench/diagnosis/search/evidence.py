@@ -283,18 +283,6 @@ def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Fl
     return out
 
 
-def curvature(
-    grams: Grams, model: Model
-) -> tuple[Callable[[np.ndarray], np.ndarray], Float[np.ndarray, "n n"]]:
-    """Solver and matrix for the Hessian of a cost in geometry steps and scaled coefficients.
-
-    Masses and centres are fixed.
-    """
-    used, precision = used_columns(grams, model, inertia=False)
-    block = curved(grams, among(grams.total, used), precision)
-    return solver_of(block), block
-
-
 def solver_of(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndarray]:
     """Solver for right sides (n,) or (n, k)."""
     factor, scale = factored(block)
@@ -396,23 +384,18 @@ def curved(
     return block
 
 
-def used_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
+def used_columns(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Columns that a model uses, geometry first, and the prior precision of the others."""
-    own, precision = own_columns(grams, model, inertia=inertia)
+    own, precision = own_columns(grams, model)
     return np.concatenate([np.arange(grams.geometry), own]), precision
 
 
-def own_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
+def own_columns(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Columns of a model's coefficients and of the masses that act through it, and their precision."""
-    if not model:
-        return np.zeros(0, np.int64), np.zeros((0, 0))
-    names = [t.candidate.names for t in model]
-    columns, precisions = [grams.columns(n) for n in names], [precision_of(grams, t) for t in model]
-    if inertia:
-        inertial = [n for each in names for n in grams.inertia.get(each, ())]
-        columns.append(grams.columns(inertial))
-        precisions.append(np.diag(_known(grams, inertial)))
-    return np.concatenate(columns), linalg.block_diag(*precisions)
+    inertial = [n for t in model for n in grams.inertia.get(t.candidate.names, ())]
+    precisions = [*(precision_of(grams, t) for t in model), np.diag(_known(grams, inertial))]
+    columns = grams.columns([*(n for t in model for n in t.candidate.names), *inertial])
+    return columns, linalg.block_diag(*precisions)
 
 
 def key_of(model: Model) -> tuple[tuple[Candidate, float], ...]:

@@ -1,7 +1,6 @@
 """Joint nonlinear fit of geometry and accepted effects."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +11,7 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.backlash_flanks import search_flanks
-from workbench.diagnosis.search.evidence import Model, coefficients, curvature, precision_of, solve, solver_of
+from workbench.diagnosis.search.evidence import Model, coefficients, precision_of, solve, solver_of
 from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended
@@ -27,8 +26,6 @@ MAX_STEPS = 60
 """Maximum number of steps of a fit …"""
 MAX_LAST_STEPS = 600
 """… and of the final one: with balls in sockets, rotations of the base are weakly observable."""
-MAX_JACOBIAN_ELEMENTS = 10_000_000
-"""Number of Jacobian elements above which it is not formed and masses are fixed."""
 STEP_LENGTHS = (1.0, 0.3, 0.1)
 """Step lengths that are tried."""
 MAX_CHORD_STEPS = 6
@@ -79,8 +76,6 @@ def refit(
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
     names = [n for t in model for n in t.candidate.names]
     built = problem.again(robot=robot, data=data, effects=names, inertia=needs_inertia(robot))
-    if huge(built):
-        built = built.again(inertia=False)
     built = built.with_deviation(CONSTANT_SIGMA)
     if grams is not None and model:
         built = _expected(built, grams, model, FLAT if is_final else 1.0)
@@ -92,8 +87,7 @@ def refit(
         built = _held(built, rigid, starts[-1])
     algorithm, held = Opt2(limit=MAX_LAST_STEPS if is_final else MAX_STEPS, damping=DAMPING), built
     if grams is not None and large(built):
-        known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
-        search = _chord(built, here, known)
+        search = _chord(built, here, grams)
     else:
         built, search = search_flanks(algorithm, built, here)
     if built is held:  # unobservable combinations are reported without that prior
@@ -106,14 +100,9 @@ def needs_inertia(robot: Robot) -> bool:
     return robot.has_masses and any(e.loads for e in robot.effects)
 
 
-def huge(problem: Problem) -> bool:
-    """Whether a problem's Jacobian is too large to be formed."""
-    return problem.size * len(problem.names) > MAX_JACOBIAN_ELEMENTS
-
-
 def large(problem: Problem) -> bool:
     """Whether fits of a problem are slow, so that few are made."""
-    return huge(problem) or problem.size * len(problem.names) ** 2 > noises.MAX_QUICK_PRODUCTS
+    return problem.size * len(problem.names) ** 2 > noises.MAX_QUICK_PRODUCTS
 
 
 def linear_answer(fit: Fit, grams: Grams, model: Model) -> dict[str, float]:
@@ -141,60 +130,31 @@ def robot_with(fit: Fit, grams: Grams, model: Model) -> Robot:
     return arm.with_effects(*own, *(t.candidate.effect.sized(answer) for t in model))
 
 
-class _Curvature(NamedTuple):
-    """Hessian of a cost in steps s that move the unknowns by B s.
-
-    Args:
-        into: B.
-        solve: Solver for …
-        matrix: … the Hessian.
-    """
-
-    into: Float[np.ndarray, "p n"]
-    solve: Callable[[np.ndarray], np.ndarray]
-    matrix: Float[np.ndarray, "n n"]
-
-
-def _by_grams(problem: Problem, grams: Grams, model: Model) -> _Curvature:
-    """The Hessian from the inner products."""
-    names = [n for t in model for n in t.candidate.names]
-    plain = np.array([p.is_plain for p in problem.parameters], bool)
-    into = np.zeros((len(plain), grams.geometry + len(names)))
-    into[plain, : grams.geometry] = grams.basis
-    index = {p.name: i for i, p in enumerate(problem.parameters)}
-    into[[index[n] for n in names], grams.geometry + np.arange(len(names))] = 1.0 / grams.scales(names)
-    return _Curvature(into, *curvature(grams, model))
-
-
-def _by_jacobian(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> _Curvature:
-    """The Hessian at x, masses among the unknowns, with the geometry's prior as in the inner products."""
-    matrix = inner_products(problem, x)[:-1, :-1]
+def _chord(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> SearchOutcome:
+    """Gauss–Newton with a fixed Hessian, the geometry's prior as in the inner products: only the gradient is
+    recomputed."""
+    curvature = inner_products(problem, x)[:-1, :-1]
     plain = np.flatnonzero([p.is_plain for p in problem.parameters])
-    matrix[plain, plain] += np.broadcast_to(grams.reach, len(plain)) ** -2.0
-    return _Curvature(np.eye(len(x)), solver_of(matrix), matrix)
-
-
-def _chord(problem: Problem, x: Float[np.ndarray, " p"], known: _Curvature) -> SearchOutcome:
-    """Gauss–Newton with a fixed Hessian: only the gradient is recomputed."""
-    into, solve_for, spread = known
+    curvature[plain, plain] += np.broadcast_to(grams.reach, len(plain)) ** -2.0
+    solve_for = solver_of(curvature)
     cost, gradient = problem.cost_and_gradient(x)
     history = [cost]
     if not np.isfinite(cost):
         return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
     for _ in range(MAX_CHORD_STEPS):
-        step = -solve_for(into.T @ gradient)
-        if np.sqrt(step @ spread @ step / len(step)) < STEP_TOLERANCE:
+        step = -solve_for(gradient)
+        if np.sqrt(step @ curvature @ step / len(step)) < STEP_TOLERANCE:
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
         for shorter in STEP_LENGTHS:
-            new, slope = problem.cost_and_gradient(x + shorter * (into @ step))
+            new, slope = problem.cost_and_gradient(x + shorter * step)
             if new < cost:
                 break
         else:
-            promised = -float(step @ (into.T @ gradient))
+            promised = -float(step @ gradient)
             return SearchOutcome(x, ended(promised, history, problem.count), tuple(history))
-        x, cost, gradient = x + shorter * (into @ step), new, slope
+        x, cost, gradient = x + shorter * step, new, slope
         history.append(cost)
     return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
 
