@@ -93,12 +93,13 @@ def moved_rows(seed, moved_at, *, of=60):
     return q, points + rng.normal(0.0, 3e-5, points.shape)
 
 
-@pytest.mark.parametrize("moved_at", [slow(15), 30, slow(44)])
-def test_both_parts_are_named(moved_at):
+@pytest.mark.parametrize("moved_at", [slow(15), 30, slow(36)])
+def test_all_parts_are_named(moved_at):
     q, points = moved_rows(3, moved_at)
-    with refuses(DataError, f"data rows 0–{moved_at - 1} fit", f"and {moved_at}–59 to", "session"):
+    points[48:] += [0.3, 0.1, 0.0]
+    with refuses(DataError, f"data rows 0–{moved_at - 1} fit", f"{moved_at}–47 to", "48–59 to", "session"):
         identify("ur5e", Dataset(q, points))
-    names = np.where(np.arange(60) < moved_at, "before", "after")
+    names = np.digitize(np.arange(60), [moved_at, 48]).astype(str)
     found = identify("ur5e", Dataset(q, points, session=names))
     assert found.best.held_out.position_mm.mean < 0.2
 

@@ -84,8 +84,8 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         reach = SAME * best.robot.reach
         alike = [r for r, e in off.items() if e[..., 3].max() < reach and e[..., :3].max() < 4.0 * SAME]
     else:
-        rivals = (r for r in near if not search.conventions or r.mirrored <= best.mirrored)
-        near = [r for r in rivals if r.text != best.text]
+        is_free = best.mirrored or not search.conventions  # no instrument mirrors poses
+        near = [r for r in near if r.text != best.text and (is_free or not r.mirrored)]
         alike = [r for r in near if _same_motion(best, r, q)]
     unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
     blind = [r for r in unseen if _same_points(best, r, q)]

@@ -61,7 +61,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     given = meaning.turned or plain
     if likely or given is None or meaning.is_found or sessions > 1:
         return meaning
-    parts = parts_in_order(robot, search.data)
+    parts = parts_in_order(robot, rows)
     if not parts.endswith(ELSEWHERE) and (most := majority(robot, rows)):
         how = "correct the units or joints of these rows, or exclude them"
         return replace(meaning, parts=most, remedy=how)

@@ -25,8 +25,8 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 MIN_PART = 10
 """Minimum number of rows of a part: with fewer, base and point of the tool fit too much."""
-WITHIN = 0.5 * FITS
-"""Misfit of a part as a share of the reach."""
+WITHIN, FAR = 0.5 * FITS, 8.0
+"""Misfit of a part as a share of the reach, and of a row beside its part's own."""
 STEPS, UNIT = 30, 1e-4
 """Maximum steps of a fit, and its noise as a share of the reach."""
 ALIKE = 1.3
@@ -66,34 +66,32 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
 
 
 def parts_in_order(robot: Robot, data: Dataset) -> str:
-    """`data rows 0–29 fit to 1.5 mm, and 30–59 to 1.6 mm elsewhere`; empty if neither end fits by itself.
-
-    Args:
-        robot: The arm that is said to have moved.
-        data: Rows that fit it in no reading, in their order.
-    """
-    for rows, is_begin in ((data, True), (data.take(np.arange(len(data))[::-1]), False)):
-        if (length := _part_that_fits(robot, rows)) in (0, len(rows)):
-            continue
-        own, other = rows.take(np.arange(length)), rows.take(np.arange(length, len(rows)))
-        first, second = (f"{part.row.min()}–{part.row.max()}" for part in (own, other))
-        text = f"data rows {first} fit to {in_mm(_misfit(robot, own))}"
-        if len(other) >= MIN_PART and _fits(robot, other):
-            return f"{text}, and {second} to {in_mm(_misfit(robot, other))} {ELSEWHERE}"
-        return f"{text}, those {'after' if is_begin else 'before'} them don't"
+    """`data rows 0–29 fit to 1.5 mm, 30–59 to 1.6 mm elsewhere` of rows in their order that fit an arm in no
+    reading; empty if neither end fits by itself."""
+    for rows, where in ((data, "after"), (data.take(np.arange(len(data))[::-1]), "before")):
+        found = list[str]()
+        while len(rows) and (length := _part_that_fits(robot, rows)):
+            own, rows = rows.take(np.arange(length)), rows.take(np.arange(length, len(rows)))
+            size = f"{'fit ' * (not found)}to {in_mm(_misfit(robot, own))}"
+            found.append(f"{own.row.min()}–{own.row.max()} {size}")
+        if len(found) > 1 or (found and len(rows)):
+            end = f", those {where} them don't" if len(rows) else f" {ELSEWHERE}"
+            return f"data rows {', '.join(found)}{end}"
     return ""
 
 
 def _part_that_fits(robot: Robot, data: Dataset) -> int:
-    """Number of rows at the beginning that fit by themselves; 0 if there is no such part."""
+    """Number of rows at the beginning that fit by themselves, perhaps all; 0 if there is no such part."""
     low, high = MIN_PART, len(data)
-    if high < 2 * MIN_PART or not _fits(robot, data.take(np.arange(low))):
+    if high < low or not _fits(robot, data.take(np.arange(low))):
         return 0
+    if _fits(robot, data):
+        return high
     while high - low > 1:  # a few rows more are set apart, and the part still fits
         middle = (low + high) // 2
         low, high = (middle, high) if _fits(robot, data.take(np.arange(middle))) else (low, middle)
-    some = data.take(np.arange(max(MIN_PART, int(0.8 * low))))
-    near = placed_errors(robot, some, data) < WITHIN * robot.reach
+    some, reach = data.take(np.arange(max(MIN_PART, int(0.8 * low)))), robot.reach
+    near = placed_errors(robot, some, data) < min(WITHIN * reach, FAR * _misfit(robot, some) + UNIT * reach)
     off = [not near[k] and near[k : k + 3].sum() < 2 for k in range(len(near))]
     return int(np.argmax([*off, True]))
 
@@ -105,8 +103,10 @@ def _misfit(robot: Robot, data: Dataset) -> float:
 
 
 def _fits(robot: Robot, data: Dataset) -> bool:
-    wide = float(np.linalg.norm(np.asarray(data.position).std(0)))
-    return _misfit(robot, data) < min(WITHIN * robot.reach, NARROW * wide)
+    """Whether rows fit, and not clearly worse than those of their first half."""
+    wide, half = np.linalg.norm(np.asarray(data.position).std(0)), np.arange(max(MIN_PART, len(data) // 2))
+    beside = FAR / 2 * _misfit(robot, data.take(half)) + UNIT * robot.reach
+    return _misfit(robot, data) < min(WITHIN * robot.reach, NARROW * float(wide), beside)
 
 
 def one_constant(reading: RowReading, data: Dataset) -> str:
