@@ -99,8 +99,7 @@ def test_all_parts_are_named(moved_at):
     points[48:] += [0.3, 0.1, 0.0]
     with refuses(DataError, f"data rows 0–{moved_at - 1} fit", f"{moved_at}–47 to", "48–59 to", "session"):
         identify("ur5e", Dataset(q, points))
-    names = np.digitize(np.arange(60), [moved_at, 48]).astype(str)
-    found = identify("ur5e", Dataset(q, points, session=names))
+    found = identify("ur5e", Dataset(q, points, session=np.digitize(range(60), [moved_at, 48]).astype(str)))
     assert found.best.held_out.position_mm.mean < 0.2
 
 

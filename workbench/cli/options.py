@@ -71,7 +71,7 @@ SchedulerOption = Annotated[
     str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
 ]
 ReadingOption = Annotated[
-    str, option("What the rows mean: auto; found: accept signs, zeros, couplings, order; given.")
+    str, option("What the rows mean: auto; found, or a name that is told: accept signs, order …; given.")
 ]
 SeedOption = Annotated[int, option("Seed of the random numbers.")]
 

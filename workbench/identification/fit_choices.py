@@ -110,8 +110,8 @@ class FitChoices:
             gives the direction of gravity.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
         reading: What rows mean that fit far better in another reading: `auto` applies conventions of
-            orientation and refuses other signs, zeros, couplings, orders and units; `found` applies these,
-            too; `given` takes the rows as they are.
+            orientation and refuses other signs, zeros, couplings, orders and units; `found`, or the name of
+            one of several that fit alike, applies these, too; `given` takes the rows as they are.
         seed: Chooses the held-out rows (and the folds of a diagnosis).
     """
 
