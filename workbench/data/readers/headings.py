@@ -164,11 +164,11 @@ def _have_unit_length(columns: Sequence[Sequence[str]]) -> bool:
 
 def number_in(cell: str) -> float:
     """The number in a cell, its thousands grouped where that leaves no doubt; NaN where there is none."""
-    text = cell.replace("\u2212", "-").replace("\u00a0", " ").strip()
-    if _GROUPED.fullmatch(text):
+    text = cell.replace("\u2212", "-").strip()
+    if _GROUPED.fullmatch(text.replace("\u00a0", " ")):
         text = re.sub(r"[.,](?=.*[.,])", "", re.sub(r"[^\d.,+-]", "", text)).replace(",", ".")
     with suppress(ValueError):
-        return float("" if "_" in text else text)
+        return float("" if "_" in text else text.replace("\u00a0", ""))
     return float("nan")
 
 

@@ -216,7 +216,8 @@ def misread_text(meaning: RowMeaning, robot: Robot | None = None) -> str:
         return unexplained_text(meaning)
     given = "" if plain is None else f" instead of {plain.size} as given"
     other = f" (next best {meaning.margin:.3g} times worse)" if meaning.margin < 1e6 else ""
-    if others := [r.text for r in meaning.equal if r is not best] or meaning.blind[:2]:
+    equal = [name for name, r in meaning.choices.items() if meaning.equal and r is not best]
+    if others := equal or meaning.blind[:2]:
         other = f"; or else {', or '.join(others)}: these rows can't tell"
     bare = " without the arm's effects" if robot is not None and robot.effects and not best.other else ""
     return f"{best.text}: {best.size}{bare}{given}{other}"
@@ -245,5 +246,6 @@ def remedy(meaning: RowMeaning) -> str:
         return f"choose the robot '{meaning.best.other}', or {anyway}"
     names = " or ".join(f"'{name}'" for name in meaning.choices)
     accepted = at_entrance(f"with reading={names} (--reading)", page="by 'Read so'")
-    which = "jog the arm to see which is true, and " if meaning.equal else ""
-    return f"{which}accept it {accepted}, or correct the file"
+    if meaning.equal:
+        return f"jog the arm to see which is true, and accept it {accepted}"
+    return f"accept it {accepted}, or correct the file"
