@@ -49,8 +49,6 @@ def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
         widest = int(np.argmax(gaps))
         tolerance = min(MAX_SCATTER, float(np.sqrt(edges[widest] * edges[widest + 1])))
     near = np.nonzero(distance <= tolerance)
-    if not len(near[0]):
-        return row
     graph = coo_matrix((np.ones(len(near[0])), (near[0], other[near])), (len(once), len(once)))
     label = connected_components(graph, directed=False)[1]
     order = np.argsort(label, kind="stable")

@@ -275,15 +275,15 @@ def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) ->
 
 
 def check_known_base(
-    robot: Robot, freedom: FrameFreedom, data: Dataset, off: float, choices: FitChoices
+    robot: Robot, freedom: FrameFreedom, data: Dataset, errors: Errors, choices: FitChoices
 ) -> None:
     """Refuse a base declared as known that is elsewhere, and report where it is.
 
     Args:
         freedom: Of the arm aligned by its tool, as far as that is free, with the base as given.
-        off: Root mean square distance of the rows from that arm [m].
+        errors: Of that arm on these rows.
     """
-    noise, known = choices.noise, choices.known
+    noise, known, off = choices.noise, choices.known, Spread.of(errors.position).rms
     base, tool = visible_parts(data, known)
     if freedom.base or not base or not off > CLEAR_SHARE_OF_REACH * robot.reach:
         return

@@ -36,8 +36,9 @@ STUDENT_FREEDOM = 5.0
 """Degrees of freedom ν of Student's t for residuals."""
 MAX_QUICK_PRODUCTS = 1e9
 """Number of products of Jacobian columns above which a factorisation takes long."""
-MIN_PART = 1e-3
-"""Share of the residual below which s counts as 0 if all rows state their own sigma."""
+PARTS = np.linspace(np.log(1e-3), np.log(2.0), 20)
+"""Logarithms of the shares of the residual that are tried for s; at the first one s counts as 0 if all rows
+state their own sigma."""
 ROUNDING_NOISE = Noise(1e-8, 1e-8)
 """Residuals below this [m or rad] are rounding; the stated values are kept."""
 
@@ -147,7 +148,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
         return float((np.log(variance) + (STUDENT_FREEDOM + 1.0) * np.log1p(scaled / variance)).sum())
 
     largest = max(float(square.mean()), 1e-300)
-    tried = 0.5 * np.log(largest) + np.linspace(np.log(MIN_PART), np.log(2.0), 20)
+    tried = 0.5 * np.log(largest) + PARTS
     rising = slope(tried) >= 0.0
     turns = np.flatnonzero(~rising[:-1] & rising[1:])
     found = [float(optimize.brentq(slope, *tried[k : k + 2], xtol=1e-12)) for k in turns]

@@ -25,7 +25,6 @@ from workbench.identification.errors.expected_deviation import AUTO, MAX_DEVIATI
 from workbench.identification.errors.row_errors import (
     UNKNOWN,
     Errors,
-    Spread,
     Validation,
     instrument_places,
     row_errors,
@@ -237,8 +236,7 @@ def prepare(
         scale=length if prior is None and length else "",
         identifiability=identifiability,
     )
-    off = Spread.of(ready.nominal.train.position).rms
-    check_known_base(robot, frames.freedom, rows.train_data, off, choices)
+    check_known_base(robot, frames.freedom, rows.train_data, ready.nominal.train, choices)
     return ready
 
 

@@ -202,8 +202,7 @@ class Problem:
 
     def instrument(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
         """The places of anchors, contacts or markers at x by name."""
-        values = self.named(x)
-        return {p.name: values[p.name] for p in self.parameters if p.is_instrument}
+        return {p.name: v for p, v in zip(self.parameters, x.tolist(), strict=True) if p.is_instrument}
 
     def at(self, found: Mapping[str, float]) -> Float[np.ndarray, " p"]:
         """Values by name where given, else those of the start."""
@@ -412,8 +411,7 @@ class Problem:
 
     def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
         """The robot with the unknowns set, its session frames included."""
-        pairs = zip(self.parameters, x.tolist(), strict=True)
-        values = {p.name: value for p, value in pairs if not p.is_instrument}
+        values = {p.name: v for p, v in zip(self.parameters, x.tolist(), strict=True) if not p.is_instrument}
         return moved_robot(self.robot, self.frames, self.data.sessions, values)
 
     def whiten(
