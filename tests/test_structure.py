@@ -47,7 +47,7 @@ BUDGETS = {
     "diagnosis": 6_633,
     "exports": 316,
     "session": 6_174,
-    "views": 6_873,
+    "views": 6_862,
     "cli": 1_436,
     "extras": 1,
     "extras/camera": 3_474,
