@@ -109,8 +109,12 @@ class Worker:
         for listener in self._listeners:
             listener(command)
         with self._changed:
-            if command.key is not None:
-                self._drop_older(command)
+            for waiting in reversed(self._queue) if command.key is not None else ():
+                if not isinstance(waiting, AbstractCommand) or waiting.key is None:
+                    break
+                if waiting.key == command.key:
+                    self._queue.remove(waiting)
+                    break
             self._queue.append(command)
             self._changed.notify_all()
 
@@ -157,14 +161,6 @@ class Worker:
                 close()
             except Exception:  # the others are closed all the same
                 log.exception("%s could not be closed", close.__qualname__.partition(".")[0])
-
-    def _drop_older(self, command: AbstractCommand) -> None:
-        for waiting in reversed(self._queue):
-            if not isinstance(waiting, AbstractCommand) or waiting.key is None:
-                return
-            if waiting.key == command.key:
-                self._queue.remove(waiting)
-                return
 
     @one_thread()
     def _run(self) -> None:

@@ -179,7 +179,7 @@ def test_a_click_on_a_row_of_the_chart_puts_the_arm_there(app, look):
     screen.wait_text("result", "40 held-out poses")
     screen.wait_text("hint", "Geometry can't explain the rest")
     assert app.worker.session.measurements.loaded.actual.effects  # there is something to find
-    dots = screen.page.locator('[data-testid="row-chart"] a')
+    dots = screen.page.locator('[data-testid="row-chart"] svg a')
     expect(dots).to_have_count(len(app.worker.session.results.comparison))
     dots.nth(7).locator("circle").dispatch_event("click")
     session = screen.until(lambda session: session.results.row > 0)

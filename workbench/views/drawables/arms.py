@@ -84,10 +84,9 @@ def real_arm(
     model: Robot, real: Robot, base: Matrix4 | None, q: np.ndarray, gap: np.ndarray | None, times: float
 ) -> Arm:
     """A shell where the real arm would stand if it were so many times farther off; as of `bent_frames`."""
-    each = None if gap is None else gap[None]
     bodies = make_bodies(real, swell=SHELL, has_foot=False)  # around the one that it is compared with
-    frames = bent_frames(model, real, q[None], times, gap=each, base=base)[0]
-    return Arm(bodies=bodies, frames=frames, ghost=CALIBRATED, opacity=0.5)
+    frames = bent_frames(model, real, q[None], times, gap=None if gap is None else gap[None], base=base)
+    return Arm(bodies=bodies, frames=frames[0], ghost=CALIBRATED, opacity=0.5)
 
 
 def _nominal(robot: Robot, q: np.ndarray) -> Arm:

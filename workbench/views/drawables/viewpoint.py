@@ -3,10 +3,7 @@
 import numpy as np
 
 from workbench.arm.kinematics.skeleton import body_frames, height_above_floor
-from workbench.arm.robot import Robot
 from workbench.base.types import Vector3
-from workbench.plate.region import Region
-from workbench.session.comparison import Comparison
 from workbench.session.state import Focus, Session
 
 VIEW = np.array([1.0, -0.86, 0.66])
@@ -34,31 +31,23 @@ def occasion(session: Session) -> tuple[object, ...]:
 
 
 def first_view(session: Session) -> tuple[Vector3, Vector3]:
-    """Initial camera position and point of view [m]: towards the measured rows, or else the plate."""
-    rows, loaded = session.results.comparison, session.measurements.loaded
-    if rows is not None and loaded is not None and (loaded.virtual or session.playback.focus is Focus.ROW):
-        return view_of_rows(session.robot, rows)
-    return view_of_region(session.robot, session.plate.region)
+    """Initial camera position and point of view [m].
 
-
-def view_of_rows(robot: Robot, rows: Comparison) -> tuple[Vector3, Vector3]:
-    """Where the camera has the arm and all measured positions in its picture, from their side of the base."""
+    It shows the arm and all measured positions from their side of the base, or else what is in front of it.
+    """
+    robot, rows, loaded = session.robot, session.results.comparison, session.measurements.loaded
+    if rows is None or loaded is None or not (loaded.virtual or session.playback.focus is Focus.ROW):
+        middle = 0.5 * (session.plate.region.min + session.plate.region.max)
+        height = 0.24 * robot.reach - height_above_floor(robot)
+        look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])
+        return look_at + robot.reach * VIEW, look_at
     seen = rows.measured[np.isfinite(rows.measured).all(1)]
     postures = rows.q[:: max(1, -(-len(rows) // MAX_POSTURES))]
     arm = body_frames(robot, postures)[..., :3, 3].reshape(-1, 3)
     x, y = (seen if len(seen) else arm)[:, :2].mean(0)
     size, places = float(np.hypot(x, y)), np.vstack([seen, arm])
     outward = np.array([x, y]) / size if size > 0.0 else np.array([1.0, 0.0])
-    # from beyond the places, a little from the side and above
-    along = np.array([*(outward + 0.7 * np.array([outward[1], -outward[0]])), 0.7])
+    along = np.array([*(outward + 0.7 * np.array([outward[1], -outward[0]])), 0.7])  # a little from above
     middle = 0.5 * (places.min(0) + places.max(0))
     radius = max(float(np.linalg.norm(places - middle, axis=1).max()), MIN_RADIUS)
     return middle + BALL_FILLS_PICTURE * radius * along / np.linalg.norm(along), middle
-
-
-def view_of_region(robot: Robot, region: Region) -> tuple[Vector3, Vector3]:
-    """Camera position and point of view that show an arm and what is in front of it [m]."""
-    middle = 0.5 * (region.min + region.max)
-    height = 0.24 * robot.reach - height_above_floor(robot)
-    look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])
-    return look_at + robot.reach * VIEW, look_at
