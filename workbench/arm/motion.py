@@ -65,19 +65,13 @@ class Motion:
         if not value.ndim:
             raise DataError(f"'{name}' must have a row for each pose, got a single number")
         if len(value) != len(self.q):
-            raise ShapeError(
-                f"'{name}' has {len(value)} rows, the joint positions {len(self.q)}; give one for each",
-                expected=len(self.q),
-                found=len(value),
-            )
+            text = f"'{name}' has {len(value)} rows, the joint positions {len(self.q)}; give one for each"
+            raise ShapeError(text, expected=len(self.q), found=len(value))
         of_rows = {"wrench": (6,)}.get(name, self.q.shape[1:] if name in PER_JOINT else ())
         if name in _OWN and value.shape[1:] != of_rows:
             expected, found = int(np.prod(of_rows)), int(np.prod(value.shape[1:]))
-            raise ShapeError(
-                f"'{name}' has {found} numbers in each row, it must have {expected}",
-                expected=expected,
-                found=found,
-            )
+            text = f"'{name}' has {found} numbers in each row, it must have {expected}"
+            raise ShapeError(text, expected=expected, found=found)
         return frozen(value)
 
     def __len__(self) -> int:
@@ -126,10 +120,8 @@ class Motion:
         values = self.drivers.get(driver)
         requested = COLUMNS[driver].requested if driver in COLUMNS else driver
         if values is None:
-            raise DataError(
-                f"effect '{effect}' needs the {driver} of every row; add the column {requested}",
-                column=requested,
-            )
+            text = f"effect '{effect}' needs the {driver} of every row; add the column {requested}"
+            raise DataError(text, column=requested)
         if not (whole := np.isfinite(values if values.ndim == 1 else values.sum(1))).all():
             raise DataError(
                 f"effect '{effect}' needs the {driver} of every row, and row {int(np.argmin(whole))} has "

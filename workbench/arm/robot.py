@@ -368,11 +368,8 @@ class Robot:
 def _numbers_by_name(values: Mapping[str, float]) -> Mapping[str, float]:
     """Values of constants, each a number in SI."""
     if not hasattr(values, "keys"):
-        raise OptionError(
-            f"values must be a mapping from names to numbers, got {type(values).__name__}",
-            option="values",
-            found=values,
-        )
+        wrong = f"values must be a mapping from names to numbers, got {type(values).__name__}"
+        raise OptionError(wrong, option="values", found=values)
     for name, value in values.items():
         is_number = type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
         if not is_number or not isfinite(value):

@@ -58,11 +58,8 @@ class Column:
 
     def __post_init__(self):
         if taken := next((name for name in (self.name, *self.also) if _COORDINATE.fullmatch(name)), None):
-            raise OptionError(
-                f"a column can't be called '{taken}': so are coordinates of poses and joints",
-                option="name",
-                found=taken,
-            )
+            text = f"a column can't be called '{taken}': so are coordinates of poses and joints"
+            raise OptionError(text, option="name", found=taken)
 
     @property
     def is_label(self) -> bool:

@@ -145,11 +145,8 @@ def of_information(
     """
 
     if not isinstance(index, AbstractSetIndex):
-        raise OptionError(
-            f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I",
-            option="index",
-            found=index.name,
-        )
+        text = f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I"
+        raise OptionError(text, option="index", found=index.name)
 
     def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:
         total, old, others = options[chosen].sum(0), chosen[slot], chosen[:slot] + chosen[slot + 1 :]

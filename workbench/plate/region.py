@@ -40,11 +40,8 @@ class Region:
                     found="xyz"[axis],
                 )
         if not self.cube > 0:
-            raise OptionError(
-                f"the side of the region's cubes must be positive, got {self.cube:g} m",
-                option="cube",
-                found=self.cube,
-            )
+            text = f"the side of the region's cubes must be positive, got {self.cube:g} m"
+            raise OptionError(text, option="cube", found=self.cube)
         for corner in ("min", "max"):
             object.__setattr__(self, corner, frozen(np.array(getattr(self, corner), float)))
 

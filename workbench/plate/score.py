@@ -111,11 +111,8 @@ def score(
         seed: Of the mixes of branches that are tried.
     """
     if evaluation_poses is not None and not (len(evaluation_poses) and np.isfinite(evaluation_poses).all()):
-        raise OptionError(
-            "evaluation_poses must be at least one row of finite joint positions",
-            option="evaluation_poses",
-            found=evaluation_poses,
-        )
+        text = "evaluation_poses must be at least one row of finite joint positions"
+        raise OptionError(text, option="evaluation_poses", found=evaluation_poses)
     sigma = sigma_of(usual_kind(plate), sigma)
     names = identified_names(robot, base=base, tool=tool)
     can = measurable(robot, plate)

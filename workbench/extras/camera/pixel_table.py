@@ -144,10 +144,8 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     both = f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)}"
     if "image" not in joints.values:
         if len(taken) != joints.rows:
-            raise DataError(
-                f"{both}; give one row of joints per picture, best with a column 'image'",
-                found=(joints.rows, len(taken)),
-            )
+            text = f"{both}; give one row of joints per picture, best with a column 'image'"
+            raise DataError(text, found=(joints.rows, len(taken)))
         note = "joints have no column 'image': the first row is assigned to the first picture, and so on"
         return taken, [note]
     names = plain_names(joints.values["image"])
@@ -156,11 +154,8 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
         raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row per picture")
     lacking = [name for name in dict.fromkeys(plain_names(rows.image)) if name not in set(names)]
     if lacking:
-        raise DataError(
-            f"{both}: {listed(lacking, longest=3)} have no joints; add or delete them",
-            column="image",
-            found=tuple(lacking),
-        )
+        text = f"{both}: {listed(lacking, longest=3)} have no joints; add or delete them"
+        raise DataError(text, column="image", found=tuple(lacking))
     return names, []
 
 

@@ -45,20 +45,16 @@ class UrCalibration(AbstractForm):
         if job.source is None:
             return "\n".join(["[mounting]", *lines.values(), ""])
         if {m[1] for m in DELTA.finditer(job.source)} != set(DELTAS):
-            raise FileError(
-                "has no delta_theta, delta_a, delta_d and delta_alpha; give the arm's own calibration.conf",
-                path="the source",
-            )
+            text = "has no delta_theta, delta_a, delta_d and delta_alpha; give the arm's own calibration.conf"
+            raise FileError(text, path="the source")
         return DELTA.sub(lambda found: lines[found[1]], job.source)
 
     def read(self, text: str, job: Job) -> Robot:
         nominal = self._nominal(job)
         deltas = {m[1]: np.array([float(v) for v in m[2].split(",")]) for m in DELTA.finditer(text)}
         if set(deltas) != set(DELTAS) or any(len(v) != len(nominal) for v in deltas.values()):
-            raise FileError(
-                f"needs delta_theta, delta_a, delta_d and delta_alpha, {len(nominal)} numbers each",
-                path="the calibration.conf",
-            )
+            wrong = f"needs delta_theta, delta_a, delta_d and delta_alpha, {len(nominal)} numbers each"
+            raise FileError(wrong, path="the calibration.conf")
         rows = nominal + np.column_stack([deltas[c] for c in CONSTANTS[:4]])
         arm = robot_from_rows(rows.tolist(), "dh", name=job.robot.name, limits=job.robot.limits)
         return arm.with_frames(tool=self._tool(job))

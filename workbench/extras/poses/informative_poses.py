@@ -82,10 +82,8 @@ def informative_poses(
     limits, basis = limits or PoseLimits(), visible_basis(robot, names)
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
     if index == "I" and evaluation_poses is None:
-        raise OptionError(
-            "index I is the predicted error over evaluation poses; give a region or a plate",
-            option="evaluation_poses",
-        )
+        text = "index I is the predicted error over evaluation poses; give a region or a plate"
+        raise OptionError(text, option="evaluation_poses")
     goal = index if evaluation_poses is None or index != "I" else evaluation_poses
     climb = PoseClimb(robot, goal_index(goal, robot, middle, basis), names, basis)
     is_single = isinstance(climb.index, O)

@@ -31,10 +31,8 @@ class TryPlate(AbstractPlateTrial):
 
     def check(self, session: Session) -> None:
         if session.choices.wanted is None:
-            raise OptionError(
-                "no required error is set to test the arms against; set 'Required [mm]' first",
-                option="wanted",
-            )
+            text = "no required error is set to test the arms against; set 'Required [mm]' first"
+            raise OptionError(text, option="wanted")
         check_tried(session.robot, session.plate)
         for i, state in enumerate(session.states):
             if not state.measurable:

@@ -124,10 +124,8 @@ def _given(search: Search, locked: list[int]) -> tuple[Candidates, list[int]]:
     chosen = exchange.fill(number)
     if len(chosen) < len(locked):
         slot = locked[len(chosen)]
-        raise DataError(
-            f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it",
-            target=slot,
-        )
+        text = f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it"
+        raise DataError(text, target=slot)
     if len(chosen) == number:
         chosen = exchange.descend(chosen).choice.tolist()
     return good, [*chosen[: len(locked)], *sorted(chosen[len(locked) :])]  # in their order on the plate

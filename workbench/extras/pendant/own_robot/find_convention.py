@@ -75,11 +75,8 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     first = readings[0].robot
     shown = of_dataset(poses, first) if isinstance(poses, Dataset) else poses
     if len(shown) < HELD_ROWS:
-        raise ShapeError(
-            f"at least {HELD_ROWS} poses are needed, got {len(shown)}; move every joint between",
-            expected=HELD_ROWS,
-            found=len(shown),
-        )
+        text = f"at least {HELD_ROWS} poses are needed, got {len(shown)}; move every joint between"
+        raise ShapeError(text, expected=HELD_ROWS, found=len(shown))
     first.check_joints(shown.joints, "the typed poses")
     data = shown.dataset(first)
     arms = [reading.robot.bare for reading in readings]
