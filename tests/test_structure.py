@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_058,
     "plate": 4_888,
     "identification": 9_004,
-    "diagnosis": 6_637,
+    "diagnosis": 6_633,
     "exports": 316,
     "session": 6_174,
     "views": 6_876,
@@ -64,10 +64,10 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_756,
+    "tests": 38_755,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 17_907
+READING_SET = 17_892
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
