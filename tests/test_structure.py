@@ -43,7 +43,7 @@ BUDGETS = {
     "arm": 8_806,
     "data": 5_055,
     "plate": 4_877,
-    "identification": 9_003,
+    "identification": 9_005,
     "diagnosis": 6_633,
     "exports": 316,
     "session": 6_170,
