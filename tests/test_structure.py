@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_057,
     "plate": 4_888,
     "identification": 9_006,
-    "diagnosis": 6_633,
+    "diagnosis": 6_628,
     "exports": 316,
     "session": 6_174,
     "views": 6_873,
