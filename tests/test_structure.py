@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_055,
     "plate": 4_877,
     "identification": 9_005,
-    "diagnosis": 6_633,
+    "diagnosis": 6_628,
     "exports": 316,
     "session": 6_170,
     "views": 6_861,

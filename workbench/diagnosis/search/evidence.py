@@ -18,7 +18,7 @@ Neural Computation 4(3), 1992.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -286,9 +286,8 @@ def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Fl
 def solver_of(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndarray]:
     """Solver for right sides (n,) or (n, k)."""
     factor, scale = factored(block)
-    return lambda right: (
-        (scale * linalg.cho_solve((factor, True), (scale * right.T).T, check_finite=False).T).T
-    )
+    solved = partial(linalg.cho_solve, (factor, True), check_finite=False)
+    return lambda right: (scale * solved((scale * right.T).T).T).T
 
 
 def factored(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:

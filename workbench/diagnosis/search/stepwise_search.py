@@ -113,16 +113,12 @@ def trimmed(grams: Grams, model: Model) -> Model:
 
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model | None:
     """The model with the best further effect that cross-validation confirms; None without one."""
-    strong = [o for o in _offers(left_of(grams, model), candidates) if significant(o, len(candidates))]
+    some = compatible(candidates, model)
+    strong = [o for o in offers(left_of(grams, model), some) if significant(o, len(candidates))]
     ranked = sorted(strong, key=lambda o: -o.gain)[:5]
     suspected({o.term.candidate.effect.plain: o.gain for o in ranked})
     models = ((*model, best.term) for best in ranked)
     return next((larger for larger in models if confirmed(grams, model, larger)), None)
-
-
-def _offers(left: Remainder, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
-    """Contributions of all compatible candidates to a model, in the place of some terms."""
-    return offers(left, compatible(candidates, left.model), group=group)
 
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
@@ -140,7 +136,7 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
         rest = drop(model, group)
         left = left_without(grams, model, group)
         present = group_evidence(left, group)
-        offered = _offers(left, candidates, group)
+        offered = offers(left, compatible(candidates, left.model), group=group)
         if group[0].candidate.effect.maps_joint and len(group) > 1:  # a joint's map may replace its laws
             offered = [o for o in offered if o.term.candidate.effect.maps_joint]
         elif len(group) > 1:
@@ -167,7 +163,7 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
     joints = term.candidate.effect.joints
     laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
     for _ in range(MAX_LAWS_FOR_MAP):
-        best = max(_offers(left, laws), key=lambda o: o.gain, default=None)
+        best = max(offers(left, compatible(laws, left.model)), key=lambda o: o.gain, default=None)
         if best is None or best.gain <= 0.0:
             return None
         left, present = with_one_more(left, (*left.model, best.term)), present - best.gain
