@@ -22,6 +22,7 @@ from scipy import linalg
 
 from workbench.arm.calibration_record import Expected, Observed, representative_rows
 from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.gravity import GRAVITY
 from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -80,9 +81,9 @@ def expected_error(
     session = problem.data.sessions[0]
     arm = fit.arm.in_session(session)
     arm = arm.with_frames(tool=Frame()) if at_flange else arm
-    moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
-        f"tool.{part}" for part in FRAME_PARTS if at_flange
-    }
+    loads = (*arm.inertia, *GRAVITY) if arm.effects else ()
+    fixed = {f"tool.{part}" for part in FRAME_PARTS if at_flange}
+    moves = {*arm.chain.index, *arm.coefficients, *loads} - fixed
     plain = (name.replace(f"[{session}]", "") for name in problem.names)
     own = {place: name for place, name in enumerate(plain) if name in moves}
     poses, twists = identification_jacobian(arm, replace(motion, row=None), tuple(own.values()))
