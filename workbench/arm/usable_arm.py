@@ -385,8 +385,7 @@ def after_events(robot: Robot, sessions: Mapping[str, Motion]) -> Robot:
     if (record := robot.calibration) is not None:
         if (alone := record.geometry) is not None:
             alone = replace(alone, sessions={n: alone.sessions.get(n, alone.mounting) for n in order})
-        std = {n: s for n, s in record.std.items() if n not in gone}
-        record = replace(record, std=std, geometry=alone)
+        record = replace(record, std={n: record.std[n] for n in record.std if n not in gone}, geometry=alone)
     return replace(
         robot,
         mounting=now,

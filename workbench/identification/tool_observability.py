@@ -77,14 +77,13 @@ def expected_error(
         is_aligned: Whether less a constant motion of the base; of the tool less one of the tool, too, as that
             may stand elsewhere.
     """
-    problem = fit.problem
-    session = problem.data.sessions[0]
+    session = fit.problem.data.sessions[0]
     arm = fit.arm.in_session(session)
     arm = arm.with_frames(tool=Frame()) if at_flange else arm
     loads = (*arm.inertia, *GRAVITY) if arm.effects else ()
     fixed = {f"tool.{part}" for part in FRAME_PARTS if at_flange}
     moves = {*arm.chain.index, *arm.coefficients, *loads} - fixed
-    plain = (name.replace(f"[{session}]", "") for name in problem.names)
+    plain = (name.replace(f"[{session}]", "") for name in fit.problem.names)
     own = {place: name for place, name in enumerate(plain) if name in moves}
     poses, twists = identification_jacobian(arm, replace(motion, row=None), tuple(own.values()))
     covariance = fit.covariance[np.ix_([*own], [*own])]
