@@ -382,12 +382,10 @@ def after_events(robot: Robot, sessions: Mapping[str, Motion]) -> Robot:
         seen[name] = sum(bool(e.is_over(last)[0]) for e in _steps(robot))
     differ = bool(robot.sessions) or not all(_same(m, now) for m in own.values())
     order = sorted(own, key=lambda n: -seen[n]) if differ else []
-    record = robot.calibration
-    if record is not None:
-        record = replace(record, std={n: s for n, s in record.std.items() if n not in gone})
-    if record is not None and (alone := record.geometry) is not None:
-        mountings = {n: alone.sessions.get(n, alone.mounting) for n in order}
-        record = replace(record, geometry=replace(alone, sessions=mountings))
+    if (record := robot.calibration) is not None:
+        if (alone := record.geometry) is not None:
+            alone = replace(alone, sessions={n: alone.sessions.get(n, alone.mounting) for n in order})
+        record = replace(record, std={n: record.std[n] for n in record.std if n not in gone}, geometry=alone)
     return replace(
         robot,
         mounting=now,

@@ -90,7 +90,7 @@ def best_geometry(fit: Fit, noises: Iterable[Noise]) -> Robot | None:
     fits = [identified(plain.with_noise(noise)) for noise in dict.fromkeys(noises)]
     fitted, left = [SavedArm(fit.calibrated, problem.data).robot for fit in fits], {}
     for geometry in (g.weighed_as(given) for g in (*fitted, saved.formats["URDF"])):
-        left[geometry] = SavedArm(arm.recorded(geometry=geometry), rows, known).errors(rows)["URDF"].main.mean
+        left[geometry] = SavedArm(arm.recorded(geometry=geometry), rows, known).errors(rows)["URDF"].main.rms
     return min(left, key=left.__getitem__)
 
 

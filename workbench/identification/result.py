@@ -168,7 +168,7 @@ class Identification(AbstractReported, AbstractSplit):
             rows = row_errors(self.aligned, shown)
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
-        worse = run.refusals(rows, self.nominal_robot.reach)
+        worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
         parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
         known = (implausible_text(self.doubts(run)), self.scale, self.computed, self.harm, parted)
         doubts = self.identifiability.refused or "; ".join(filter(None, known))

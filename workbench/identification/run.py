@@ -174,11 +174,12 @@ class Run(AbstractReported, AbstractValidation):
             return {"TOML": self.judged}
         return self._saved(self.as_measured).errors(self.judging)
 
-    def refusals(self, nominal: Errors, reach: float) -> dict[str, str]:
+    def refusals(self, nominal: Errors, reach: float, fitted: Errors = UNKNOWN) -> dict[str, str]:
         """Why files should not be used, by format: those worse than nominal, whose errors on the judging rows
-        are given."""
-        found = {name: why_unusable(e, nominal, reach) for name, e in self.file_errors.items()}
-        return {name: f"the {name} is {text}" for name, text in found.items() if text}
+        are given, and those on the fitted rows, if there is a final fit."""
+        pairs = (refitted_errors(self), fitted), (self.file_errors, nominal)
+        found = [(name, why_unusable(e, old, reach)) for errors, old in pairs for name, e in errors.items()]
+        return {name: f"the {name} is {text}" for name, text in found if text}
 
     @property
     def as_measured(self) -> Robot:

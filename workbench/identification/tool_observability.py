@@ -22,6 +22,7 @@ from scipy import linalg
 
 from workbench.arm.calibration_record import Expected, Observed, representative_rows
 from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.gravity import GRAVITY
 from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -76,33 +77,31 @@ def expected_error(
         is_aligned: Whether less a constant motion of the base; of the tool less one of the tool, too, as that
             may stand elsewhere.
     """
-    problem = fit.problem
-    session = problem.data.sessions[0]
+    session = fit.problem.data.sessions[0]
     arm = fit.arm.in_session(session)
     arm = arm.with_frames(tool=Frame()) if at_flange else arm
-    moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
-        f"tool.{part}" for part in FRAME_PARTS if at_flange
-    }
-    plain = (name.replace(f"[{session}]", "") for name in problem.names)
+    loads = (*arm.inertia, *GRAVITY) if arm.effects else ()
+    fixed = {f"tool.{part}" for part in FRAME_PARTS if at_flange}
+    moves = {*arm.chain.index, *arm.coefficients, *loads} - fixed
+    plain = (name.replace(f"[{session}]", "") for name in fit.problem.names)
     own = {place: name for place, name in enumerate(plain) if name in moves}
     poses, twists = identification_jacobian(arm, replace(motion, row=None), tuple(own.values()))
-    value, vectors = np.linalg.eigh(fit.covariance[np.ix_([*own], [*own])])
-    moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
+    covariance = fit.covariance[np.ix_([*own], [*own])]
     turned, still = poses[:, :3, :3], np.tile(np.eye(3), (len(poses), 1, 1))
     rigid = [still, -se3.skew(poses[:, :3, 3])]
     constant = (rigid, []) if at_flange else ([*rigid, turned], [still, turned])
     constant = constant if is_aligned else ([], [])
-    parts = ((moved[:, k : k + 3], columns) for k, columns in zip((0, 3), constant, strict=True))
-    return Expected(*(_left(field, columns) for field, columns in parts))
+    parts = ((twists[:, k : k + 3], columns) for k, columns in zip((0, 3), constant, strict=True))
+    return Expected(*(_left(field, columns, covariance) for field, columns in parts))
 
 
-def _left(field: Float[np.ndarray, "rows 3 k"], columns: list[Float[np.ndarray, "rows 3 3"]]) -> float:
-    """Root mean square of a field of k independent parts, less its projection on other columns."""
+def _left(field: Float[np.ndarray, "rows 3 k"], columns: list[np.ndarray], covariance: np.ndarray) -> float:
+    """Root mean square of a field with this covariance of its k sizes, less its part along other columns."""
     left = field.reshape(3 * len(field), field.shape[2])
     if columns:
         basis = linalg.orth(np.concatenate(columns, axis=2).reshape(len(left), -1), rcond=1e-9)
         left = left - basis @ (basis.T @ left)
-    return float(np.sqrt((left**2).sum() / len(field)))
+    return float(np.sqrt(max(((left @ covariance) * left).sum(), 0.0) / len(field)))
 
 
 def _directions(fit: "Fit") -> tuple[int, int]:

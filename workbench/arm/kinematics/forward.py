@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import WHOLE
-from workbench.arm.gravity import level_axes
+from workbench.arm.gravity import GRAVITY, level_axes
 from workbench.arm.joint_units import implausible_joint
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -104,7 +104,8 @@ def identification_jacobian(
     Of many rows ask for a thousand at a time (`Motion.take`): their Jacobian stays in the processor's cache.
 
     Args:
-        names: Constants and coefficients to differentiate by; the robot's default free constants if None.
+        names: Constants to differentiate by, of an arm with effects also coefficients, masses (`inertia`) and
+            angles of `GRAVITY`; the robot's default free constants if None.
 
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes (ARIA eqs. 11–13).
@@ -128,14 +129,16 @@ def _deflected_jacobian(
     robot: Robot, motion: Motion, names: tuple[str, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Poses and twists of an arm with effects, columns in the order of the names."""
-    elements = [n for n in names if n not in robot.coefficients]
-    coefficients = [n for n in names if n in robot.coefficients]
-    poses, twists = effect_columns(robot, motion, robot.chain.indices(elements), coefficients)
+    loads, coefficients = [*robot.inertia, *GRAVITY], [n for n in names if n in robot.coefficients]
+    heavy = [n for n in names if n in loads]
+    elements = [n for n in names if n not in {*coefficients, *heavy}]
+    columns, varying = robot.chain.indices(elements), np.array([loads.index(n) for n in heavy], np.int64)
+    poses, twists = effect_columns(robot, motion, columns, coefficients, varying=varying)
     if np.isnan(poses).any():
         raise no_equilibrium(robot, poses)
     place = {n: i for i, n in enumerate(names)}
     out = np.zeros((len(motion), 6, len(names)))
-    own, more = (np.array([place[n] for n in group], np.int64) for group in (elements, coefficients))
+    own, more = (np.array([place[n] for n in group], np.int64) for group in (elements + heavy, coefficients))
     twists.add_derivatives(np.tile(np.eye(6), (len(motion), 1, 1)), out.reshape(-1, len(names)), own, more)
     return poses, out
 

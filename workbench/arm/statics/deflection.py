@@ -155,8 +155,8 @@ def effect_columns(
         arm: With effects.
         columns: Elements of the full chain whose constants vary, P of them.
         coefficients: Names of the coefficients that vary, C of them.
-        varying: Which of a trial's own masses and angles of gravity vary: indices in `Robot.inertia`,
-            followed by the two angles; all of the former if None.
+        varying: Which masses and angles of gravity vary: indices in `Robot.inertia`, followed by the two
+            angles; all of a trial's own of the former if None.
         part: Elements between the first frame and the one observed instead of the tool, if not all.
     """
     arm = TrialArm.of(arm)
@@ -174,10 +174,9 @@ def effect_columns(
         components = components[:0]
     jacobian, z = twists[:, :, where[: len(columns)]], twists[:, :, where[len(columns) :]]
     grown = _growth(arm, motion, deflected, columns, rows, len(moved))
-    which = np.zeros(0, np.int64)
-    if arm.weights is not None:
-        which = np.arange(4 * len(arm.weights.mass)) if varying is None else varying
-    by_mass = np.zeros((len(motion), len(moved), len(which)))
+    if varying is None:
+        varying = np.arange(0 if arm.weights is None else 4 * len(arm.weights.mass))
+    by_mass = np.zeros((len(motion), len(moved), len(varying)))
     if len(components):
         gain = _gain(arm, motion, deflected, rows, len(moved))
         by_union = gain @ wrench_derivative(arm, motion, union, components, shift=deflected.shift)
@@ -185,8 +184,8 @@ def effect_columns(
         back = np.eye(len(moved)) - by_moved  # Z = J_moved (1 − ∂s/∂v)⁻¹
         z = np.swapaxes(np.linalg.solve(np.swapaxes(back, 1, 2), np.swapaxes(z, 1, 2)), 1, 2)
         grown = by_column if grown is None else grown + by_column
-        if len(which):
-            known = load_regressor(arm, motion, which, shift=deflected.shift)
+        if len(varying):
+            known = load_regressor(arm, motion, varying, shift=deflected.shift)
             by_mass = gain @ known[:, components[:, 0], components[:, 1]]
     jacobian = jacobian if grown is None else jacobian + z @ grown
     plain = np.concatenate([jacobian, z @ by_mass], axis=2)
