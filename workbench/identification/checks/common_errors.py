@@ -10,7 +10,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -158,21 +158,11 @@ def two_places(fit: Fit, data: Dataset) -> str:
     told = [n for n, v in known if (v[few].min() - v[~few].max()) * (v[few].max() - v[~few].min()) > 0.0]
     more = f"the {told[0]} tells them apart" if told else "tell them apart by a column 'session'"
     return (
-        f"{few.sum()} of {len(few)} rows ({_which(data.row, few)}) lie "
+        f"{few.sum()} of {len(few)} rows (rows {ranges(data.row[few])}) lie "
         f"{in_mm(float(np.linalg.norm(shift)))} off the others together, by "
         f"{', '.join(f'{1e3 * v:.2f}' for v in shift)} mm in x, y, z of {axes}: "
         f"another reflector, seat, station or tool, or a knock? {more}"
     )
-
-
-def _which(row: Int[np.ndarray, " rows"], few: Bool[np.ndarray, " rows"]) -> str:
-    """`every 3rd, from row 0`, or the rows."""
-    rows = row[few]
-    step = int(np.gcd.reduce(np.diff(rows)))
-    if step > 1 and ((row % step == rows[0] % step) == few).all():
-        ending = {1: "st", 2: "nd", 3: "rd"}.get(step % 10 if step % 100 not in (11, 12, 13) else 0, "th")
-        return f"every {step}{ending}, from row {rows[0] % step}"
-    return f"rows {ranges(rows)}"
 
 
 def _halves(off: Float[np.ndarray, "rows 3"]) -> tuple[float, Bool[np.ndarray, " rows"]]:

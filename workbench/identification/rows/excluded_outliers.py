@@ -23,7 +23,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import Problem
-from workbench.identification.rows.outlying_rows import limits, robust_fit, row_sizes, standing_out
+from workbench.identification.rows.outlying_rows import accidents, limits, row_sizes
 from workbench.identification.rows.row_selection import placing_rows
 
 GROSS_RATIO = 10.0
@@ -84,8 +84,7 @@ def _standing_out(ready: Prepared) -> Rows:
     problem = ready.problem
     if problem.count <= len(problem.names):
         return ready.train_rows[:0]
-    wide, (_, first) = problem.with_deviation(MAX_DEVIATION), ready.first_fit
-    out = standing_out(wide, robust_fit(wide, first.x)[1])
+    out = accidents(problem.with_deviation(MAX_DEVIATION), ready.first_fit[1].x)
     if out.mean() > MANY:  # most of consecutive rows are an event, not accidents
         out &= np.convolve(out, np.ones(5), "same") < 4.0
     return ready.train_rows[out & _is_tested(problem, problem.data)]

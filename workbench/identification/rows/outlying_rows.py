@@ -1,8 +1,7 @@
 """Outliers: rows that no model of the arm explains, such as mis-seated targets or mistyped numbers.
 
-Positions, rotations and additional tilts are judged separately, each compared with the median residual (up to
-half of the rows may be wrong) with leverage taken into account: residuals of fitted rows are smaller than
-their errors, those of other rows larger.
+Positions, rotations and tilts are judged separately, each compared with the median residual, with leverage
+taken into account: residuals of fitted rows are smaller than their errors, those of others larger.
 
 They stand out from a robust fit, iteratively reweighted least squares: a row's weight follows from its
 standardised residual under Tukey's function, with the scale from the median.
@@ -29,6 +28,8 @@ MIN_OUTLIER_RATIO = 4.0
 MIN_TAIL_RATIO, MAX_SHARE = 3.0, 0.25
 """… and the 90 % quantile by this factor, as real errors have longer tails than normal ones; or the next
 smaller size, where no more than this share of the rows stands apart."""
+MAX_ACCIDENTS, ALIKE = 0.4, 0.5
+"""Maximum share of accidents, and what an arm of their own leaves at least: less are one side of a play."""
 WEIGHT_TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROBUST_ROUNDS = 8
@@ -70,12 +71,22 @@ def robust_fit(
     return x + step, sizes
 
 
-def standing_out(problem: Problem, sizes: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, " rows"]:
+def standing_out(problem: Problem, sizes: np.ndarray, share: float = MAX_SHARE) -> Bool[np.ndarray, " rows"]:
     """Rows whose sizes stand out from the others'; not where most of one payload do, which is its effect."""
-    out = np.any(sizes > limits(sizes), axis=1)
+    out = np.any(sizes > limits(sizes, share), axis=1)
     for load in np.unique([] if (loads := problem.data.payload) is None else loads):
         out[loads == load] &= out[loads == load].mean() <= 0.5
     return np.asarray(out)
+
+
+def accidents(problem: Problem, x: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " rows"]:
+    """Rows that stand out from a robust fit begun at x; of many only such as have no arm in common."""
+    out = standing_out(problem, sizes := robust_fit(problem, x)[1], MAX_ACCIDENTS)
+    if out.mean() > MAX_SHARE:
+        factor = factor_of(problem, problem.with_row_weights(out.astype(float)).evaluate(x))
+        own = row_sizes(problem, x + factor.step(), out, factor.root)[out].max(1)
+        out &= np.median(own) > ALIKE * np.median(sizes[out].max(1))
+    return out
 
 
 def row_sizes(
@@ -105,9 +116,9 @@ def row_sizes(
     return _sizes(problem, residual, room)
 
 
-def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
+def limits(sizes: Float[np.ndarray, "rows 3"], share: float = MAX_SHARE) -> Float[np.ndarray, " 3"]:
     """Sizes above which a row stands out."""
-    ordered = np.sort(sizes, axis=0)[int((1.0 - MAX_SHARE) * len(sizes)) :]
+    ordered = np.sort(sizes, axis=0)[int((1.0 - share) * len(sizes)) :]
     gaps = np.where(ordered[1:] > MIN_TAIL_RATIO * ordered[:-1], ordered[:-1], np.inf).min(0, initial=np.inf)
     tail = MIN_TAIL_RATIO * np.minimum(quantile(sizes, 0.9), gaps)
     chance = np.sqrt(special.chdtri(3, OUTLIER_CHANCE / len(sizes)) / special.chdtri(3, 0.5))
