@@ -81,6 +81,16 @@ def test_a_column_that_parts_the_rows_is_named_and_keeps_the_arm(other, said):
     assert bool(found.robot.calibration.refused) == bool(said)
 
 
+def test_a_column_that_marks_bad_rows_is_named_with_them():
+    rows, rng = measured((0, 0, 0), np.zeros(90, bool)), np.random.default_rng(1)
+    bad = rng.random(90) < 0.3
+    points = rows.position + bad[:, None] * rng.normal(0.0, 3e-4, (90, 3))
+    columns = {"Valid": np.where(bad, "0", "1"), "who": rng.choice(["A", "B"], 90)}
+    found = wb.identify("ur5e", Dataset(rows.q, points, unread=columns))
+    assert found.parted.startswith(f"rows whose 'Valid' is 0 ({bad.sum()} of 90)")
+    assert f"--exclude {','.join(map(str, np.flatnonzero(bad)))} " in found.parted
+
+
 def moved_rows(seed, moved_at, *, of=60):
     """Joints and points of a UR5e, of which the instrument is carried elsewhere after some rows."""
     rng = np.random.default_rng(seed)

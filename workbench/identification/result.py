@@ -13,7 +13,12 @@ from workbench.base.advice import beside, failures
 from workbench.base.wording import first_of, in_mm, listed
 from workbench.data.dataset import Dataset
 from workbench.identification.checks.arm_match import arm_match, sister
-from workbench.identification.checks.common_errors import instrument_scale, parted_by_column, two_places
+from workbench.identification.checks.common_errors import (
+    instrument_scale,
+    parted_by_column,
+    two_places,
+    worse_by_column,
+)
 from workbench.identification.errors.row_errors import (
     KINDS,
     Errors,
@@ -199,7 +204,8 @@ class Identification(AbstractReported, AbstractSplit):
         if self.identifiability.is_limited:
             return ""
         fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
-        return parted_by_column(fit, rows) or ("" if fit.arm.effects else two_places(fit, rows))
+        said = parted_by_column(fit, rows) or worse_by_column(fit, self.data)
+        return said or ("" if fit.arm.effects else two_places(fit, rows))
 
     @cached_property
     def scale(self) -> str:

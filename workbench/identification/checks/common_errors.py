@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy import special
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -23,8 +24,10 @@ from workbench.data.dataset import Dataset
 from workbench.data.postures import repeats
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.meaning.usable_rows import usable
+from workbench.identification.rows.outlying_rows import robust_fit
 
 MIN_PART, MANY = 10, 100
 """Minimum number of rows of a part, and the number that is enough."""
@@ -32,6 +35,8 @@ PARTED, ALIKE = 0.5, 1.3
 """Ratio of errors that parts by themselves leave at most, and up to which base and tool alone explain it."""
 LOOSER = 0.1
 """Factor of the prior's weight: the noise that it was weighed against was found with all parts together."""
+WORSE, MOST_WORSE, WORSE_CHANCE = 3.0, 0.4, 1e-3
+"""Ratio of errors from which on rows are called bad, their maximum share, and the chance of a false call."""
 BIMODAL = 0.2
 """Maximum share of the residuals' variance along their widest direction that two groups leave: of normal ones
 they leave 0.36, of uniform ones 0.25."""
@@ -94,6 +99,41 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
             f"the error that they have together: {said if is_moved else 'another arm? fit them one by one'}"
         )
     return ""
+
+
+@beside("columns that mark bad rows", "")
+def worse_by_column(fit: Fit, data: Dataset) -> str:
+    """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty.
+
+    Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
+
+    Args:
+        fit: Fit to some of the rows.
+        data: All rows.
+    """
+    rows, (worst, found) = fit.problem.data, (WORSE, "")
+    if not rows.unread or rows.readings is not None:
+        return ""
+    sizes = robust_fit(fit.problem.again().with_deviation(MAX_DEVIATION), fit.x)[1]
+    off, posture = (sizes / np.maximum(np.median(sizes, axis=0), 1e-9)).max(1), repeats(rows)
+    pairs = [(name, value) for name, cells in rows.unread.items() for value in dict.fromkeys(cells.tolist())]
+    for name, value in pairs:
+        bad, marked = rows.unread[name] == value, data.unread[name] == value
+        once = np.unique(2 * posture + bad, return_index=True)[1]
+        size, bad = off[once], bad[once]
+        excess = np.sum(size.argsort().argsort()[bad] - (len(bad) - 1) / 2.0)
+        chance = special.ndtr(-excess / np.sqrt(bad.sum() * (~bad).sum() * (len(bad) + 1) / 12.0 + 1e-9))
+        if bad.mean() > MOST_WORSE or chance > WORSE_CHANCE / len(pairs):
+            continue
+        if (ratio := float(np.median(size[bad]) / np.median(size[~bad]))) > worst:
+            which = ",".join(map(str, data.row[marked]))
+            said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Compare tab")
+            text = (
+                f"rows whose '{name}' is {value or 'blank'} ({marked.sum()} of {len(marked)}) are {ratio:.2g}"
+            )
+            leave = "times as far off as the others: if they are bad, leave them out:"
+            worst, found = ratio, f"{text} {leave} {said} (rows count from 0)"
+    return found
 
 
 def _predicted(
