@@ -127,7 +127,7 @@ def worse_by_column(fit: Fit, data: Dataset) -> str:
             continue
         if (ratio := float(np.median(size[bad]) / np.median(size[~bad]))) > worst:
             which = ",".join(map(str, data.row[marked]))
-            said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Compare tab")
+            said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Calibrate tab")
             text = (
                 f"rows whose '{name}' is {value or 'blank'} ({marked.sum()} of {len(marked)}) are {ratio:.2g}"
             )

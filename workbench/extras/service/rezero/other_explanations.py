@@ -87,6 +87,6 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, s
         leave = f"leave it out with --exclude {number}"
         yield (
             f"row {number} does not fit the others",
-            f"measure it again, or {remedy(leave, page=f'exclude row {number} in the Compare tab')}",
+            f"measure it again, or {remedy(leave, page=f'exclude row {number} in the Calibrate tab')}",
             zeros.freed(knowledge, offsets, data=others),
         )
