@@ -10,6 +10,7 @@ from driven_effects import driven_file
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.report.numbers import compared
+from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
@@ -71,6 +72,10 @@ def test_results_of_other_rows_are_to_be_found_again(walked):
     assert next_step(done(other, LeaveRowsOut(()))) == next_step(walked["diagnosed"])
     fresh = done(other, again.next.command)
     assert next_step(fresh).next.label == "Diagnose again"
+    rows, out = fresh.results.comparison, other.measurements.left_out
+    assert set(rows.number[rows.kept_out]) == out  # it can be looked at still, and used again
+    shown = done(fresh, ShowRow(int(np.flatnonzero(rows.kept_out)[0])), again.next.command).results
+    assert {shown.comparison.number[shown.row]} == out
     assert next_step(done(fresh, LeaveRowsOut(()))).next.label == "Identify again"
 
 

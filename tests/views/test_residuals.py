@@ -28,6 +28,7 @@ def comparison(stages=3) -> Comparison:
         q=np.linspace(-1.0, 1.0, 24).reshape(4, 6),
         number=np.array([0, 1, 2, 7]),
         held_out=np.array([False, False, False, True]),
+        kept_out=np.full(4, False),
         measured=places,
         nominal=poses,
         residuals=residuals,

@@ -5,7 +5,7 @@ one, the nominal base) brings measured and predicted poses alike into the base's
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Any
@@ -36,12 +36,13 @@ STAGES = tuple(ModelStage)
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """All rows that can be looked at: fitted, then held out.
+    """All rows that can be looked at: fitted, then held out, then kept out.
 
     Args:
         q: Joint positions [rad or m].
         number: Data row of each, counted from 0.
-        held_out: Rows that were not fitted.
+        held_out: Rows that were not fitted, but judge the fit.
+        kept_out: Rows that neither were fitted nor judge; no errors are known of them.
         measured: Measured positions [m]; NaN where none was measured.
         nominal: Poses that the nominal arm predicts, on the best base and with the best tool.
         residuals: From measured to predicted position, for every stage [m]; NaN where there is no such model,
@@ -53,6 +54,7 @@ class Comparison:
     q: Float[np.ndarray, "rows n"]
     number: np.ndarray
     held_out: Bool[np.ndarray, " rows"]
+    kept_out: Bool[np.ndarray, " rows"]
     measured: Float[np.ndarray, "rows 3"]
     nominal: Float[np.ndarray, "rows 4 4"]
     residuals: Float[np.ndarray, "rows 3 3"]
@@ -72,21 +74,34 @@ class Comparison:
         known = np.isfinite(self.stage_errors).any(0)
         return tuple(stage for stage, is_known in zip(STAGES, known, strict=True) if is_known)
 
+    @property
+    def worst(self) -> np.ndarray:
+        """Indices of the rows by the error of the last model, the largest first."""
+        last = [STAGES.index(stage) for stage in self.stages[-1:]]
+        return np.argsort(-np.nan_to_num(self.stage_errors[:, last]).sum(1), kind="stable")
+
 
 def compare(
-    fitted: Dataset, checks: Dataset | None, nominal: Robot, models: Mapping[ModelStage, Robot]
+    fitted: Dataset,
+    checks: Dataset | None,
+    kept_out: Dataset | None,
+    nominal: Robot,
+    models: Mapping[ModelStage, Robot],
 ) -> Comparison:
     """Measured and predicted poses of all rows.
 
     Args:
         fitted: Rows that are fitted, or will be.
         checks: Rows that are held out.
+        kept_out: Rows that are neither.
         nominal: The nominal arm, on its best base.
         models: The arm of every stage that is known.
     """
-    parts = [_compared(fitted, nominal, models, held_out=False)]
+    parts = [_compared(fitted, nominal, models)]
     if checks is not None and len(checks):
         parts.append(_compared(checks, nominal, models, held_out=True))
+    if kept_out is not None and len(kept_out):  # without errors, which would dwarf all others
+        parts.append(replace(_compared(kept_out, nominal, {}), kept_out=np.full(len(kept_out), True)))
     columns: dict[str, Any] = {}
     for f in (f for f in fields(Comparison) if f.name != "models"):
         columns[f.name] = frozen(np.concatenate([getattr(part, f.name) for part in parts]))
@@ -94,7 +109,7 @@ def compare(
 
 
 def _compared(
-    data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot], *, held_out: bool
+    data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot], *, held_out: bool = False
 ) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
     to_base = into_base(nominal, data)
@@ -108,18 +123,11 @@ def _compared(
         q=data.q,
         number=data.row,
         held_out=np.full(len(data), held_out),
+        kept_out=np.full(len(data), False),
         measured=se3.apply(to_base, position),
         nominal=to_base @ expected,
         residuals=residuals,
     )
-
-
-def places_in_base(robot: Robot, data: Dataset) -> Float[np.ndarray, "rows 3"]:
-    """Measured positions in the robot's base frame [m]; rows without any are left out."""
-    if data.position is None:
-        return np.zeros((0, 3))
-    places = se3.apply(into_base(robot, data), data.position)
-    return frozen(places[np.isfinite(places).all(1)])
 
 
 def into_base(robot: Robot, data: Dataset) -> Poses:

@@ -120,8 +120,14 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     assert not is_off("Plate (TOML)")
     done(app, MeasureVirtualArm(2), LeaveRowsOut((0,)), Identify(("ols",)))
     assert "not fitted: data row 0 (excluded manually)" in html_of(app, "warnings")
-    row = app.worker.session.results.comparison.number[0]
-    assert not any(is_off(label) for label in (*labels[:3], f"Exclude data row {row}"))
+    results = app.worker.session.results
+    assert results.row == np.nanargmax(results.comparison.stage_errors[:, 1])
+    assert "Excluded by hand: rows" in html_of(app, "row-chart")
+    for row, kind, does in ((1, "", "Exclude data row 1"), (0, "kept out", "Use data row 0 again")):
+        change(app, "Data row", row)
+        assert app.worker.wait()
+        assert f"Data row {row}</b> from 0, {row + 1} from 1 ({kind}" in html_of(app, "residuals")
+        assert not any(is_off(label) for label in (*labels[:3], does))
 
 
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):

@@ -11,15 +11,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_drivers
 from workbench.identification.meaning.nominal_fit import placed
 from workbench.session.command import AbstractChange, AbstractCommand, computed
-from workbench.session.comparison import (
-    MAX_TIMES,
-    MIN_TIMES,
-    Comparison,
-    ModelStage,
-    Overlay,
-    compare,
-    places_in_base,
-)
+from workbench.session.comparison import MAX_TIMES, MIN_TIMES, Comparison, ModelStage, Overlay, compare
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus, Session
@@ -35,7 +27,8 @@ def with_comparison(session: Session) -> Session:
     if loaded is None:
         return plain
     try:
-        return session.updated("results", comparison=_comparison(session, loaded))
+        rows = _comparison(session, loaded)
+        return session.updated("results", comparison=rows, row=_same_row(session, rows))
     except Exception as error:
         if session.results.identification is None and session.results.diagnosis is None:
             raise
@@ -43,8 +36,17 @@ def with_comparison(session: Session) -> Session:
         return plain.with_message(Severity.WARNING, text)
 
 
+def _same_row(session: Session, rows: Comparison) -> int:
+    """The row that is looked at, wherever it stands now; the worst one once there are errors at all."""
+    before, row = session.results.comparison, session.results.row
+    if rows.stages and (before is None or not before.stages):
+        return int(rows.worst[0])
+    same = [] if before is None else np.flatnonzero(rows.number == before.number[row]).tolist()
+    return same[0] if same else 0
+
+
 def _comparison(session: Session, loaded: Loaded) -> Comparison:
-    found, shown = session.results.identification, None
+    found, shown, kept_out = session.results.identification, None, None
     nominal = session.robot if loaded.virtual else placed(session.robot, loaded.dataset)
     if found is not None:
         run = found.runs[session.results.fit]
@@ -55,13 +57,17 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
     checks = None if loaded.checks is None else _driven(robots, loaded.checks)
     if found is not None:
         held_out = fitted if len(found.held_out_rows) else checks
+        used = np.union1d(
+            found.data.row[found.train_rows], found.held_out_data.row if held_out is fitted else []
+        )
+        kept_out = fitted.take(~np.isin(fitted.row, used))
         fitted = _directed(found.data.take(found.train_rows), fitted)
         checks = _directed(found.held_out_data, held_out)
     if found is None or not len(found.held_out_rows):
-        checks = checks and replace(checks, row=checks.row + 1 + int(fitted.row.max(initial=-1)))
-    rows = compare(fitted, checks, nominal, models)
-    is_outlier = np.isin(loaded.dataset.row, list(_set_apart(session)))
-    return replace(rows, set_apart=places_in_base(nominal, loaded.dataset.take(is_outlier)))
+        checks = checks and replace(checks, row=checks.row + 1 + int(loaded.dataset.row.max(initial=-1)))
+    rows = compare(fitted, checks, kept_out, nominal, models)
+    is_set_apart = np.isin(rows.number, list(_set_apart(session))) & np.isfinite(rows.measured).all(1)
+    return replace(rows, set_apart=rows.measured[is_set_apart])
 
 
 def _set_apart(session: Session) -> set[int]:

@@ -82,7 +82,7 @@ class Identify(AbstractTask[IdentifiedRows]):
         loaded, found, geometry = result
         check_unchanged(session, loaded, "identify")
         fit, last = found.best.fit.algorithm.name, session.results.identification
-        more |= {"identification": found, "geometry": geometry, "asked": self, "fit": fit, "row": 0}
+        more |= {"identification": found, "geometry": geometry, "asked": self, "fit": fit}
         results = replace(session.results, **more)
         session = begin_step(session, is_whole=True).updated("playback", focus=Focus.ROW)
         session = with_comparison(replace(session, results=results).updated("measurements", unread=None))

@@ -199,11 +199,12 @@ def marks(rows: Comparison, *, is_left_out: bool) -> str:
 def row_errors(rows: Comparison, row: int, words: Mapping[ModelStage, str]) -> str:
     """Errors of a row."""
     number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
+    kind = "kept out" if rows.kept_out[row] else kind
     known = [
         f"{compared(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {words[stage]}"
         for stage in rows.stages
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]
-    errors = ", ".join(known) or "no position was measured"
+    errors = ", ".join(known) or ("not compared" if rows.kept_out[row] else "no position was measured")
     content = f"{_dot(MARK)} <b>Data row {number}</b> from 0, {number + 1} from 1 ({kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'

@@ -1,6 +1,6 @@
 """Error of every row in the order of measuring: a click on one puts the arm there. Which are excluded."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -19,8 +19,8 @@ from workbench.views.appearance.colours import EVENT, EXCLUDED, STAGE_COLOURS, c
 from workbench.views.page.html import block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-MAX_BARS, WORST = 250, 3
-"""Rows that are drawn at most, of more evenly chosen ones; and the worst ones, which are named."""
+MAX_BARS, WORST, MAX_OUTLIERS = 250, 3, 8
+"""Rows that are drawn at most, of more evenly chosen ones; the worst ones and outliers that are named."""
 
 
 class RowErrorsPanel(AbstractPanel):
@@ -39,15 +39,18 @@ class RowErrorsPanel(AbstractPanel):
         rows = session.results.comparison
         if rows is None or len(rows.stages) < 2:
             return ""
-        drawn = {*shown(rows), *worst(rows)}
-        links = {k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k))) for k in drawn}
+
+        def link(k: int) -> str:
+            return self.link(f"row-{k}", partial(self.send, partial(ShowRow, k)))
+
+        links = {k: link(k) for k in shown(rows)}
         found, excluded = session.results.diagnosis, set(session.measurements.left_out)
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
         words = stage_words(session)
         drawing = chart(rows, session.results.row, links, words, excluded, happened)
-        return block(drawing + _named(rows, links), testid="row-chart")
+        return block(drawing + _named(session, rows, link), testid="row-chart")
 
 
 def exclude(session: Session) -> LeaveRowsOut | None:
@@ -70,23 +73,31 @@ def _number(session: Session) -> int:
     return -1 if rows is None else int(rows.number[session.results.row])
 
 
-def worst(rows: Comparison) -> list[int]:
-    """The rows with the largest errors of the last model."""
-    return np.argsort(-np.nan_to_num(rows.stage_errors[:, STAGES.index(rows.stages[-1])]))[:WORST].tolist()
-
-
-def _named(rows: Comparison, links: Mapping[int, str]) -> str:
+def _named(session: Session, rows: Comparison, link: Callable[[int], str]) -> str:
+    """The worst rows, those kept out by hand and those set apart as outliers; a click shows one."""
     errors = 1e3 * rows.stage_errors[:, STAGES.index(rows.stages[-1])]
-    style = 'style="color:inherit"'
-    named = (
-        f'<a href="{text(links[k])}" {style}>{rows.number[k]}</a> ({errors[k]:.3g} mm)' for k in worst(rows)
+    found, by_hand = session.results.identification, session.measurements.left_out
+    off = () if found is None else [outlier for outlier in found.outliers if outlier.row not in by_hand]
+    place = {number: k for k, number in enumerate(rows.number.tolist())}
+    named = {
+        "Worst": [(k, f"{rows.number[k]} ({errors[k]:.3g} mm)") for k in rows.worst[:WORST].tolist()],
+        "Excluded by hand": [(place[number], str(number)) for number in sorted(by_hand)],
+        "Outliers": [(place[outlier.row], outlier.text) for outlier in off[:MAX_OUTLIERS]],
+    }
+    said = (
+        f"<div>{title}: rows "
+        + ", ".join(f'<a href="{text(link(k))}" style="color:inherit">{words}</a>' for k, words in listed)
+        + "</div>"
+        for title, listed in named.items()
+        if listed
     )
-    return f'<div style="margin-bottom:6px">Worst: rows {", ".join(named)}</div>'
+    return f'<div style="margin-bottom:6px">{"".join(said)}</div>'
 
 
 def shown(rows: Comparison) -> list[int]:
     """Rows of the chart, in the order of measuring."""
     order = np.argsort(rows.number, kind="stable")
+    order = order[~rows.kept_out[order]]
     return order[:: max(1, -(-len(order) // MAX_BARS))].tolist()
 
 
