@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.types import Poses, frozen
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 
@@ -112,7 +112,9 @@ def _compared(
     data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot], *, held_out: bool = False
 ) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
-    to_base = into_base(nominal, data)
+    to_base = np.empty((len(data), 4, 4))  # from the measuring frame
+    for name in data.sessions:
+        to_base[data.in_session(name)] = se3.inverse(nominal.in_session(name).base.pose)
     position = np.full((len(data), 3), np.nan) if data.position is None else data.position
     expected = predict(nominal, data)
     residuals = np.full((len(data), len(STAGES), 3), np.nan)
@@ -128,14 +130,6 @@ def _compared(
         nominal=to_base @ expected,
         residuals=residuals,
     )
-
-
-def into_base(robot: Robot, data: Dataset) -> Poses:
-    """Transforms from every row's measuring frame to the robot's base frame."""
-    found = np.empty((len(data), 4, 4))
-    for name in data.sessions:
-        found[data.in_session(name)] = se3.inverse(robot.in_session(name).base.pose)
-    return found
 
 
 @dataclass(frozen=True, kw_only=True)
