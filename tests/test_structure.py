@@ -44,7 +44,7 @@ BUDGETS = {
     "data": 5_055,
     "plate": 4_877,
     "identification": 9_051,
-    "diagnosis": 6_628,
+    "diagnosis": 6_645,
     "exports": 316,
     "session": 6_178,
     "views": 6_873,

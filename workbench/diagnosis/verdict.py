@@ -47,7 +47,11 @@ def conclude(
     is_added = residual_map is not None or any(c.is_added for c in causes)
     if explains_little(*sure, robot.reach):
         drivers = "".join(f" The error {f.text}." for f in followed)
-        return Verdict.UNEXPLAINED, f"{_explains_little_text(is_added, *sure)}{drivers}{correction}"
+        end = "Until this is resolved, the added effects are not meaningful"
+        end = end if is_added else "No effects were added"
+        little = f"The geometry explains little: {sure[1].text('rms')} of {sure[0].text('rms')} remain"
+        text = f"{little}. Check robot, units, frames and sessions. {end}."
+        return Verdict.UNEXPLAINED, f"{text}{drivers}{correction}"
     warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
     size = after.text("mean")
     left = f"the remaining error{f' of {size}' if size else ''} {rest}"
@@ -112,12 +116,3 @@ def doubts(causes: Sequence[Cause]) -> list[str]:
         whose.setdefault(cause.doubt, []).append(cause.label)
     named = {d: f"Not certain: {'; '.join(labels)}, as {d}." for d, labels in whose.items() if d}
     return list(named.values()) if len(causes) > 1 else [f"{capital(d)}." for d in named]
-
-
-def _explains_little_text(added: bool, nominal: Errors, after: Errors) -> str:
-    """The message if even the geometry explains little."""
-    end = "Until this is resolved, the added effects are not meaningful" if added else "No effects were added"
-    return (
-        f"The geometry explains little: {after.text('rms')} of {nominal.text('rms')} "
-        f"remain. Check robot, units, frames and sessions. {end}."
-    )
