@@ -26,7 +26,7 @@ def _ordered(value: Any, given: Any) -> Any:
     return value
 
 
-NotNegative = Annotated[float, Reads("a finite number of at least 0", not_below(0))]
+NotNegative = Annotated[float, Reads("a finite number of at least 0", not_below(0.0))]
 Limits = Annotated[tuple[float, float], Reads("two finite numbers, the smaller one first", _ordered)]
 
 

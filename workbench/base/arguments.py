@@ -250,9 +250,9 @@ def not_below(least: float) -> Callable[[Any, Given], Any]:
     return read
 
 
-Seed = Annotated[int, Reads("a whole number of at least 0", not_below(0))]
+Seed = Annotated[int, Reads("a whole number of at least 0", not_below(0.0))]
 """Where random numbers begin."""
-Count = Annotated[int, Reads("a whole number of at least 1", not_below(1))]
+Count = Annotated[int, Reads("a whole number of at least 1", not_below(1.0))]
 
 
 def _size_of(quantity: Quantity) -> Callable[[Any, Given], Any]:

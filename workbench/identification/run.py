@@ -117,7 +117,7 @@ class SavedArm:
 
     def is_now(self, rows: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows after all events."""
-        return np.all([e.is_over(Motion.of(rows)) for e in self.events], axis=0)
+        return np.all([np.ones(len(rows), bool), *(e.is_over(Motion.of(rows)) for e in self.events)], axis=0)
 
 
 @final
