@@ -19,9 +19,8 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool
 from workbench.base.progress import check_cancelled
-from workbench.identification.meaning.bounds import WEIGHT
+from workbench.identification.meaning.bounds import WEIGHT, flange_poses
 from workbench.identification.meaning.placement import place
-from workbench.identification.meaning.reading import flange_poses
 
 REFINED = 4
 """Starts of each choice of signs that are refined."""

@@ -14,7 +14,6 @@ from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.displayed import SIZES, Displayed, Steps
-from workbench.identification.meaning.as_read import misread_text, remedy
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.usable_rows import MIN_ROWS
@@ -54,12 +53,12 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
             f"{shown.source}: the tool is turned about one axis only, which fits in several conventions; "
             "add poses with the tool turned about all axes"
         )
-    given, far = found.turned or found.plain, FOREIGN_MISFIT * robot.reach
+    given, far = found.given, FOREIGN_MISFIT * robot.reach
     if given and not found.is_found and given.rotation < FITS_TURN and given.position < far:
         return given  # an arm may differ from its table by as much
     labelled_wrong = bool(shown.units[0] and best.unit != 1.0)
     if not found.is_found or best.other or labelled_wrong or best.mirrored or best.on(robot) is None:
-        raise DataError(f"{shown.source}: {misread_text(found)}; {remedy(found)}")
+        raise DataError(f"{shown.source}: {found.text()}; {found.remedy}")
     return best
 
 

@@ -23,11 +23,10 @@ from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError, RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.as_read import is_misread, misread_text, remedy, understood
+from workbench.identification.meaning.as_read import understood
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import zeros_fitted
 from workbench.identification.meaning.read_rows import other_arm
-from workbench.identification.meaning.reading import FOREIGN_MISFIT
 from workbench.identification.meaning.search import CLEAR
 
 COMPARED_POSES = 60
@@ -48,28 +47,30 @@ class ArmMatch:
     Args:
         robot: Name of the arm.
         meaning: What the rows mean; None where they fit at a glance, or too few have a point.
-        rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
         joints: Number of joints of the rows and of the arm.
     """
 
     robot: str
-    meaning: RowMeaning | None = None
-    rival: str = ""
-    joints: tuple[int, int] = (0, 0)
+    meaning: RowMeaning | None
+    joints: tuple[int, int]
+
+    @property
+    def rival(self) -> str:
+        """Built-in arm that fits far better, as `load_robot` takes it; empty if there is none."""
+        return "" if self.meaning is None else self.meaning.rival
 
     @property
     def is_foreign(self) -> bool:
         """Whether the rows clearly belong to another arm, or need another reading."""
         if self.joints[0] != self.joints[1] or self.meaning is None:
             return self.joints[0] != self.joints[1]
-        plain = self.meaning.plain
-        far = plain is None or plain.position > FOREIGN_MISFIT * plain.robot.reach
-        return is_misread(self.meaning) or (not self.meaning.is_found and (far or bool(self.meaning.parts)))
+        is_off = self.meaning.is_far or bool(self.meaning.cure)
+        return self.meaning.is_misread or (not self.meaning.is_found and is_off)
 
     @property
     def readings(self) -> tuple[str, ...]:
         """Other readings that make the rows this arm's, as `as_read` takes them: `found`, or each by name."""
-        is_told = self.meaning is not None and not self.rival and is_misread(self.meaning)
+        is_told = self.meaning is not None and not self.rival and self.meaning.is_misread
         return (*self.meaning.choices,) if self.meaning and is_told else ()
 
     @property
@@ -79,10 +80,8 @@ class ArmMatch:
         has = f", which has {arm} joints, not {rows}" if rows != arm else ""
         wrong = f"these rows don't fit {self.robot}{has}"
         what = f"'{self.rival}'" if self.rival else "that was measured"
-        if self.meaning is None:
-            return f"{wrong}: choose the robot {what}"
-        do = f"choose the robot {what}" if rows != arm else remedy(self.meaning)
-        return f"{wrong}: {do} ({misread_text(self.meaning)})"
+        do = self.meaning.remedy if self.meaning and rows == arm else f"choose the robot {what}"
+        return f"{wrong}: {do}{f' ({self.meaning.text()})' if self.meaning else ''}"
 
 
 def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
@@ -91,9 +90,7 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     Args:
         data: Rows; if their number of joints differs, built-in arms and choices of columns are searched.
     """
-    _, meaning = understood(robot, data)
-    rival = meaning.best.other if meaning is not None and meaning.is_found else ""
-    return ArmMatch(robot=robot.name, meaning=meaning, rival=rival, joints=(data.joints, robot.dof))
+    return ArmMatch(robot=robot.name, meaning=understood(robot, data)[1], joints=(data.joints, robot.dof))
 
 
 def sister(robot: Robot, lengths: Mapping[str, float]) -> str:

@@ -12,12 +12,23 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import block_diag
 
+from workbench.arm import chain as chains
+from workbench.arm.robot import Robot
+from workbench.base import se3
+
 Flanges = Float[np.ndarray, "s m 4 4"]
 Points = Float[np.ndarray, "m 3"]
 Grams = Float[np.ndarray, "c k"]
 WEIGHT = 0.3
 """Weight of an angle of 1 rad against a length of one reach."""
 ROUNDING = 1e-9
+
+
+def flange_poses(robot: Robot, q: np.ndarray, *, inverse: bool = False) -> np.ndarray:
+    """Poses of a bare arm's flange in its base for joints (…, n), or of the base in the flange."""
+    poses = chains.poses(robot.chain, np.ascontiguousarray(q.reshape(-1, q.shape[-1])))
+    poses = se3.inverse(poses) if inverse else poses
+    return poses.reshape(*q.shape[:-1], 4, 4)
 
 
 def point_bounds(flange: Flanges, points: Points, sessions: int = 1) -> Float[np.ndarray, " s"]:
@@ -63,9 +74,9 @@ def grams(rotations: Float[np.ndarray, "c m 3 3"], sessions: int = 1) -> Grams:
     return (flat @ np.swapaxes(flat, 1, 2))[:, i, j]
 
 
-def turn_bounds(flange: Flanges, conventions: Grams, sessions: int = 1) -> Float[np.ndarray, "s c"]:
+def turn_bounds(poses: Flanges, conventions: Grams, sessions: int = 1) -> Float[np.ndarray, "s c"]:
     """Root mean square difference of Gram matrices as an angle [rad], for each convention."""
-    own = grams(flange[:, :, :3, :3], sessions)
+    own = grams(poses[:, :, :3, :3], sessions)
     cross = own @ conventions.T / own.shape[1]
     square = (own**2).mean(1)[:, None] - 2.0 * cross + (conventions**2).mean(1)
     return np.sqrt(np.maximum(square, 0.0)) / 1.5

@@ -11,7 +11,7 @@ from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS, Orientation
-from workbench.identification.meaning.bounds import grams
+from workbench.identification.meaning.bounds import grams, turn_bounds
 
 INVERSE, MIXED, UNIT, USUAL, RARE = 1.0, 1.2, 0.5, 0.3, 0.8
 """Complexity of an inverse, of columns in another order, of a unit, of a usual and of a rare convention."""
@@ -114,13 +114,12 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
     if len(a) != len(b) or not all(ways):
         return [(np.asarray(data.rotation), "") for data in (a, b)]
     some = np.linspace(0, len(a) - 1, COMPARED).astype(int)
-    one, other = (grams(np.array([turns[some] for _, turns in own])) for own in ways)
-    off = np.sqrt(((one[:, None] - other) ** 2).mean(2)) / 1.5
+    both = zip(ways, map(np.asarray, (a.position, b.position)), strict=True)
+    poses = [np.array([se3.pose(turns, places) for _, turns in own]) for own, places in both]
+    off = turn_bounds(poses[0][:, some], grams(poses[1][:, some, :3, :3]))
     cost = np.add.outer(*([c.cost for c, _ in own] for own in ways))
     good = np.argwhere(off < min(SMALL, CLEAR * off.min() + ROUNDING))
     tried = sorted(map(tuple, good.tolist()), key=cost.__getitem__)[:TRIED]
-    both = zip(ways, map(np.asarray, (a.position, b.position)), strict=True)
-    poses = [[se3.pose(turns, places) for _, turns in own] for own, places in both]
     misfit = [_misfit(poses[0][i], poses[1][j]) for i, j in tried]
     least = CLEAR * min(misfit, default=0.0) + ROUNDING
     best = next((pair for pair, left in zip(tried, misfit, strict=True) if left < least), (0, 0))

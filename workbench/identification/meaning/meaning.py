@@ -1,4 +1,4 @@
-"""What rows mean: the best of the readings that were found, and what these rows can't tell from it."""
+"""What rows mean: the best reading that was found, what these rows can't tell from it, and what to say."""
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
@@ -6,16 +6,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Int
 
+from workbench.base.remedy import remedy as at_entrance
+from workbench.identification.meaning.bounds import flange_poses
 from workbench.identification.meaning.placement import place
-from workbench.identification.meaning.reading import RowReading, flange_poses
+from workbench.identification.meaning.reading import FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import CLEAR, HANDED, ReadingSearch
 
 ALIKE = 1.3
 """Ratio of misfits below which the simplest reading is taken."""
 SAME = 0.01
 """Share of the reach within which two readings put the flange in one place."""
-SHOWN = 6
-"""Readings that are named in a list."""
+NEAR, SHOWN = 40, 6
+"""Readings that are compared with the best one, and that are named in a list."""
+SMALL_ZERO = 0.26
+"""Zeros that differ by less [rad] are errors of the arm, which an identification finds."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,11 +34,11 @@ class RowMeaning:
         equal: The best one and those of the same points that are as likely and mean other arms, of which a
             person has to choose; empty if there are none.
         open: Readings that these rows can't tell from it.
-        tried: Number of candidates by family; empty if the rows fit as given.
+        tried: Number of hypotheses by family; empty if the rows fit as given.
         turned: The joints as given with other orientations, or poses inverted, if clearly theirs.
-        parts: Which of rows that nothing explains fit the arm by themselves; `remedy`: what to do about that.
+        told: Of rows that nothing explains, which fit the arm by themselves, or with which constant of its
+            table changed all do; `cure`: what to do about those that don't.
         kept: Numbers of the rows that fit, where the others don't and a column tells them; None otherwise.
-        constant: What rows that nothing else explains fit with one constant of the arm's table changed.
     """
 
     best: RowReading
@@ -45,10 +49,9 @@ class RowMeaning:
     open: tuple[str, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
-    parts: str = ""
-    remedy: str = "name what was moved in between in a column 'session', or correct the rows"
+    told: str = ""
+    cure: str = ""
     kept: Int[np.ndarray, " k"] | None = None
-    constant: str = ""
 
     @property
     def is_found(self) -> bool:
@@ -60,11 +63,76 @@ class RowMeaning:
         return self.margin >= CLEAR and CLEAR * self.best.score < self.plain.score
 
     @property
+    def rival(self) -> str:
+        """Another built-in arm whose the rows clearly are, as `load_robot` takes it; empty if they aren't."""
+        return self.best.other if self.is_found else ""
+
+    @property
+    def is_misread(self) -> bool:
+        """Whether the rows clearly mean something else, which the saved arm would have to share."""
+        best = replace(self.best, inverse=False)
+        is_small = best.only_zeros and bool(np.abs(best.zero).max() < SMALL_ZERO)
+        return self.is_found and not best.is_plain and not is_small
+
+    @property
+    def given(self) -> RowReading | None:
+        """The joints as given, in the orientations that are clearly theirs."""
+        return self.turned or self.plain
+
+    @property
+    def is_far(self) -> bool:
+        """Whether the rows are of no such arm, as they are given."""
+        given = self.given
+        return given is None or given.position > FOREIGN_MISFIT * given.robot.reach
+
+    @property
     def choices(self) -> dict[str, RowReading]:
         """The equal readings, each by a change that no other has; else the best one, as `found`."""
         told = Counter(change for r in self.equal for change in r.changes)
         own = [next((c for c in r.changes if told[c] == 1), r.text).partition(" (")[0] for r in self.equal]
         return dict(zip(own, self.equal, strict=True)) or {"found": self.best}
+
+    def accepted(self, how: str) -> RowReading | None:
+        """The reading that is accepted so: one of the choices, or the only one by all that it changes."""
+        own = {} if self.equal else {self.best.text: self.best, self.best.name: self.best}
+        return (own | self.choices).get(how)
+
+    def text(self, *, bare: bool = False) -> str:
+        """`joint 3 = q3 + q2: 0.03 mm instead of 220 mm as given (next best 7 458 times worse)`; or what was
+        tried in full, and how near the nearest came.
+
+        Args:
+            bare: Whether the arm has effects, which are left out here.
+        """
+        best = self.best
+        if not self.is_misread:
+            given, tried = self.given, ", ".join(f"{number} {name}" for name, number in self.tried.items())
+            size = f"the nominal arm is {given.size} off with the best base and tool" if given else ""
+            nearest = tried and f"tried in full: {tried}; the nearest leaves {best.size}"
+            return "; ".join(filter(None, [size or "no reading fits", self.told or nearest]))
+        instead = "" if self.plain is None else f" instead of {self.plain.size} as given"
+        other = f" (next best {self.margin:.3g} times worse)" if self.margin < 1e6 else ""
+        equal = [name for name, r in self.choices.items() if self.equal and r is not best]
+        if others := equal or self.blind[:2]:
+            other = f"; or else {', or '.join(others)}: these rows can't tell"
+        without = " without the arm's effects" if bare and not best.other else ""
+        return f"{best.text}: {best.size}{without}{instead}{other}"
+
+    @property
+    def remedy(self) -> str:
+        """What to do where rows mean something else."""
+        if self.cure:
+            return self.cure
+        if not self.is_found:
+            return "choose the robot that was measured, or correct its table"
+        if self.rival:
+            anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
+            return f"choose the robot '{self.rival}', or {anyway}"
+        names = " or ".join(f"'{name}'" for name in self.choices)
+        accepted = at_entrance(f"with reading={names} (--reading)", page="by 'Read so'")
+        if self.equal:
+            return f"jog the arm to see which is true, and accept it {accepted}"
+        return f"accept it {accepted}, or correct the file"
 
 
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
@@ -73,21 +141,19 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     ties = [r for r in found if r.score < ALIKE * found[0].score + search.floor]
     ties += [r for r in found if r.is_plain and r.fits and r.score < CLEAR * found[0].score]
     best = min(ties, key=lambda r: (round(r.cost, 3), r.score))
-    floor = max(best.score, search.floor)
-    near = [r for r in found if r is not best and r.score < 4.0 * CLEAR * floor][:40]
-    far = min((r.score for r in found if r is not best and r.score >= 4.0 * CLEAR * floor), default=np.inf)
+    floor, held = max(best.score, search.floor), search.held
+    is_free = held or best.mirrored or not search.conventions  # no instrument mirrors poses
+    rest = [
+        r for r in found if r is not best and (held or r.text != best.text) and (is_free or not r.mirrored)
+    ]
+    near = [r for r in rest if r.score < 4.0 * CLEAR * floor]
+    far = min((r.score for r in rest[len(near) :]), default=np.inf)
     low, high = search.data.q.min(0), search.data.q.max(0)
-    around = 1.0 / best.unit if search.held else 0.0
+    around = 1.0 / best.unit if held else 0.0
     q = np.random.default_rng(0).uniform(low - around, high + around, (24, len(low)))
-    if search.held:
-        off = {r: np.abs(best.flange(q) - r.flange(q)) for r in near if r.unit == best.unit}
-        reach = SAME * best.robot.reach
-        alike = [r for r, e in off.items() if e[..., 3].max() < reach and e[..., :3].max() < 4.0 * SAME]
-    else:
-        is_free = best.mirrored or not search.conventions  # no instrument mirrors poses
-        near = [r for r in near if r.text != best.text and (is_free or not r.mirrored)]
-        alike = [r for r in near if _same_motion(best, r, q)]
-    unseen = [r for r in near if r not in alike and not search.held and r.score < CLEAR * floor]
+    near = near[:NEAR]
+    alike = [r for r in near if (_same_poses if held else _same_motion)(best, r, q)]
+    unseen = [r for r in near if r not in alike and not held and r.score < CLEAR * floor]
     blind = [r for r in unseen if _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
     equal = () if search.conventions else _equal(best, sorted(blind, key=lambda r: r.cost), q)
@@ -117,6 +183,13 @@ def _equal(best: RowReading, blind: list[RowReading], q: np.ndarray) -> tuple[Ro
 
 def _texts(readings: list[RowReading]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(r.text for r in readings))[:SHOWN]
+
+
+def _same_poses(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
+    """Whether two readings put the flange in one pose of the arm's base."""
+    off = np.abs(one.flange(q) - other.flange(q))
+    is_near = off[..., 3].max() < SAME * one.robot.reach and off[..., :3].max() < 4.0 * SAME
+    return bool(one.unit == other.unit and is_near)
 
 
 def _same_motion(one: RowReading, other: RowReading, q: np.ndarray) -> bool:

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 from scipy import special
 
-from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
-from workbench.base.wording import in_mm, listed, plural, ranges
+from workbench.base.wording import in_mm, listed
 from workbench.data.dataset import Dataset
 from workbench.data.observations.places import PLANE, ContactObservation, DistanceObservation
 from workbench.data.postures import within_postures
@@ -18,16 +17,14 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import row_errors
-from workbench.identification.meaning.candidates import SIGN, Families
+from workbench.identification.meaning.families import SIGN
 from workbench.identification.meaning.meaning import ranked
 from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS, RowReading
 from workbench.identification.meaning.search import ReadingSearch
-from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
+from workbench.identification.meaning.usable_rows import usable
 from workbench.identification.problem import FrameFreedom, Problem
 
-MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
-"""Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
 CHANCE, EXACT = 1e-4, 1e-9
 """Significance level at which draw wires have unknown zeros, and |r|² that is rounding."""
 SURE_TORQUE = 0.8
@@ -36,35 +33,11 @@ CLEAR = 10.0
 """By how much planes must fit contacts better than points."""
 
 
-def majority(robot: Robot, located: Dataset) -> str:
-    """`12 rows (10–21) don't fit the others, which the arm fits to 2.6 mm`; empty if it doesn't fit most."""
-    off = np.zeros(len(located))
-    for _ in range(TRIM_ROUNDS):
-        most = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
-        some = most.take(far_apart(most, PLACED_ROWS))
-        off = placed_errors(robot, some, located)
-    fits = off < FITS * robot.reach
-    error = float(np.median(off[fits])) if fits.any() else np.inf
-    if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
-        return ""
-    few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())}) don't fit the others"
-    places = np.unique(np.asarray(located.position)[~fits], axis=0)
-    frozen = "; the instrument's reading stays the same in them" if 2 * len(places) <= (~fits).sum() else ""
-    return f"{few}, which the arm fits to {in_mm(error)}{frozen}"
-
-
-def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
-    """Distances of points [m] from an arm that is placed by some rows."""
-    at = place(robot.bare, some.q[None], np.asarray(some.position)[None], None)
-    poses = at.base[0] @ chains.poses(robot.bare.chain, data.q) @ at.tool[0]
-    return np.linalg.norm(poses[:, :3, 3] - data.position, axis=1)
-
-
 def placed(robot: Robot, data: Dataset) -> Robot:
     """The nominal arm with the base and tool that fit its rows best; unchanged with too few points."""
     if data.joints != robot.dof or (rows := usable(data)) is None:
         return robot
-    at = ReadingSearch(robot, rows).plain()
+    at = ReadingSearch(robot, data=rows).plain()
     return replace(robot, mounting=robot.mounting.at(at.base, at.tool), sessions={})
 
 
@@ -73,7 +46,8 @@ def next_worse(robot: Robot, data: Dataset) -> float:
     with too few that have a point."""
     if data.joints != robot.dof or (rows := usable(data)) is None:
         return float("inf")
-    search, signs = ReadingSearch(robot, rows), Families(robot, robot.dof).signs
+    search = ReadingSearch(robot, data=rows)
+    (signs,) = search.arms[0].coupled
     near = [replace(RowReading.plain(robot), w=w) for w in signs.w[signs.cost <= 2.0 * SIGN]]
     search.found = [search.plain(), *search.place(near)]
     return ranked(search, None).margin
@@ -81,11 +55,9 @@ def next_worse(robot: Robot, data: Dataset) -> float:
 
 def zeros_fitted(robot: Robot, data: Dataset) -> float:
     """Misfit [m] of rows that are an arm's own once base, tool and joint zeros are fitted."""
-    freedom = FrameFreedom(FRAME_PARTS, FRAME_PARTS)
-    arm = align(robot.bare, data, freedom)
-    problem = Problem.build(arm, data, free=arm.joint_offsets[1:-1], frames=freedom)
-    poses = chains.poses(problem.robot_at(Opt2(limit=100).search(problem).x).chain, data.q)
-    return float(np.sqrt(((poses[:, :3, 3] - data.position) ** 2).sum(1).mean()))
+    inner = range(1, robot.dof - 1)
+    at = place(robot.bare, data.q[None], data.position[None], data.rotation[None], zeros=inner, robust=False)
+    return float(np.sqrt((at.error**2).mean()))
 
 
 def with_planes(robot: Robot, data: Dataset) -> Dataset:

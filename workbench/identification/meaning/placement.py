@@ -14,7 +14,7 @@ from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool, base_and_tool_by_places, nearest_rotation
 from workbench.base.types import Matrix4
 from workbench.identification.errors.row_errors import quantile
-from workbench.identification.meaning.bounds import WEIGHT, affine_map
+from workbench.identification.meaning.bounds import WEIGHT, affine_map, flange_poses
 
 STEPS, SEARCHED = 4, 25
 """Steps from the closed forms, and where zeros are unknown."""
@@ -68,7 +68,6 @@ def place(
     rotations: Float[np.ndarray, "s rows 3 3"] | None,
     *,
     zeros: Sequence[int] = (),
-    held: bool = False,
     given: tuple[Matrix4, Matrix4] | None = None,
     robust: bool = True,
 ) -> PlacedReadings:
@@ -76,19 +75,16 @@ def place(
 
     Args:
         zeros: Joints whose zeros are unknown, too.
-        held: Whether base and tool are known: none.
-        given: Base and tool, if they are to be taken so.
+        given: Base and tool, if they are known.
         robust: Whether rows may be set apart.
     """
-    fit = _Fit(robot, joints, points, rotations, tuple(zeros), held)
-    if given is not None:
-        return fit.placed(given[0][None], given[1][None], np.zeros((1, joints.shape[2])))
+    fit = _Fit(robot, joints, points, rotations, list(zeros), given)
     start = fit.start()
-    if held and not zeros:
+    if given is not None and not zeros:
         return fit.placed(*start)
     everything = np.ones(points.shape[:2])
     found = fit.placed(*fit.descended(start, everything))
-    if rotations is not None and not held:
+    if rotations is not None and given is None:
         poor = np.median(found.error, axis=1) > POOR * robot.reach
         if poor.any():  # points in a plane can mislead their closed form
             found = found.better(fit.placed(*fit.descended(fit.start(by_turns=poor), everything)))
@@ -104,55 +100,47 @@ class _Fit:
     joints: Float[np.ndarray, "s rows n"]
     points: Float[np.ndarray, "s rows 3"]
     rotations: Float[np.ndarray, "s rows 3 3"] | None
-    zeros: tuple[int, ...]
-    held: bool
+    zeros: list[int]
+    given: tuple[Matrix4, Matrix4] | None
 
     def start(self, by_turns: Bool[np.ndarray, " s"] | None = None) -> tuple[np.ndarray, ...]:
         """Bases, tools and zeros by closed forms, of orientations where wanted or where points are few."""
-        count, _, n = self.joints.shape
-        base, tool = (np.tile(np.eye(4), (count, 1, 1)) for _ in range(2))
-        zero, flange = np.zeros((count, n)), self.still
-        if self.held and self.zeros and self.rotations is not None:
-            zero[:, [0, -1]] = self._ends(flange, self.rotations)
-        elif not self.held:
-            for k in range(count):
-                is_turned = by_turns is not None and by_turns[k]
-                if self.rotations is not None and (is_turned or len(flange[k]) < AFFINE_ROWS):
-                    solve = base_and_tool_by_places if is_turned else base_and_tool
-                    base[k], tool[k] = solve(flange[k], se3.pose(self.rotations[k], self.points[k]))
-                    continue
-                linear, tool[k, :3, 3] = affine_map(flange[k], self.points[k])
-                base[k, :3, :3] = nearest_rotation(linear.T)
-                reached = flange[k, :, :3, 3] + flange[k, :, :3, :3] @ tool[k, :3, 3]
-                base[k, :3, 3] = (self.points[k] - reached @ base[k, :3, :3].T).mean(0)
-                if self.rotations is not None:
-                    turned = base[k, :3, :3] @ flange[k, :, :3, :3]
-                    tool[k, :3, :3] = nearest_rotation((np.swapaxes(turned, 1, 2) @ self.rotations[k]).sum(0))
+        count, rows, n = self.joints.shape
+        base, tool = (np.tile(pose, (count, 1, 1)) for pose in self.given or (np.eye(4), np.eye(4)))
+        zero = np.zeros((count, n))
+        if self.given is not None:
+            if self.zeros and self.rotations is not None:
+                zero[:, [0, -1]] = self._ends(self.rotations)
+            return base, tool, zero
+        for k, (flange, points) in enumerate(zip(self.still, self.points, strict=True)):
+            is_turned = by_turns is not None and by_turns[k]
+            if self.rotations is not None and (is_turned or rows < AFFINE_ROWS):
+                solve = base_and_tool_by_places if is_turned else base_and_tool
+                base[k], tool[k] = solve(flange, se3.pose(self.rotations[k], points))
+                continue
+            linear, tool[k, :3, 3] = affine_map(flange, points)
+            base[k, :3, :3] = nearest_rotation(linear.T)
+            reached = flange[:, :3, 3] + flange[:, :3, :3] @ tool[k, :3, 3]
+            base[k, :3, 3] = (points - reached @ base[k, :3, :3].T).mean(0)
+            if self.rotations is not None:
+                turned = base[k, :3, :3] @ flange[:, :3, :3]
+                tool[k, :3, :3] = nearest_rotation((np.swapaxes(turned, 1, 2) @ self.rotations[k]).sum(0))
         return base, tool, zero
 
-    def _ends(self, flange: np.ndarray, rotations: np.ndarray) -> Float[np.ndarray, "s 2"]:
-        """Zeros of the first and the last joint, as the base and tool that are held would have to turn."""
+    def _ends(self, rotations: np.ndarray) -> Float[np.ndarray, "s 2"]:
+        """Zeros of the first and the last joint, as a base and tool that are known would have to turn."""
         poses, twists = chains.joint_twists(self.robot.chain, self.joints[0, :1])
         first, last = twists[0, 3:, 0], poses[0, :3, :3].T @ twists[0, 3:, -1]
-        turned = map(base_and_tool, flange, se3.pose(rotations, self.points))
+        turned = map(base_and_tool, self.still, se3.pose(rotations, self.points))
         return np.array([(_angle(base, first), _angle(tool, last)) for base, tool in turned])
 
     @cached_property
     def still(self) -> Float[np.ndarray, "s rows 4 4"]:
         """Poses of the bare flange with all zeros as given."""
-        return self._flange(self.joints)[0]
-
-    def _flange(self, joints: np.ndarray, *, moves: bool = False) -> tuple[np.ndarray, np.ndarray | None]:
-        """Poses of the bare flange, and the twists of it by joints with unknown zeros."""
-        flat = np.ascontiguousarray(joints.reshape(-1, joints.shape[-1]))
-        if not moves:
-            return chains.poses(self.robot.chain, flat).reshape(*joints.shape[:2], 4, 4), None
-        poses, twists = chains.joint_twists(self.robot.chain, flat)
-        chosen = twists[:, :, list(self.zeros)].reshape(*joints.shape[:2], 6, -1)
-        return poses.reshape(*joints.shape[:2], 4, 4), chosen
+        return flange_poses(self.robot, self.joints)
 
     def placed(self, base: np.ndarray, tool: np.ndarray, zero: np.ndarray) -> PlacedReadings:
-        flange = self._flange(self.joints + zero[:, None])[0] if zero.any() else self.still
+        flange = flange_poses(self.robot, self.joints + zero[:, None]) if zero.any() else self.still
         at = base[:, None] @ flange @ tool[:, None]
         error = np.linalg.norm(at[..., :3, 3] - self.points, axis=2)
         turn = np.full(error.shape, np.nan)
@@ -162,44 +150,46 @@ class _Fit:
 
     def descended(self, start: tuple[np.ndarray, ...], weights: np.ndarray) -> tuple[np.ndarray, ...]:
         """Base, tool and zeros that leave least of the rows by weight."""
-        count = len(weights)
-        angle = WEIGHT * self.robot.reach
+        count, n = len(weights), self.joints.shape[-1]
+        angle, is_free = WEIGHT * self.robot.reach, self.given is None
 
         def linearise(base, tool, zero):
-            flange, twists = self.still, None
+            flange = self.still
             if self.zeros:
-                flange, twists = self._flange(self.joints + zero[:, None], moves=True)
+                q = np.ascontiguousarray((self.joints + zero[:, None]).reshape(-1, n))
+                both = chains.joint_twists(self.robot.chain, q)
+                flange, twists = (part.reshape(*weights.shape, *part.shape[1:]) for part in both)
             arm = base[:, None] @ flange
             turned, lever = arm[..., :3, :3], (arm[..., :3, :3] @ tool[:, None, :3, 3:])[..., 0]
-            at = arm[..., :3, 3] + lever
+            at, seen = arm[..., :3, 3] + lever, turned @ tool[:, None, :3, :3]
             eye = np.broadcast_to(np.eye(3), turned.shape)
-            columns = [] if self.held else [-se3.skew(at - base[:, None, :3, 3]), eye, turned]
-            if twists is not None:
-                along, about = (base[:, None, :3, :3] @ t for t in (twists[..., :3, :], twists[..., 3:, :]))
-                columns.append(along - se3.skew(lever) @ about)
-            error, jacobian = self.points - at, np.concatenate(columns, axis=3)
+            moves = []  # velocity and rate of turning for each unknown
+            if is_free:
+                moves = [(-se3.skew(at - base[:, None, :3, 3]), eye), (eye, 0.0 * eye), (turned, 0.0 * eye)]
+            if self.zeros:
+                some = twists[..., self.zeros].reshape(*weights.shape, 2, 3, -1)
+                along, about = np.moveaxis(base[:, None, None, :3, :3] @ some, 2, 0)
+                moves.append((along - se3.skew(lever) @ about, about))
+            if is_free and self.rotations is not None:
+                moves.append((0.0 * eye, seen))
+            velocity, turning = (np.concatenate(part, axis=3) for part in zip(*moves, strict=True))
+            error, jacobian = self.points - at, velocity
             if self.rotations is not None:
-                seen = turned @ tool[:, None, :3, :3]
-                turns = [] if self.held else [eye, 0.0 * eye, 0.0 * eye]
-                turns += [] if twists is None else [about]
-                if not self.held:
-                    turns.append(seen)
-                    jacobian = np.concatenate([jacobian, 0.0 * eye], axis=3)
                 error = np.concatenate([error, angle * _turned(self.rotations, seen)], axis=2)
-                jacobian = np.concatenate([jacobian, angle * np.concatenate(turns, axis=3)], axis=2)
+                jacobian = np.concatenate([velocity, angle * turning], axis=2)
             error, jacobian = weights[..., None] * error, weights[..., None, None] * jacobian
             return error.reshape(count, -1), jacobian.reshape(count, -1, jacobian.shape[-1])
 
         def moved(base, tool, zero, step):
             base, tool, zero = base.copy(), tool.copy(), zero.copy()
-            at = 0 if self.held else 9
-            zero[:, list(self.zeros)] += step[:, at : at + len(self.zeros)]
-            if not self.held:
-                base[:, :3, :3] = se3.rotvec_to_matrix(step[:, :3]) @ base[:, :3, :3]
-                base[:, :3, 3] += step[:, 3:6]
-                tool[:, :3, 3] += step[:, 6:9]
+            frames, ends = step[:, : 9 * is_free], step[:, 9 * is_free :]
+            zero[:, self.zeros] += ends[:, : len(self.zeros)]
+            if is_free:
+                base[:, :3, :3] = se3.rotvec_to_matrix(frames[:, :3]) @ base[:, :3, :3]
+                base[:, :3, 3] += frames[:, 3:6]
+                tool[:, :3, 3] += frames[:, 6:9]
                 if self.rotations is not None:
-                    tool[:, :3, :3] = tool[:, :3, :3] @ se3.rotvec_to_matrix(step[:, -3:])
+                    tool[:, :3, :3] = tool[:, :3, :3] @ se3.rotvec_to_matrix(ends[:, -3:])
             return base, tool, zero
 
         return descend(start, linearise, moved, steps=SEARCHED if self.zeros else STEPS)[0]

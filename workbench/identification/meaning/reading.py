@@ -7,15 +7,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm import chain as chains
 from workbench.arm.conventions import ORDERS
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
 from workbench.arm.signs_and_offsets import with_couplings, with_signs_and_offsets
-from workbench.base import se3
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.identification.meaning.bounds import WEIGHT
+from workbench.identification.meaning.bounds import WEIGHT, flange_poses
 from workbench.identification.meaning.conventions import Convention
 
 FITS, FITS_TURN = 0.02, float(np.radians(5.0))
@@ -154,6 +152,11 @@ class RowReading:
         return f"{in_mm(self.position)}{turned}"
 
     @property
+    def name(self) -> str:
+        """All that is changed, as a person would repeat it."""
+        return "; ".join(change.partition(" (")[0] for change in self.changes)
+
+    @property
     def text(self) -> str:
         return "; ".join([*self.changes, *([self.orientation] if self.orientation else [])]) or "as given"
 
@@ -174,14 +177,19 @@ class RowReading:
         Args:
             joints: Whether joints are read so, beyond their unit; not where the arm counts them so.
         """
-        (position, rotation), q = self.poses(data), self.in_units(data.q)
-        torque, direction = data.torque, data.direction
+        position, rotation = self.poses(data)
+        seen: dict[str, Any] = {"position": position, "rotation": rotation, "q": self.in_units(data.q)}
+        if self.convention is not None:
+            seen["written"] = None
         if joints:
-            q = self.joints(data.q)
-            torque = None if torque is None else torque @ np.linalg.pinv(self.w)
-            direction = None if direction is None else np.sign(direction @ self.w.T)
-        seen: dict[str, Any] = {"position": position, "rotation": rotation, "written": None}
-        return replace(data, q=q, torque=torque, direction=direction, **seen)
+            seen["q"] = self.joints(data.q)
+            if data.torque is not None:
+                seen["torque"] = data.torque @ np.linalg.pinv(self.w)
+            if data.direction is not None:
+                seen["direction"] = np.sign(data.direction @ self.w.T)
+            if data.joint_units:
+                seen["joint_units"] = tuple(data.joint_units[k] for k in np.abs(self.w).argmax(1))
+        return replace(data, **seen)
 
     def poses(self, data: Dataset) -> tuple[np.ndarray | None, np.ndarray | None]:
         """Positions and orientations of a file's rows, read so."""
@@ -212,24 +220,17 @@ def units(robot: Robot, columns: int, factor: float) -> Float[np.ndarray, " m"]:
     return np.where(slides, 1.0, factor) if len(slides) == columns else np.full(columns, factor)
 
 
-def flange_poses(robot: Robot, q: np.ndarray, *, inverse: bool = False) -> np.ndarray:
-    """Poses of a bare arm's flange in its base for joints (…, n), or of the base in the flange."""
-    poses = chains.poses(robot.chain, np.ascontiguousarray(q.reshape(-1, q.shape[-1])))
-    poses = se3.inverse(poses) if inverse else poses
-    return poses.reshape(*q.shape[:-1], 4, 4)
-
-
 def _joint_texts(w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"]) -> list[str]:
     """What each joint is that isn't its own column: `joint 3 = q3 + q2`, `joint 5 = -q5 + 90°`."""
-    found, eye = [], np.eye(*w.shape)
-    for k, row in enumerate(w):
-        turn = float(np.degrees((zero[k] + np.pi) % (2.0 * np.pi) - np.pi))
-        if np.allclose(row, eye[k]) and abs(turn) < 1e-6:
-            continue
+    found, turns = [], np.degrees((zero + np.pi) % (2.0 * np.pi) - np.pi)
+    for k, (row, own, turn) in enumerate(zip(w, np.eye(*w.shape), turns, strict=True)):
         columns = sorted(np.flatnonzero(row).tolist(), key=lambda j: (j != k, j))
-        sizes = {j: "" if abs(abs(row[j]) - 1.0) < 1e-9 else f"{abs(row[j]):.4g} " for j in columns}
-        text = " ".join(f"{'-' if row[j] < 0 else '+'} {sizes[j]}q{j + 1}" for j in columns)
-        text = text[2:] if text.startswith("+") else f"-{text[2:]}"
-        text += "" if abs(turn) < 1e-6 else f" {'-' if turn < 0 else '+'} {abs(turn):.4g}°"
-        found.append(f"joint {k + 1} = {text}")
+        terms = [
+            (row[j], "" if abs(abs(row[j]) - 1.0) < 1e-9 else f"{abs(row[j]):.4g} ", f"q{j + 1}")
+            for j in columns
+        ]
+        terms += [] if abs(turn) < 1e-6 else [(turn, f"{abs(turn):.4g}", "°")]
+        if len(terms) > len(columns) or not np.allclose(row, own):
+            text = " ".join(f"{'-' if sign < 0 else '+'} {size}{what}" for sign, size, what in terms)
+            found.append(f"joint {k + 1} = {text[0].strip('+')}{text[2:]}")
     return found

@@ -1,15 +1,14 @@
 """One search over what rows mean: B_i = X A(W q_i + o) Z with base X and tool Z free.
 
-Families of readings come in a fixed order, each complete before anything is said: as given, orientation
-conventions, signs and couplings, other built-in arms, orders, zeros, several of these. Closed-form bounds
-rank all candidates of a family; the best are placed. The plain reading stands unless another is clearly
-better, and no changed reading is claimed from rows that hardly move the arm.
+Families of hypotheses come in a fixed order, each complete before anything is said. Closed-form bounds rank
+all hypotheses of a family; the best are placed. The plain reading stands unless another is clearly better,
+and no changed reading is claimed from rows that hardly move the arm.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import islice
+from itertools import groupby, islice, product
 from typing import Any
 
 import numpy as np
@@ -24,21 +23,22 @@ from workbench.data.dataset import Dataset
 from workbench.identification.meaning.bounds import (
     WEIGHT,
     affine_map,
+    flange_poses,
     grams,
     held_bounds,
     nearest_turn,
     point_bounds,
     turn_bounds,
 )
-from workbench.identification.meaning.candidates import (
+from workbench.identification.meaning.conventions import Convention, conventions
+from workbench.identification.meaning.families import (
     FREE_ZERO,
     QUARTER,
-    TURN,
     ZERO,
-    ColumnReadings,
-    Families,
+    Family,
+    Hypotheses,
+    JointColumns,
 )
-from workbench.identification.meaning.conventions import Convention, conventions
 from workbench.identification.meaning.placement import PlacedReadings, place
 from workbench.identification.meaning.reading import (
     FITS,
@@ -48,7 +48,6 @@ from workbench.identification.meaning.reading import (
     LENGTHS,
     NARROW,
     RowReading,
-    flange_poses,
     units,
 )
 from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart
@@ -80,7 +79,7 @@ class ReadingSearch:
     """Readings of some rows of one session, which are placed once they are likely.
 
     Args:
-        robot: The arm that is said to have moved.
+        robots: The arm that is said to have moved, or what it may be.
         data: Rows with points, and orientations or none.
         held: Whether rows are of the flange in the arm's base.
         sessions: Number of sessions, each with its own base and tool, that have equally many rows.
@@ -88,12 +87,13 @@ class ReadingSearch:
     """
 
     def __init__(
-        self, robot: Robot, data: Dataset, *, held: bool = False, sessions: int = 1, count: int = PLACED_ROWS
+        self, *robots: Robot, data: Dataset, held: bool = False, sessions: int = 1, count: int = PLACED_ROWS
     ):
-        self.robot, self.held, self.sessions = robot.bare, held, sessions
+        self.robot, self.held, self.sessions = robots[0].bare, held, sessions
         self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, SURE)
         self.data = data if sessions > 1 else data.take(far_apart(data, count))
         self.points = np.asarray(self.data.position)
+        self.arms = [JointColumns(robot.bare, self.data.q) for robot in robots]
         self.handed = HANDED if data.rotation is None else MIRRORED
         self.found: list[RowReading] = []
         self.tried: dict[str, int] = {}
@@ -127,7 +127,7 @@ class ReadingSearch:
         largest, degree = np.abs(self.data.q[:, turns]).max(initial=0.0), np.pi / 180.0
         if self.data.missing_units:
             return [(1.0, 0.0), (degree, UNIT), (1.0 / degree, UNIT)]
-        if largest > 2.0 * TURN:
+        if largest > 4.0 * np.pi:
             return [(degree, UNIT)]
         return [(1.0, 0.0), (1.0 / degree, UNIT)] if largest < 7.0 * degree else [(1.0, 0.0)]
 
@@ -184,26 +184,19 @@ class ReadingSearch:
     def _aligned(
         self, readings: list[RowReading], zeros: Sequence[int] = (), **options: Any
     ) -> list[RowReading]:
-        """Readings, with orientations or without, of one arm with the base and tool that fit best; options
+        """Readings of one arm, all with orientations or none, with the base and tool that fit best; options
         as of `place`."""
-        found: dict[int, RowReading] = {}
-        for turned in (False, True):
-            some = [k for k, r in enumerate(readings) if (r.convention is not None) == turned]
-            if not some:
-                continue
-            q = np.array([readings[k].joints(self.data.q) for k in some])
-            points, rotations = zip(*(readings[k].poses(self.data) for k in some), strict=True)
-            points, rotations = np.array(points), np.array(rotations) if turned else None
-            robot = readings[some[0]].robot
-            at = self._placed(robot, q, points, rotations, zeros=zeros, **options)
-            for number, k in enumerate(some):
-                found[k] = self._measured(readings[k], at, number)
-        return [found[k] for k in range(len(readings))]
+        points, rotations = map(np.array, zip(*(r.poses(self.data) for r in readings), strict=True))
+        turned = None if readings[0].convention is None else rotations
+        q = np.array([r.joints(self.data.q) for r in readings])
+        at = self._placed(readings[0].robot, q, points, turned, zeros=zeros, **options)
+        return [self._measured(reading, at, k) for k, reading in enumerate(readings)]
 
     def _placed(self, robot: Robot, *rows: Any, **options: Any) -> PlacedReadings:
         """Readings with a base and a tool for each session, of which the first are told."""
         if (count := self.sessions) == 1:
-            return place(robot, *rows, held=self.held, **options)
+            known = {"given": (np.eye(4), np.eye(4))} if self.held else {}
+            return place(robot, *rows, **(known | options))
         size = len(self.data) // count
         each: list[Any] = [None if r is None else r.reshape(-1, size, *r.shape[2:]) for r in rows]
         at = place(robot, *each, robust=False, **options)
@@ -246,50 +239,39 @@ class ReadingSearch:
         limit = SURE if reading.convention and reading.motion < NARROW / 2 else FAST
         return reading.score < limit and reading.fits
 
-    def family(
-        self, name: str, robot: Robot, candidates: ColumnReadings, *, inverse: bool = True, other: str = ""
-    ) -> None:
-        """Place the likeliest readings of a family; `other` names an arm that isn't said to have moved."""
-        candidates = candidates.moving(self.still)
-        self.tried[name] = self.tried.get(name, 0) + len(candidates)
-        count = HELD_PLACED if self.held else PLACED
-        ranked: list[tuple[float, int, float, bool]] = []
-        for factor, more in self.units:
-            q = units(robot, self.data.joints, factor) * self.data.q[self.few]
-            for begin in range(0, len(candidates), CHUNK):
-                some = slice(begin, begin + CHUNK)
-                joints, cost = candidates.of(q, some), candidates.cost[some] + more
+    def family(self, family: Family) -> None:
+        """Place the likeliest hypotheses of a family, of each arm by itself."""
+        every = (part for own in self.arms for part in family.of(own))
+        for _, parts in groupby(every, key=lambda part: id(part.robot)):
+            self._try(family.name, list(parts), inverse=family.inverse and not self.held)
+
+    def _try(self, name: str, parts: list[Hypotheses], *, inverse: bool = False) -> None:
+        robot, count = parts[0].robot, HELD_PLACED if self.held else PLACED
+        ranked, tried = list[tuple[float, RowReading]](), 0
+        for part in (part.moving(self.still) for part in parts):
+            tried += len(part)
+            for (factor, more), begin in product(self.units, range(0, len(part), CHUNK)):
+                some = part[begin : begin + CHUNK]
+                joints = some.of(units(robot, self.data.joints, factor) * self.data.q[self.few])
                 for turned in (False, True) if inverse and self.conventions else (False,):
-                    bound = self._bounds(robot, flange_poses(robot, joints, inverse=turned))
-                    bound = bound + 1e-4 * (cost + INVERSE * turned)
-                    best = np.argsort(bound)[:count].tolist()
-                    ranked += [(bound[k], begin + k, factor, turned) for k in best]
-        ranked.sort()
-        if not self.held:
-            ranked = [c for c in ranked if c[0] < max(30.0 * ranked[0][0], 0.08)]
-        costs = dict(self.units)
-        readings = [
-            RowReading(
-                robot=robot,
-                other=other,
-                unit=factor,
-                w=candidates.w[k],
-                zero=candidates.zero[k],
-                cost=float(candidates.cost[k]) + costs[factor] + INVERSE * inverse,
-                inverse=inverse,
-            )
-            for _, k, factor, inverse in ranked[:count]
-        ]
-        if candidates.refined and readings:
-            readings = self.refined([r for r in readings if not r.inverse])
-        self.found += self.place(readings) if readings else []
+                    cost = some.cost + more + INVERSE * turned
+                    bound = self._bounds(robot, flange_poses(robot, joints, inverse=turned)) + 1e-4 * cost
+                    for k in np.argsort(bound)[:count].tolist():
+                        own = {"w": some.w[k], "zero": some.zero[k], "cost": float(cost[k])}
+                        own |= {"other": some.other, "unit": factor, "inverse": turned}
+                        ranked.append((float(bound[k]), RowReading(robot=robot, **own)))
+        self.tried[name] = self.tried.get(name, 0) + tried
+        ranked.sort(key=lambda pair: pair[0])
+        most = np.inf if self.held or not ranked else max(30.0 * ranked[0][0], 0.08)
+        if readings := [reading for bound, reading in ranked[:count] if bound < most]:
+            self.found += self.place(self.refined(readings) if parts[0].refined else readings)
 
     def twins(self) -> None:
         """Place the best reading with all other signs of its joints, some of which change the handedness."""
         if (r := min(self.found, key=lambda r: r.score)).moves_otherwise:
             cost = r.cost - self.handed * r.mirrored
-            signs = Families(r.robot, r.w.shape[1]).with_other_signs(r.w, r.zero, cost)
-            self.family("signs and couplings", r.robot, signs, inverse=False, other=r.other)
+            signs = JointColumns(r.robot, self.data.q).with_other_signs(r.w, r.zero, cost)
+            self._try("signs and couplings", [replace(signs, other=r.other)])
 
     def _bounds(self, robot: Robot, flange: np.ndarray) -> Float[np.ndarray, " s"]:
         """Lower bounds of the misfits of flange poses in the bounds' rows, as shares of the reach."""
@@ -319,7 +301,7 @@ class ReadingSearch:
         """A reading with other zeros; those near quarter turns made exactly these."""
         robot = reading.robot
         slides = np.array(sliding(robot), bool)
-        zero = np.where(slides, zero, (zero + np.pi) % TURN - np.pi)
+        zero = np.where(slides, zero, (zero + np.pi) % (2.0 * np.pi) - np.pi)
         quarter = np.where(slides, 0.0, np.round(zero / QUARTER) * QUARTER)
         near = np.abs(zero - quarter) < np.where(slides, SNAP_LENGTH * robot.reach, SNAP)
         zero = np.where(near & (not exact), quarter, zero)

@@ -8,21 +8,23 @@ import numpy as np
 from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.remedy import remedy
-from workbench.base.wording import in_mm
+from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
 from workbench.data.postures import postures
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.bounds import WEIGHT
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import MIN_FITTING_SHARE, placed_errors
+from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS, FITS_TURN, NARROW, RowReading
 from workbench.identification.meaning.search import CLEAR
-from workbench.identification.meaning.usable_rows import usable
+from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
+MIN_FITTING_SHARE, TRIM_ROUNDS = 0.65, 8
+"""Share of rows that must fit for the others to be wrong, and number of rounds that search for them."""
 MIN_PART = 10
 """Minimum number of rows of a part: with fewer, base and point of the tool fit too much."""
 WITHIN, FAR = 0.5 * FITS, 8.0
@@ -52,17 +54,41 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
             if off.mean() < MIN_FITTING_SHARE:  # others fit as well: it tells nothing of those that don't
                 continue
             text = f"those whose '{heading}' is {sizes}, the others don't"
-            return replace(meaning, parts=text, kept=data.row[data.unread[heading] == value])
+            return replace(meaning, told=text, kept=data.row[data.unread[heading] == value])
         if not meaning.is_found:
             key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
             said = remedy(f"give columns='{key}={heading}' (--columns)", page=f"{CHOOSE_ON_PAGE}: {key}")
-            return replace(meaning, parts=text, remedy=said)
+            return replace(meaning, told=text, cure=said)
     if not meaning.is_found and rows.rotation is not None and _fits(robot, rows):
         text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
         said = "leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
-        return replace(meaning, parts=text, remedy=said)
+        return replace(meaning, told=text, cure=said)
     return meaning
+
+
+def majority(robot: Robot, located: Dataset) -> str:
+    """`12 rows (10–21) don't fit the others, which the arm fits to 2.6 mm`; empty if it doesn't fit most."""
+    off = np.zeros(len(located))
+    for _ in range(TRIM_ROUNDS):
+        most = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
+        some = most.take(far_apart(most, PLACED_ROWS))
+        off = placed_errors(robot, some, located)
+    fits = off < FITS * robot.reach
+    error = float(np.median(off[fits])) if fits.any() else np.inf
+    if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
+        return ""
+    few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())}) don't fit the others"
+    places = np.unique(np.asarray(located.position)[~fits], axis=0)
+    frozen = "; the instrument's reading stays the same in them" if 2 * len(places) <= (~fits).sum() else ""
+    return f"{few}, which the arm fits to {in_mm(error)}{frozen}"
+
+
+def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
+    """Distances of points [m] from an arm that is placed by some rows."""
+    at = place(robot.bare, some.q[None], np.asarray(some.position)[None], None)
+    poses = at.base[0] @ chains.poses(robot.bare.chain, data.q) @ at.tool[0]
+    return np.linalg.norm(poses[:, :3, 3] - data.position, axis=1)
 
 
 def parts_in_order(robot: Robot, data: Dataset) -> str:
@@ -134,12 +160,8 @@ def _without(arm: Robot, rows: Dataset, name: str) -> tuple[float, float, float,
     noise = Noise(UNIT * arm.reach, UNIT / WEIGHT)
     problem = Problem.build(arm, rows, free=[name], frames=freedom, noise=noise)
     fitted = problem.robot_at(Opt2(limit=STEPS).search(problem).x)
-    poses = chains.poses(fitted.chain, rows.q)
-    position = float(np.sqrt(((poses[:, :3, 3] - rows.position) ** 2).sum(1).mean()))
-    turn = 0.0
-    if rows.rotation is not None:
-        turned = se3.matrix_to_rotvec(np.swapaxes(poses[:, :3, :3], 1, 2) @ rows.rotation)
-        turn = float(np.sqrt((turned**2).sum(1).mean()))
+    off = row_errors(fitted, rows)
+    position, turn = (float(np.nan_to_num(np.sqrt((e**2).mean()))) for e in (off.position, off.rotation))
     element = next(e for e in arm.elements if e.name == name)
     unit, factor = ("°", 180.0 / np.pi) if element.axis.turns else (" mm", 1e3)
     before, after = (factor * float(r.values((name,))[0]) for r in (arm, fitted))

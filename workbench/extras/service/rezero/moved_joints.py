@@ -31,7 +31,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike, Sessions
 from workbench.identification.frames import visible_parts
-from workbench.identification.meaning.as_read import is_misread, misread_text, oriented, with_own_columns
+from workbench.identification.meaning.as_read import as_told, with_own_columns
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import FrameFreedom, Problem
@@ -174,10 +174,10 @@ def _counted(robot: Robot, data: Dataset) -> Dataset:
     if found is None:
         return data
     is_zero = found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
-    if is_misread(found) and not is_zero:
-        text = misread_text(found, robot)
+    if found.is_misread and not is_zero:
+        text = found.text(bare=bool(robot.effects))
         raise DataError(f"{data.source}: {text}; no collision does that: correct the rows")
-    return oriented(data, found)
+    return as_told(data, found)
 
 
 def _near(knowledge: LastCalibration, data: Dataset) -> LastCalibration:
