@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import viser
@@ -48,9 +49,8 @@ class Strip(AbstractPanel):
         self._offer(lambda step: step.next, "What to do next.", main=True)
         self._offer(lambda step: step.other, "An alternative next step.", main=False)
         for k in range(MOST_MORE):
-            self._offer(
-                lambda step, k=k: step.more[k] if k < len(step.more) else None, "Or this.", main=False
-            )
+            at: Any = lambda step, k=k: dict(enumerate(step.more)).get(k)  # noqa: E731
+            self._offer(at, "Or this.", main=False)
         self.button(
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
