@@ -46,7 +46,7 @@ BUDGETS = {
     "identification": 9_051,
     "diagnosis": 6_645,
     "exports": 316,
-    "session": 6_178,
+    "session": 6_175,
     "views": 6_873,
     "cli": 1_436,
     "extras": 1,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_770,
+    "tests": 38_764,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_892

@@ -17,7 +17,7 @@ def test_points_lie_where_their_values_are_and_lead_where_they_say():
     svg = Chart([marks], 100.0, floor=0.0).svg()
     places = [(float(x), float(y)) for x, y in re.findall(r'cx="([\d.]+)" cy="([\d.]+)"', svg)]
     assert places == [
-        pytest.approx((LEFT + MARGIN, MARGIN + (100.0 - 2 * MARGIN) * (1.0 - 2.0 / 6.0)), abs=0.06),
+        pytest.approx((LEFT + MARGIN, MARGIN + (100.0 - MARGIN) * (1.0 - 2.0 / 6.0)), abs=0.06),
         pytest.approx((WIDTH - MARGIN, MARGIN), abs=0.06),
     ]
     assert svg.count('<a href="/x">') == svg.count("<a ") == 1

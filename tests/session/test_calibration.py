@@ -18,7 +18,7 @@ from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
-from workbench.session.commands.identify import Identify, SetLevelled
+from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
 from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
@@ -86,8 +86,11 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
 
 
 def test_a_file_is_read_identified_and_looked_at(do, file):
-    session = do(LoadData("../../etc/a.csv", file))
+    numbered = zip(file.splitlines(), [b"Nr", *(b"%d" % k for k in range(101, 151))], strict=True)
+    session = do(LoadData("../../etc/a.csv", b"\n".join(b"%s,%s" % pair for pair in numbered)))
     assert session.measurements.loaded.name == "a.csv"
+    assert session.measurements.loaded.row_name(3) == "3 = Nr 104"
+    assert do(LeaveRowsOut((3,)), Undo()).measurements.left_out == frozenset()
     facts = dict(session.measurements.loaded.facts)
     assert facts["Measured"] == "position of the tool, orientation of the tool"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))

@@ -3,8 +3,8 @@
 from dataclasses import fields, replace
 from types import SimpleNamespace
 
-from workbench.session.state import Focus, Measurements, UndoStep
-from workbench.views.drawables.plate import plate, plate_before
+from workbench.session.state import Focus, Measurements
+from workbench.views.drawables.plate import plate
 from workbench.views.drawables.scene_contents import items
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
 
@@ -101,14 +101,3 @@ def test_what_is_hidden_is_made_when_it_is_shown(first):
     assert requested == [3, 4]
     sink.draw([])
     assert sink.there == {}
-
-
-def test_no_target_of_the_last_plate_haunts_another_arm(first):
-    """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
-    stepped = replace(moved(first, 0, 0.05), history=replace(first.history, done=(UndoStep.of(first),)))
-    assert [item.path for item in plate_before(stepped)] == ["plate/before/1"]
-    opened = replace(stepped, history=replace(stepped.history, done=(UndoStep.of(first, is_whole=True),)))
-    assert list(plate_before(opened)) == []
-    ahead = tuple(replace(target, xyz=target.xyz + 0.1) for target in first.plate.targets)
-    searched = replace(stepped, plate=replace(first.plate, targets=ahead))
-    assert list(plate_before(searched)) == []

@@ -76,7 +76,7 @@ def test_all_of_many_rows_are_drawn():
     many = replace(
         rows,
         **{name: np.resize(getattr(rows, name), (count, *getattr(rows, name).shape[1:])) for name in
-           ("q", "number", "held_out", "measured", "nominal", "residuals")},
+           ("q", "number", "held_out", "kept_out", "measured", "nominal", "residuals")},
     )  # fmt: skip
     scene = drawn(many)
     assert len(scene["measured"].places) + len(scene["measured/held_out"].places) == count

@@ -334,5 +334,5 @@ def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were excluded as outliers, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
-    typical = f"; the others' errors: {others.text('median')}" if others.text("median") else ""
+    typical = f"; the others' median error: {others.text('median')}" if others.text("median") else ""
     return f"{rows} {shown} excluded{typical}; measure {them} again, or correct the file (rows count from 0)"

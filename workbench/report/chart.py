@@ -124,7 +124,7 @@ class Chart:
         if self.is_log:
             y = np.log(np.maximum(y, 1e-12))
             low, high = (float(np.log(max(v, 1e-12))) for v in (low, high))
-        room = self.height - 2 * MARGIN
+        room = self.height - MARGIN - (MARGIN if self.floor is None else 0.0)  # bars stand on the frame
         return MARGIN + room * (1.0 - (y - low) / max(high - low, 1e-12))
 
 

@@ -42,7 +42,7 @@ class Comparison:
         q: Joint positions [rad or m].
         number: Data row of each, counted from 0.
         held_out: Rows that were not fitted, but judge the fit.
-        kept_out: Rows that neither were fitted nor judge; no errors are known of them.
+        kept_out: Rows that neither were fitted nor judge; their `errors` would dwarf all others.
         measured: Measured positions [m]; NaN where none was measured.
         nominal: Poses that the nominal arm predicts, on the best base and with the best tool.
         residuals: From measured to predicted position, for every stage [m]; NaN where there is no such model,
@@ -66,8 +66,13 @@ class Comparison:
 
     @cached_property
     def stage_errors(self) -> Float[np.ndarray, "rows 3"]:
-        """Position error at every stage [m]; NaN where unknown."""
-        return frozen(np.linalg.norm(self.residuals, axis=2))
+        """Position error at every stage [m]; NaN where unknown, and for rows that are kept out."""
+        return frozen(np.where(self.kept_out[:, None], np.nan, self.errors))
+
+    @property
+    def errors(self) -> Float[np.ndarray, "rows 3"]:
+        """The same with those of rows that are kept out."""
+        return np.linalg.norm(self.residuals, axis=2)
 
     @cached_property
     def stages(self) -> tuple[ModelStage, ...]:
@@ -100,8 +105,8 @@ def compare(
     parts = [_compared(fitted, nominal, models)]
     if checks is not None and len(checks):
         parts.append(_compared(checks, nominal, models, held_out=True))
-    if kept_out is not None and len(kept_out):  # without errors, which would dwarf all others
-        parts.append(replace(_compared(kept_out, nominal, {}), kept_out=np.full(len(kept_out), True)))
+    if kept_out is not None and len(kept_out):
+        parts.append(replace(_compared(kept_out, nominal, models), kept_out=np.full(len(kept_out), True)))
     columns: dict[str, Any] = {}
     for f in (f for f in fields(Comparison) if f.name != "models"):
         columns[f.name] = frozen(np.concatenate([getattr(part, f.name) for part in parts]))

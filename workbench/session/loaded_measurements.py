@@ -1,9 +1,11 @@
 """Measurements of a session, and how they were interpreted."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
+from workbench.data.readers.column_meanings import TableColumn
 from workbench.data.readers.read import Preview
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.rows.row_selection import AbstractSplit
@@ -60,6 +62,21 @@ class Loaded:
     def is_foreign(self) -> bool:
         """Whether these are clearly another arm's rows."""
         return self.match is not None and self.match.is_foreign
+
+    @cached_property
+    def _counter(self) -> TableColumn | None:
+        """A column that was left out and counts the rows."""
+        columns = () if self.file is None else self.file.preview.columns
+        return next((column for column in columns if column.key is None and _is_count(column.cells)), None)
+
+    def row_name(self, row: int) -> str:
+        """Number of a row, and the file's own where it has one: `16 = Nr 17`."""
+        own = self._counter
+        return f"{row}" if own is None or row >= len(own.cells) else f"{row} = {own.heading} {own.cells[row]}"
+
+
+def _is_count(cells: tuple[str, ...]) -> bool:
+    return all(map(str.isdecimal, cells)) and [*map(int, cells)] == sorted({*map(int, cells)})
 
 
 BY_HAND = "excluded manually"

@@ -48,13 +48,14 @@ class Action:
 
 @dataclass(frozen=True)
 class NextStep:
-    """The verdict, how it is meant, what to do now, the other way (mostly back), the number that counts."""
+    """The verdict, how it is meant, what to do now, another way (mostly back), the figure, more ways."""
 
     sentence: str
     tone: Tone = Tone.PLAIN
     next: Action | None = None
     other: Action | None = None
     figure: str = ""
+    more: tuple[Action, ...] = ()
 
 
 LOAD = Action("Measure", Tab.MEASURE)
@@ -105,6 +106,9 @@ def _under_way(session: Session) -> NextStep | None:
             return NextStep(f"{left} left: {noise}. Looking for a cause …")
         return NextStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
+        state, number = session.states[session.drag.target], session.drag.target + 1
+        if not state.measurable:
+            return NextStep(f"Target {number} does not count here: {state.reason or state.hit}.", Tone.BAD)
         return NextStep(f"Release to keep this position; {_predicted(session)}.")
     return None
 
@@ -249,15 +253,15 @@ ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
     """Rows of another arm, or of a file with wrong headings: what is to be changed, if it is known."""
-    anyway, change = OTHER_ARM, _change_to(match)
+    anyway, change, more = OTHER_ARM, _change_to(match), list[Action]()
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify anyway", Tab.CALIBRATE, Identify(anyway=True))
     if match.readings and file is not None:
         load = LoadData(file.name, file.content, file.columns)
         labels = ((how, f"Read so: {how}".removesuffix(": found")) for how in match.readings)
         read = (Action(label, Tab.MEASURE, replace(load, accept=how)) for how, label in labels)
-        change, anyway = [*read, anyway][:2]
-    return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
+        change, anyway, *more = *read, anyway
+    return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway, more=tuple(more))
 
 
 def _change_to(match: ArmMatch) -> Action:

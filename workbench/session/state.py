@@ -31,8 +31,8 @@ from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, 
 from workbench.session.part import AbstractPart, GoesWith, Part
 from workbench.session.target_state import TargetState
 
-UNDO_STEPS, WHOLE = 200, 5
-"""How many moves can be taken back, and how many times another robot or other measurements."""
+UNDO_STEPS, WHOLE = 200, 12
+"""How many moves can be taken back, and how many times another robot, rows, results or exclusions."""
 
 
 class Focus(StrEnum):

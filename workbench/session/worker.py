@@ -215,13 +215,11 @@ class Worker:
     def _merged(self, command: AbstractChange, before: Session) -> AbstractChange:
         """The command that the journal keeps; the last entry goes if this one stands for both."""
         last = self._journal[-1] if len(self._journal) > self._kept else None
-        if last is None or last.ending is not Ending.DONE:
-            return command
-        both = command.merged_with(last.command, before)
-        if both is None:
-            return command
-        self._journal.pop()
-        return both
+        is_done = last is not None and last.ending is Ending.DONE
+        both = command.merged_with(last.command, before) if last is not None and is_done else None
+        if both is not None:
+            self._journal.pop()
+        return both or command
 
     def _begin(self, task: AbstractTask, basis: int) -> None:
         if self._task is not None:

@@ -15,7 +15,7 @@ from slow import slow
 import workbench as wb
 from tests.plate.test_like_with_like import of_kind
 from workbench.arm.built_in_arms import load_robot
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.progress import running
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.extras.production import plate_trial
@@ -206,14 +206,15 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     assert session.page.messages[-1].text == tried.text
 
 
-def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
+def test_the_guide_suggests_a_trial_where_an_error_is_wanted_and_one_tells_else_what_most_arms_keep(first):
     moved = replace(first, history=replace(first.history, done=(UndoStep.of(first),)))
     step = next_step(moved)
     assert mentions(step.sentence, "1 mm")
     assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")
     assert _trial().command == TryPlate()
-    with refuses(OptionError, option="wanted"):
-        TryPlate(20).check(replace(moved, choices=replace(moved.choices, wanted=None)))
+    trial = TryPlate(20).compute(replace(moved, choices=replace(moved.choices, wanted=None)))
+    assert f"95 % of 20 virtual arms stay within {trial.used:.3g} mm" in trial.text
+    assert (trial.wanted, trial.used > 1e3 * first.score.position) == (None, True)
 
 
 @pytest.mark.parametrize("name", [slow("katana450"), slow("so101")])

@@ -2,6 +2,7 @@
 
 import zipfile
 from contextlib import suppress
+from dataclasses import replace
 from time import monotonic, sleep
 from types import SimpleNamespace
 
@@ -29,7 +30,8 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Points
 from workbench.views.drawables.sink import Item
-from workbench.views.page.panels.index import sparkline
+from workbench.views.page.html import sparkline
+from workbench.views.page.panels.index import OTHERWISE, headline
 
 
 def done(app, *commands):
@@ -128,6 +130,15 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
         assert app.worker.wait()
         assert f"Data row {row}</b> from 0, {row + 1} from 1 ({kind}" in html_of(app, "residuals")
         assert not any(is_off(label) for label in (*labels[:3], does))
+
+
+def test_where_the_index_says_otherwise_the_error_judges(app):
+    first = app.worker.session
+    for worse, judges in ((1.1, True), (0.9, False)):
+        indices = {name: worse * value for name, value in first.score.indices.items()}
+        score = replace(first.score, position=1.1 * first.score.position, indices=indices)
+        moved = replace(first, plate=replace(first.plate), score=score)
+        assert (OTHERWISE in headline(moved, ())) is judges
 
 
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):

@@ -92,7 +92,7 @@ class TableColumn:
         problem: Why it can't be read.
         missing_unit: The same of one that the rows may tell; until then the likeliest is converted.
         si: Our unit; None where the file's is missing or there is none.
-        first: Its first cell.
+        cells: What stands in it, as text.
     """
 
     index: int
@@ -104,7 +104,7 @@ class TableColumn:
     problem: WorkbenchError | None = None
     missing_unit: UnitError | None = None
     si: str | None = None
-    first: str = ""
+    cells: tuple[str, ...] = ()
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
@@ -141,7 +141,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
                 columns[worse.index] = TableColumn(
-                    index=worse.index, heading=worse.heading, first=worse.first
+                    index=worse.index, heading=worse.heading, cells=worse.cells
                 )
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
@@ -157,7 +157,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
-    column = TableColumn(index=index, heading=text, first="".join(table.columns[index][:1]))
+    column = TableColumn(index=index, heading=text, cells=tuple(table.columns[index]))
     if IGNORED in (name, key):
         return column
     if key is None or not (unit is None or suits(unit, key)):
@@ -207,7 +207,7 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
         if NOT_NEEDED.fullmatch(column.key) and column.key != normalised(parse_heading(column.heading).name):
-            return TableColumn(index=column.index, heading=column.heading, first=column.first)
+            return TableColumn(index=column.index, heading=column.heading, cells=column.cells)
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))

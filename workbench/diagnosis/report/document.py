@@ -77,7 +77,7 @@ def budget_bars(found: Diagnosis) -> Bars:
     if np.isfinite(after.position_mm.mean):
         turned = "" if after.orientation_deg is None else f"{after.orientation_deg.mean:.3g}°"
         rows.append(Bar("Remaining", after.position_mm.mean, NOMINAL, turned))
-    return Bars(rows, "What each explains, in mm at the tool: causes rms, the rest mean", testid="budget")
+    return Bars(rows, "What each explains, adding in squares: causes rms, the rest mean", testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:

@@ -21,8 +21,8 @@ class YieldPanel(AbstractPanel):
             "Try this plate",
             TryPlate,
             viser.Icon.CHART_BAR,
-            "Calibrate virtual arms with random manufacturing errors: the share that keeps the required "
-            "error everywhere in the region, and what dominates. Takes half a minute; Cancel stops it.",
+            "Calibrate virtual arms with random manufacturing errors: what 95 % of them keep everywhere in "
+            "the region, or how many the required error. Takes half a minute; Cancel stops it.",
             disabled=lambda session: session.page.job is not None,
         )
         self.html(result)

@@ -163,4 +163,5 @@ class LeaveRowsOut(AbstractChange):
             raise OptionError("at least one row must be kept")
 
     def apply(self, session: Session) -> Session:
+        session = begin_step(session, is_whole=True)
         return session.updated("measurements", left_out=frozenset(self.rows))

@@ -37,16 +37,12 @@ def _score(score: SetScore) -> Json:
     }
 
 
-def _identification(found: Identification | None) -> Json | None:
-    if found is None:
-        return None
+def _identification(found: Identification) -> Json:
     runs = {name: validation_json(run) for name, run in found.runs.items()}
     return {"nominal": validation_json(found.nominal), "algorithms": runs}
 
 
-def _diagnosis(found: Diagnosis | None) -> Json | None:
-    if found is None:
-        return None
+def _diagnosis(found: Diagnosis) -> Json:
     effects = [accepted.effect for accepted in found.effects]
     return {
         "before": validation_json(found.before),
@@ -83,7 +79,8 @@ def changed_numbers(session: Session, before: Session | None) -> Json:
 def numbers_of(session: Session, names: Iterable[str]) -> Json:
     """All numbers about these subjects; earlier versions wrote more of them."""
     known = ((name, _SUBJECTS[name]) for name in names if name in _SUBJECTS)
-    return {name: plain(write(*parts(session))) for name, (parts, write) in known}
+    each = ((name, write, parts(session)) for name, (parts, write) in known)
+    return {name: None if own[0] is None else plain(write(*own)) for name, write, own in each}
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,12 @@ A recording may come from anybody: of its folder only regular files are opened, 
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -40,6 +41,7 @@ JOURNAL = "journal.jsonl"
 ROBOT, PLATE = Path(codec.INPUTS, "robot.toml"), Path(codec.INPUTS, "plate.toml")
 STEP = re.compile(rb'\{"step": (\d+),')
 """How a line begins."""
+T = TypeVar("T")
 MET = 1e-6
 """Maximum distance of the tool from a target that a recorded posture reaches [m]."""
 
@@ -52,14 +54,9 @@ class _Input:
     path: Path = field(compare=False)
 
 
-@lru_cache(maxsize=8)
-def _robot(file: _Input) -> Robot:
-    return read_toml(file.path)
-
-
-@lru_cache(maxsize=8)
-def _plate(file: _Input) -> Plate:
-    return read_plate(file.path)
+@lru_cache(maxsize=16)
+def _parsed(file: _Input, read: Callable[[Path], T]) -> T:
+    return read(file.path)
 
 
 def read_own(path: Path) -> bytes:
@@ -75,7 +72,9 @@ def inputs(folder: Path) -> tuple[Robot, Plate]:
     What was worked out of them, the poses of a region above all, is then known in the next recording too.
     """
     robot, plate = folder / ROBOT, folder / PLATE
-    return _robot(_Input(read_own(robot), robot)), _plate(_Input(read_own(plate), plate))
+    return _parsed(_Input(read_own(robot), robot), read_toml), _parsed(
+        _Input(read_own(plate), plate), read_plate
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,6 @@
 | `arm/branch/N` | other branches that reach the target |
 | `arm/blame/N` | a glow about the joints of the strongest cause |
 | `plate/solid`, `plate/targets/N`, `…/number` | the fixture and its targets |
-| `plate/before/N` | targets before the last step |
 | `region/outline`, `region/cubes` | the region of interest and its cube field |
 | `measured`, `measured/held_out` | measured positions, coloured by their error |
 | `measured/set_apart` | rows that no arm explains |

@@ -129,7 +129,7 @@ def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label
 
 def _chosen(rows: Comparison) -> np.ndarray:
     """Numbers of the rows with arrows."""
-    known = np.flatnonzero(np.isfinite(rows.measured).all(1))
+    known = np.flatnonzero(np.isfinite(rows.measured).all(1) & ~rows.kept_out)
     return known[:: max(1, -(-len(known) // MAX_ARROW_ROWS))]
 
 

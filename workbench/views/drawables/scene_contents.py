@@ -6,13 +6,13 @@ from workbench.parts import parts, warn_of_broken
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, blame, branches
 from workbench.views.drawables.measured import measured, selected_row_mark
-from workbench.views.drawables.plate import plate, plate_before
+from workbench.views.drawables.plate import plate
 from workbench.views.drawables.region import grid, region
 from workbench.views.drawables.sink import Item
 
 SUBJECTS = (arms, blame, plate, region, measured)
 """What page and recordings show; each yields its items for a session."""
-ON_PAGE = (plate_before, grid, branches, selected_row_mark)
+ON_PAGE = (grid, branches, selected_row_mark)
 """What the page alone shows besides."""
 
 

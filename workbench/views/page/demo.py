@@ -209,7 +209,9 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         far = expected_elsewhere(session())
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
-    why = f"Geometry was off{f', {causes}' if causes else ''}. "
+    left = None if found is None or found.residual_map is None else found.residual_map.before.position_mm.mean
+    rest = "" if left is None else f"; the rest, {compared(left)} mm, has no name"
+    why = f"Geometry was off{f', {causes}' if causes else ''}{rest}. "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
     yield DemoScene(
         f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, is_last=True

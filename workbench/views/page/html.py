@@ -1,6 +1,6 @@
 """HTML snippets for the panels. All external text is escaped by `text`."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from workbench.base.wording import readable
 from workbench.report.blocks import Tone
 from workbench.report.colours import BAD, CAREFUL, GOOD
+from workbench.views.appearance.colours import SELECTED, css
 
 MUTED = "var(--mantine-color-dimmed)"
 LINE = "var(--mantine-color-default-border)"
@@ -74,3 +75,19 @@ def change(now: float, first: float, *, is_verdict: bool = True) -> str:
     colour = MUTED if not is_verdict else BAD if share > 0 else GOOD
     shown = f"{100 * share:+.1f} %" if abs(share) < 9.995 else f"×{now / first:.0f}"
     return f' · <span style="color:{colour}">{shown.replace("-", "−")}</span>'
+
+
+def sparkline(values: Sequence[float]) -> str:
+    """A curve without numbers, as wide as its place; empty room where there are no two."""
+    y, drawn = np.array(values), ""
+    y = y[np.isfinite(y)]
+    if len(y) > 1:
+        low, span = y.min(), max(float(np.ptp(y)), 1e-12)
+        places = zip(np.linspace(1.0, 99.0, len(y)), 22.0 - 20.0 * (y - low) / span, strict=True)
+        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
+        line = f'<polyline points="{points}" fill="none" stroke="{css(SELECTED)}" stroke-width="2"'
+        drawn = f'{line} vector-effect="non-scaling-stroke"/>'
+    return (
+        '<svg viewBox="0 0 100 24" preserveAspectRatio="none" aria-hidden="true" '
+        f'style="display:block;width:100%;height:24px">{drawn}</svg>'
+    )

@@ -87,7 +87,7 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {INSIDE} > [style*="contain: layout"] {{ position: absolute; inset: auto 0 0; padding: 0 !important }}
 div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px 0 6px;
   background: var(--mantine-color-body) }}
-{INSIDE} > [style*="margin-inline"] {{ flex: 1 1 0 }}
+{INSIDE} > [style*="margin-inline"] {{ flex: 1 1 40% }}
 {PANEL} div[style*="min-height: 2.4em"] {{ overflow: clip !important }}
 {TABS} {{ position: sticky; top: var(--strip, 0px); z-index: 19;
   background-color: var(--mantine-color-body) }}

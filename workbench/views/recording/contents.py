@@ -23,7 +23,7 @@ from workbench.views.recording.canvas import EYE, PATHS, Canvas
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown
 from workbench.views.recording.sentences import about, headline
-from workbench.views.recording.timelines import TIMELINES
+from workbench.views.recording.timelines import Log, Series
 
 FIELD = 0.66
 """Height of the picture [rad]."""
@@ -35,7 +35,7 @@ class MomentDrawing:
     def __init__(self, canvas: Canvas):
         self._canvas = canvas
         self._scene, self._sheets = RecordingSink(canvas, "world/"), RecordingSink(canvas)
-        self._timelines = tuple(kind() for kind in TIMELINES)
+        self._timelines = Log(), Series()
         canvas.arrange(blueprint())
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         lens = rr.Pinhole(fov_y=FIELD, aspect_ratio=1.0, camera_xyz=rr.ViewCoordinates.RUB, line_width=0.0)

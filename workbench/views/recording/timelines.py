@@ -4,7 +4,6 @@ Each keeps what it needs of earlier steps; everything else is drawn from the cur
 """
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 
 import rerun as rr
@@ -27,15 +26,7 @@ COLOURS = {PATHS[stage]: colour for stage, colour in STAGE_COLOURS.items()}
 DRAGS = (GrabTarget, MoveTarget, DropTarget)
 
 
-class AbstractTimeline(ABC):
-    """Follows a session step by step."""
-
-    @abstractmethod
-    def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw what this step adds."""
-
-
-class Log(AbstractTimeline):
+class Log:
     """`log`: one line per decision, and what a demo says.
 
     The places of a drag are left out, what the session computes by itself, and how page and scene look.
@@ -74,7 +65,7 @@ def _look_alike(before: Session | None, now: Session) -> bool:
     return chosen <= {"overlay"} and found <= {"row"} and not is_moved
 
 
-class Series(AbstractTimeline):
+class Series:
     """Numbers of the session at every step.
 
     `index/O`: what the targets tell. `predicted/position_mm`, `predicted/rotation_deg`: mean errors in the
@@ -115,6 +106,3 @@ def _errors(session: Session) -> Iterator[tuple[str, float]]:
         yield f"error/{PATHS[stage.title]}_mm", stage.error
         if stage.turned is not None:
             yield f"error/{PATHS[stage.title]}_deg", stage.turned
-
-
-TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Series)

@@ -9,7 +9,7 @@ from workbench.data.readers.mapping import lacks_unit, meanings, ours, understoo
 from workbench.report.blocks import ResultTable
 from workbench.report.result_display import as_html
 from workbench.session.commands.data import LoadData
-from workbench.session.loaded_measurements import MeasurementFile
+from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, block, text
@@ -35,7 +35,7 @@ class ColumnsPanel(AbstractPanel):
             meaning = self.dropdown("is", self._meanings, hint, self._understood, visible=_headings)
             on_change(self._column, lambda _: meaning.show(self._worker.session))
             self.form(self._choose, meaning)
-            self.html(lambda s: "" if (file := file_of(s)) is None else listing(file))
+            self.html(lambda s: "" if (file := file_of(s)) is None else listing(file, s.measurements.loaded))
 
     def _heading(self, session: Session) -> str:
         """The chosen one; of another file the first that is left out or lacks its unit, or else the first."""
@@ -79,17 +79,19 @@ def _headings(session: Session) -> list[str]:
     return [c.heading for c in file.preview.columns if c.heading] if file and is_plain else []
 
 
-def listing(file: MeasurementFile) -> str:
-    """Columns with their first cell and what they are read as; problems above."""
+def listing(file: MeasurementFile, loaded: Loaded | None) -> str:
+    """Columns with their first cell and what they are read as; problems above. Rows that are loaded have told
+    the units that their headings lack."""
     found = file.preview
     problems = f"<b>{text(file.name)}</b>"
     problems += "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
-    rows = [(c.heading or "(none)", c.first[:10], _meaning(c)) for c in found.columns]
+    lacking = "unit?" if loaded is None or loaded.file is not file else "unit told by the rows"
+    rows = [(c.heading or "(none)", "".join(c.cells[:1])[:10], _meaning(c, lacking)) for c in found.columns]
     listed = as_html([ResultTable("", ("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS], words=3)])
     return block(f"{problems}{listed}", testid="columns")
 
 
-def _meaning(column: TableColumn) -> str:
+def _meaning(column: TableColumn, lacking: str) -> str:
     if column.key is None:
         return "left out"
-    return f"{ours(column)}: unit?" if lacks_unit(column) else ours(column)
+    return f"{ours(column)}: {lacking}" if lacks_unit(column) else ours(column)

@@ -23,7 +23,9 @@ from workbench.views.page.panels.plate import build_wanted
 from workbench.views.page.panels.result_card import former, result_card
 
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-HOW_TO_FIT = "Identify fits the geometry, Diagnose finds what that can't explain, Add effects fits both."
+HOW_TO_FIT = (
+    "Identify: the arm's geometry from the rows. Diagnose: what that can't explain. Add effects: both."
+)
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import viser
@@ -19,6 +20,8 @@ from workbench.views.page.panels.legend import things
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import CAPTION, MESSAGE
 
+MOST_MORE = 6
+"""Further buttons, as for readings of rows that fit alike."""
 WITH_MY_ROBOT = "With my robot"
 TINTS = {
     Severity.INFO: ("rgba(59,130,246,.12)", "#3b82f6"),
@@ -45,6 +48,9 @@ class Strip(AbstractPanel):
         self.html(_verdict)
         self._offer(lambda step: step.next, "What to do next.", main=True)
         self._offer(lambda step: step.other, "An alternative next step.", main=False)
+        for k in range(MOST_MORE):
+            at: Any = lambda step, k=k: dict(enumerate(step.more)).get(k)  # noqa: E731
+            self._offer(at, "Or this.", main=False)
         self.button(
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),

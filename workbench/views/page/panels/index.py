@@ -1,6 +1,7 @@
 """The live numbers: how well measurements at these targets would determine the arm."""
 
 from collections.abc import Sequence
+from math import isclose
 
 import numpy as np
 import viser
@@ -14,9 +15,9 @@ from workbench.report.chart import Chart, Marks
 from workbench.report.numbers import compared
 from workbench.session.page_state import Tab
 from workbench.session.state import Drag, Session
-from workbench.views.appearance.colours import SELECTED, css
+from workbench.views.appearance.colours import css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import BAD, MUTED, block, change, heading, text
+from workbench.views.page.html import BAD, MUTED, UNCHANGED, block, change, heading, sparkline, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 INDEX = INDICES["O"]
@@ -24,6 +25,8 @@ INDEX = INDICES["O"]
 OBSERVABILITY = (
     f"How evenly the targets tell all constants of the arm, 0 (some not at all) to 1: {INDEX.meaning}."
 )
+OTHERWISE = "The error judges: O counts what this region doesn't need, too."
+"""Where the one gets better and the other worse."""
 TRACE = 60
 """Places of a drag that its curves have at most."""
 ONE_LINE = f"color:{MUTED};white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
@@ -83,12 +86,18 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     index, last = now.indices[INDEX.name], before.indices[INDEX.name]
     error_change = change(now.position, before.position) if is_moved else ""
     index_change = change(index, last, is_verdict=False) if is_moved else ""
+    pairs = (now.position, before.position), (index, last)
+    is_told = is_moved and not any(isclose(*pair, rel_tol=UNCHANGED) for pair in pairs)
+    differ = is_told and (now.position > before.position) == (index > last)
+    below = OTHERWISE if differ else _about(session)
     errors, indices = zip(*trace, strict=True) if trace else ((), ())
     return (
         '<div style="display:flex;gap:16px;font-variant-numeric:tabular-nums">'
         + _figure("predicted", f"{compared(1e3 * now.position)} mm", own + error_change, about, errors)
-        + _figure("O", f"O {compared(index, 4)}", "1 is best" + index_change, OBSERVABILITY, indices)
-        + f'</div><div data-testid="reading" style="{ONE_LINE}">{_about(session)}</div>'
+        + _figure(
+            "O", f"O {compared(index, 4)}", "of 1, all constants" + index_change, OBSERVABILITY, indices
+        )
+        + f'</div><div data-testid="reading" style="{ONE_LINE}">{below}</div>'
     )
 
 
@@ -97,22 +106,6 @@ def _figure(name: str, shown: str, below: str, hint: str, curve: Sequence[float]
         f'<div title="{text(hint)}" style="flex:1 1 0;min-width:0;white-space:nowrap;overflow:hidden">'
         f'<div style="font-size:26px;font-weight:650;line-height:1.25" data-testid="{name}">{shown}</div>'
         f'<div style="color:{MUTED}">{below}</div>{sparkline(curve)}</div>'
-    )
-
-
-def sparkline(values: Sequence[float]) -> str:
-    """A curve without numbers, as wide as its place; empty room where there are no two."""
-    y, drawn = np.array(values), ""
-    y = y[np.isfinite(y)]
-    if len(y) > 1:
-        low, span = y.min(), max(float(np.ptp(y)), 1e-12)
-        places = zip(np.linspace(1.0, 99.0, len(y)), 22.0 - 20.0 * (y - low) / span, strict=True)
-        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
-        line = f'<polyline points="{points}" fill="none" stroke="{css(SELECTED)}" stroke-width="2"'
-        drawn = f'{line} vector-effect="non-scaling-stroke"/>'
-    return (
-        '<svg viewBox="0 0 100 24" preserveAspectRatio="none" aria-hidden="true" '
-        f'style="display:block;width:100%;height:24px">{drawn}</svg>'
     )
 
 

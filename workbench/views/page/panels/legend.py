@@ -33,7 +33,7 @@ from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
 from workbench.views.drawables.viewpoint import first_view
 from workbench.views.page.camera import aim
-from workbench.views.page.html import MUTED, block, text
+from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import MORE, ONLY_TRACK
@@ -145,13 +145,10 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     )
     style = "white-space:nowrap;margin-right:10px"
     seen = ((label, colour) for label, colour, is_seen in marks if is_seen)
-    content = "".join(f'<span style="{style}">{_dot(colour)} {label}</span> ' for label, colour in seen)
+    content = "".join(
+        f'<span style="{style}">{badge("", css(colour))}{label}</span> ' for label, colour in seen
+    )
     return content and f'<div data-testid="things" {"" if is_alone else MORE}>{content}</div>'
-
-
-def _dot(colour: tuple[int, int, int]) -> str:
-    style = f"display:inline-block;width:10px;height:10px;border-radius:2px;background:{css(colour)}"
-    return f'<span style="{style}"></span>'
 
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
@@ -161,7 +158,7 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
         stage_choice(rows, shown_stage(session, rows), links, words),
         colour_bar(error_scale(rows)),
         marks(rows, is_left_out=bool(session.measurements.left_out)),
-        row_errors(rows, session.results.row, words) if session.playback.focus is Focus.ROW else "",
+        row_errors(session, rows, words) if session.playback.focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
@@ -196,15 +193,15 @@ def marks(rows: Comparison, *, is_left_out: bool) -> str:
     return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
 
 
-def row_errors(rows: Comparison, row: int, words: Mapping[ModelStage, str]) -> str:
-    """Errors of a row."""
+def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, str]) -> str:
+    """Errors of the shown row."""
+    row, loaded = session.results.row, session.measurements.loaded
     number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
+    name = f"{number}" if loaded is None else loaded.row_name(number)
+    name = f"{name}</b> from 0, {number + 1} from 1" if name == f"{number}" else f"{text(name)}</b>"
     kind = "kept out" if rows.kept_out[row] else kind
-    known = [
-        f"{compared(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {words[stage]}"
-        for stage in rows.stages
-        if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
-    ]
-    errors = ", ".join(known) or ("not compared" if rows.kept_out[row] else "no position was measured")
-    content = f"{_dot(MARK)} <b>Data row {number}</b> from 0, {number + 1} from 1 ({kind}): {errors}"
+    each = ((words[stage], 1e3 * float(rows.errors[row, STAGES.index(stage)])) for stage in rows.stages)
+    known = [f"{compared(error)} mm {name}" for name, error in each if np.isfinite(error)]
+    errors = ", ".join(known) or "no position was measured"
+    content = f"{badge('', css(MARK))}<b>Data row {name} ({kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'

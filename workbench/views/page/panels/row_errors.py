@@ -62,9 +62,9 @@ def exclude(session: Session) -> LeaveRowsOut | None:
 
 
 def _exclusion(session: Session) -> str:
-    number = _number(session)
-    is_out = number in session.measurements.left_out
-    return f"Use data row {number} again" if is_out else f"Exclude data row {number}"
+    number, now = _number(session), session.measurements
+    name = f"data row {number if now.loaded is None else now.loaded.row_name(number)}"
+    return f"Use {name} again" if number in now.left_out else f"Exclude {name}"
 
 
 def _number(session: Session) -> int:
@@ -77,16 +77,22 @@ def _named(session: Session, rows: Comparison, link: Callable[[int], str]) -> st
     """The worst rows, those kept out by hand and those set apart as outliers; a click shows one."""
     errors = 1e3 * rows.stage_errors[:, STAGES.index(rows.stages[-1])]
     found, by_hand = session.results.identification, session.measurements.left_out
+    name = str if session.measurements.loaded is None else session.measurements.loaded.row_name
     off = () if found is None else [outlier for outlier in found.outliers if outlier.row not in by_hand]
     place = {number: k for k, number in enumerate(rows.number.tolist())}
     named = {
-        "Worst": [(k, f"{rows.number[k]} ({errors[k]:.3g} mm)") for k in rows.worst[:WORST].tolist()],
-        "Excluded by hand": [(place[number], str(number)) for number in sorted(by_hand)],
-        "Outliers": [(place[outlier.row], outlier.text) for outlier in off[:MAX_OUTLIERS]],
+        "Worst": [(k, f"{name(rows.number[k])} ({errors[k]:.3g} mm)") for k in rows.worst[:WORST].tolist()],
+        "Excluded by hand": [(place[number], name(number)) for number in sorted(by_hand)],
+        "Outliers": [
+            (place[outlier.row], outlier.text.replace(f"{outlier.row}", name(outlier.row), 1))
+            for outlier in off[:MAX_OUTLIERS]
+        ],
     }
     said = (
         f"<div>{title}: rows "
-        + ", ".join(f'<a href="{text(link(k))}" style="color:inherit">{words}</a>' for k, words in listed)
+        + ", ".join(
+            f'<a href="{text(link(k))}" style="color:inherit">{text(words)}</a>' for k, words in listed
+        )
         + "</div>"
         for title, listed in named.items()
         if listed

@@ -7,7 +7,7 @@ import viser
 
 from workbench.base.assets import built_in_robots
 from workbench.base.wording import capital
-from workbench.session.command import AbstractCommand
+from workbench.session.command import AbstractCommand, at_stake
 from workbench.session.commands.arm import ChooseRobot, LoadModel, holds_robot
 from workbench.session.commands.data import MAX_FILE_BYTES, load_command, load_endings
 from workbench.session.commands.identify import Identify
@@ -19,6 +19,7 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels import panels
 from workbench.views.page.panels.arm import CHOSEN, MODELS
+from workbench.views.page.panels.form import ask
 from workbench.views.page.panels.panel import AbstractPanel, Build, Door
 
 PURPOSE = (
@@ -28,6 +29,7 @@ PURPOSE = (
 """What the program is for."""
 INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores the current state."
 ROWS = Door("A robot and measurements", viser.Icon.DATABASE, Identify)
+DEMO = "Play the demo"
 ALONE = "Choose the robot: you get a plate with ten targets in front of it, to be optimised and manufactured."
 
 
@@ -57,6 +59,12 @@ class StartCard(AbstractPanel):
 
         self._gui = gui
         self.press("What do you have?", reopen, viser.Icon.HOME, INTRODUCTION)
+
+        def play(event: viser.GuiEvent) -> None:
+            lost = at_stake(self.session)
+            ask(event, "Remove the measurements?", lost, DEMO, self._demo) if lost else self._demo()
+
+        self.press(DEMO, play, viser.Icon.PLAYER_PLAY, "A real arm, from plate to causes, in two minutes.")
 
     def ask(self) -> None:
         """Open it on every page, instead of the demo."""
