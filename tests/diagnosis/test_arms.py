@@ -13,9 +13,8 @@ from decide import catalogue, coefficients
 from draws import draw
 from laws import WHOLE, Effect, change, poses, straight_moments, turns
 
+from workbench import Motion, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 
 UNDRAWN = {
     *("local-joint-error", "uneven-compliance", "gravity-sag"),

@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_plate, load_robot, tool_poses
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.extras.live.acquisition import Acquisition
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
-from workbench.plate.measured_plate import load_plate
 from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
