@@ -29,7 +29,6 @@ FLAGS = [
     "--use-angle=gl-egl",
     "--ignore-gpu-blocklist",
     "--disable-gpu-rasterization",
-    "--host-resolver-rules=MAP evil.example 127.0.0.1",
 ]
 JAGGED = ["--webgl-antialiasing-mode=none", "--webgl-msaa-sample-count=0"]
 """Half the work of drawing the scene without a graphics card."""

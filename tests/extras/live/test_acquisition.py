@@ -65,17 +65,20 @@ def test_a_lost_tool_is_not_stored_and_orientations_that_some_rows_lack_are_left
 @pytest.mark.parametrize(
     ("acquisition", "reason"),
     [
-        (acquired(), "no sample"),
-        (acquired().with_sample(at(0), ArmState.MOVING), "moving"),
-        (replace(standing(acquired(), at(0)), silence=3.0), "silent for 3 s"),
-        (standing(replace(stored(acquired(), 0), current=1), at(0)), "not moved"),
-        (standing(stored(acquired(replace(PLATE, targets=PLATE.targets[:1])), 0), at(0)), "every target"),
+        (acquired, "no sample"),
+        (lambda: acquired().with_sample(at(0), ArmState.MOVING), "moving"),
+        (lambda: replace(standing(acquired(), at(0)), silence=3.0), "silent for 3 s"),
+        (lambda: standing(replace(stored(acquired(), 0), current=1), at(0)), "not moved"),
+        (
+            lambda: standing(stored(acquired(replace(PLATE, targets=PLATE.targets[:1])), 0), at(0)),
+            "every target",
+        ),
     ],
     ids=["nothing", "moving", "silent", "same place", "complete"],
 )
 def test_what_is_not_stored(acquisition, reason):
     with refuses(DataError, reason):
-        acquisition.stored()
+        acquisition().stored()
 
 
 def test_a_sample_that_asks_is_stored_or_the_reason_is_said():
