@@ -15,8 +15,7 @@ import viser
 import viser.transforms as vtf
 from playwright.sync_api import Browser, FilePayload, Page, expect, sync_playwright
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.plate.measured_plate import load_plate
+from workbench import load_plate, load_robot
 from workbench.session import Session
 from workbench.session.command import AbstractChange
 from workbench.views.page.app import App
@@ -30,7 +29,6 @@ FLAGS = [
     "--use-angle=gl-egl",
     "--ignore-gpu-blocklist",
     "--disable-gpu-rasterization",
-    "--host-resolver-rules=MAP evil.example 127.0.0.1",
 ]
 JAGGED = ["--webgl-antialiasing-mode=none", "--webgl-msaa-sample-count=0"]
 """Half the work of drawing the scene without a graphics card."""

@@ -6,8 +6,7 @@ from threading import Event
 
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.plate.measured_plate import load_plate
+from workbench import load_plate, load_robot
 from workbench.session import AbstractView, Session, Worker, start
 
 

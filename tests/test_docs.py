@@ -1,4 +1,4 @@
-"""The documentation: what its pages show is run, everything public is in its reference, and it builds."""
+"""README and documentation: what they show is run, everything public is in the reference, and it builds."""
 
 import json
 import os
@@ -13,14 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 import typer
-from documented_commands import commands, run_lines
+from documented_commands import commands, run_lines, unbroken
 
 import workbench
 from workbench.cli import app
 from workbench.cli.exit_status import SECTIONS
 
 DOCS = Path(__file__).resolve().parents[1] / "assets" / "docs"
-README = DOCS.parents[1] / "README.md"
+ROOT = DOCS.parents[1]
+README = (ROOT / "README.md").read_text("utf-8")
 TESTS = Path(__file__).parent
 PATHS = sorted(DOCS.rglob("*.md"))
 PAGES = {p.relative_to(DOCS).with_suffix("").as_posix(): p.read_text(encoding="utf-8") for p in PATHS}
@@ -33,8 +34,52 @@ QUICK = {"mocap", "robots"}
     "page", [pytest.param(p, marks=[] if p in QUICK else [pytest.mark.slow]) for p in SHOWN if "/" not in p]
 )
 def test_commands_run_as_shown(page, run, tmp_path):
-    (tmp_path / "recordings").symlink_to(DOCS.parents[1] / "recordings")
+    (tmp_path / "recordings").symlink_to(ROOT / "recordings")
     run_lines(run, SHOWN[page])
+
+
+def block(mark):
+    """The code block after a mark, in the README or else in a page of the documentation."""
+    pattern = re.compile(rf"<!-- {mark} -->\n```\w+\n(.*?)```", re.DOTALL)
+    return unbroken(next(found[1] for text in (README, *PAGES.values()) if (found := pattern.search(text))))
+
+
+def test_commands_of_the_readme(run, tmp_path):
+    lines = [line for line in block("try").splitlines() if line.startswith("workbench ")]
+    assert len(lines) == 6
+    run_lines(run, lines)
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert "<html" in page
+    assert not re.search(r"(src|href)=\"https?://", page)
+    assert (tmp_path / "calibrated.urdf").is_file()
+
+
+def test_commands_of_the_diagnosis(run, tmp_path):
+    lines = block("diagnose").splitlines()
+    assert len(lines) == 3
+    run_lines(run, lines)
+    assert 'name = "joint-compliance"' in (tmp_path / "soft.toml").read_text()
+    assert (tmp_path / "diagnosis" / "diagnosis.html").is_file()
+
+
+@pytest.mark.extra("review")
+def test_commands_of_recordings(run, tmp_path):
+    (tmp_path / "recordings").symlink_to(ROOT / "recordings")
+    run_lines(run, block("recordings").splitlines())
+    assert (tmp_path / "sample.rrd").is_file()
+
+
+def test_python_of_the_readme(tmp_path, monkeypatch, capsys):
+    """With what the install above it brings: neither pandas nor polars."""
+    for name in ("pandas", "polars"):
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block("python"), "README", "exec"), {})
+    lines = capsys.readouterr().out.splitlines()
+    held_out = [line.split() for line in lines if line.strip().startswith("held out")]
+    nominal, calibrated = [float(parts[2]) for parts in held_out]
+    assert calibrated < 0.2 < 2.0 < nominal
+    assert (tmp_path / "calibrated.urdf").is_file()
 
 
 def test_python_runs_as_shown(tmp_path, monkeypatch):
@@ -43,6 +88,12 @@ def test_python_runs_as_shown(tmp_path, monkeypatch):
     assert blocks
     for code in blocks:
         exec(compile(code, "page", "exec"), {})
+
+
+def test_names_of_the_root_are_no_modules():
+    """A name that is also a folder would turn from a function into a module at the first import."""
+    modules = {path.stem for path in (ROOT / "workbench").iterdir() if path.suffix in ("", ".py")}
+    assert not modules & set(workbench.__all__)
 
 
 def test_everything_public_is_in_the_reference():
@@ -98,8 +149,7 @@ def unknown(line: str) -> str:
 
 
 def test_every_command_that_a_text_names_exists_with_its_options():
-    paths = (README, DOCS.parents[1] / "workbench" / "README.md")
-    texts = PAGES | {path.as_posix(): path.read_text(encoding="utf-8") for path in paths}
+    texts = PAGES | {"README": README, "wings": (ROOT / "workbench" / "README.md").read_text("utf-8")}
     lines = [(name, line) for name, text in texts.items() for line in quoted(text)]
     assert len(lines) > 80
     assert not [(name, line, word) for name, line in lines if (word := unknown(line))]
@@ -111,7 +161,7 @@ def test_errors_of_measured_arms_are_the_golden_numbers():
     """Means over the folds, as many digits as the README shows."""
     arms = {"UR10": ("ur10",), "UR5": ("ur5",), "WAM": ("wam",), "Panda 1": ("panda_1", "panda_3"),
             "iiwa 14": ("iiwa14",)}  # fmt: skip
-    table = README.read_text("utf-8").partition("## Results on measured arms")[2]
+    table = README.partition("## Results on measured arms")[2]
 
     def means(name: str) -> tuple[list[float], list[float]]:
         """Of geometry: nominal and fitted, position and orientation; of effects: position and orientation."""
@@ -160,13 +210,13 @@ def test_figures_of_the_peers_task_are_the_golden_numbers():
         errors = (ours[f"{way}, {arm}"]["mm, deg"] for arm in ("plain", "tilted"))
         cells = " | ".join(f"{mm:.3f} mm, {deg:.4f}°" for mm, deg in errors)
         assert f"| workbench | {title} | {cells} |" in page
-    figures = re.findall(r"(\d\.\d{3}) mm", README.read_text("utf-8").partition("## Which tool")[2])
+    figures = re.findall(r"(\d\.\d{3}) mm", README.partition("## Which tool")[2])
     assert len(figures) > 3
     assert not [figure for figure in figures if f"{figure} mm" not in page]
 
 
 def test_what_is_linked_exists():
-    texts = PAGES | {"../../README": README.read_text(encoding="utf-8")}
+    texts = PAGES | {"../../README": README}
     for name, text in texts.items():
         for target in re.findall(r"\]\(([^)#:]+)[^)]*\)", text):
             assert ((DOCS / name).parent / target).exists(), f"{name}: {target}"
@@ -179,7 +229,7 @@ def test_it_builds_and_needs_no_network(tmp_path):
         pytest.fail(reason) if os.environ.get("CI", "").lower() == "true" else pytest.skip(reason)
     command = [sys.executable, "-m", "sphinx", "-W", "-q", "-b", "html", "-d", tmp_path / "trees"]
     done = subprocess.run(
-        [*command, DOCS, tmp_path / "html"], capture_output=True, text=True, cwd=DOCS.parents[1], check=False
+        [*command, DOCS, tmp_path / "html"], capture_output=True, text=True, cwd=ROOT, check=False
     )
     assert done.returncode == 0, done.stderr
     pages = list((tmp_path / "html").rglob("*.html"))

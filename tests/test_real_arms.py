@@ -12,12 +12,11 @@ import pytest
 from real_arms import load, splits
 from slow import slow
 
-from workbench import Frame, Motion, diagnose, load_robot, read_measurements, tool_poses
+from workbench import Frame, Motion, diagnose, identify, load_robot, read_measurements, tool_poses
 from workbench.arm.chain import Axis
 from workbench.arm.statics.deflection import deflect
 from workbench.base import se3
 from workbench.base.types import Freedom
-from workbench.identification.identify import identify
 
 pytestmark = pytest.mark.data
 HELD_OUT = {

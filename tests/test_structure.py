@@ -12,8 +12,7 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from workbench import parts
-from workbench.base.errors import WorkbenchError
+from workbench import WorkbenchError, parts
 
 ROOT = Path(__file__).resolve().parents[1] / "workbench"
 WINGS = [
@@ -64,7 +63,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_764,
+    "tests": 38_463,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_892

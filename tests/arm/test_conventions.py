@@ -5,10 +5,9 @@ import pytest
 from generator import move, turn
 
 import workbench as wb
-from workbench import Motion, link_frames, load_robot, tool_poses
+from workbench import Motion, identification_jacobian, link_frames, load_robot, tool_poses
 from workbench.arm.conventions import JointEntry, default_free
 from workbench.arm.joint import JointKind
-from workbench.arm.kinematics.forward import identification_jacobian
 
 
 def hayati(theta, d, a, alpha, beta):

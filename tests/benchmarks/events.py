@@ -32,9 +32,8 @@ from laws import poses as deflected_poses
 from morphologies import MORPHOLOGIES
 from options import run_options
 
+from workbench import Dataset, diagnose
 from workbench.base.errors import DataError
-from workbench.data.dataset import Dataset
-from workbench.diagnosis.diagnose import diagnose
 
 ARMS = ("aria", "three-parallel", "seven", "industrial", "katana")
 ROWS = 120

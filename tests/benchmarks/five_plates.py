@@ -14,11 +14,8 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.robot import Robot
+from workbench import Robot, load_plate, load_robot, optimise_plate
 from workbench.extras.production.plate_trial import rms_of, try_plate
-from workbench.plate.design import optimise_plate
-from workbench.plate.measured_plate import load_plate
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.tolerances import Production

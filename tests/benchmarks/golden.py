@@ -29,11 +29,7 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 import numpy as np
 from real_arms import SETS, load, splits
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.identify import identify
-from workbench.plate.design import optimise_plate
-from workbench.plate.measured_plate import load_plate
+from workbench import diagnose, identify, load_plate, load_robot, optimise_plate
 from workbench.plate.observability import INDICES
 from workbench.session import Session, start
 from workbench.session.commands.drag import GrabTarget

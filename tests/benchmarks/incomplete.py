@@ -36,12 +36,8 @@ from morphologies import MORPHOLOGIES
 from options import run_options
 from scipy.stats import beta
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.robot import Robot
+from workbench import Dataset, Diagnosis, Robot, diagnose, load_robot, read_measurements
 from workbench.base.errors import DataError
-from workbench.data.dataset import Dataset
-from workbench.data.readers.read import read_measurements
-from workbench.diagnosis.diagnose import Diagnosis, diagnose
 
 NEAR = 2
 """Fitted rows by which the row of an event may be off."""

@@ -31,12 +31,9 @@ from laws import Effect, State, poses, straight_moments
 from morphologies import MORPHOLOGIES
 from options import run_options
 
+from workbench import Dataset, Motion, diagnose, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base.errors import DataError
-from workbench.data.dataset import Dataset
-from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.search.event_search import promising
 
 ARMS = ("aria", "three-parallel", "industrial", "seven")

@@ -8,13 +8,8 @@ import numpy as np
 import pytest
 from refusals import mentions
 
-from workbench import cli
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.urdf_writer import write_urdf
+from workbench import cli, load_robot, measure_poses, read_measurements, write_measurements, write_urdf
 from workbench.base.files import write_text
-from workbench.data.readers import read_measurements
-from workbench.data.writer import write_measurements
-from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="session")

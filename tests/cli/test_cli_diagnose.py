@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from refusals import mentions
 
-from workbench import Motion, evaluate, load_robot, measure_poses, tool_poses, write_measurements
+from workbench import Motion, evaluate, identify, load_robot, measure_poses, tool_poses, write_measurements
 from workbench.arm.effects.backlash import Backlash
-from workbench.identification.identify import identify
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from generator import VirtualArm
 from laws import NAMELESS, Effect, State
 
+from workbench import Dataset, Robot
 from workbench.arm.effects import EFFECTS, AbstractEffect
-from workbench.arm.robot import Robot
-from workbench.data.dataset import Dataset
 
 
 @dataclass(frozen=True)

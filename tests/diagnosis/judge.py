@@ -18,10 +18,8 @@ import numpy as np
 from cases import ANY, CASES, Case, Named
 from claims import claims, map_gain
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Dataset, Motion, tool_poses
 from workbench.base.errors import DataError
-from workbench.data.dataset import Dataset
 
 HALF = 0.5
 """Of the noise that a good model may be off; of geometry's error that may be left of a law without a name."""

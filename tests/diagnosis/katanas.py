@@ -14,8 +14,7 @@ from arms import robot_of
 from generator import VirtualArm, rotation
 from laws import Effect, State, deflected_links, poses
 
-from workbench.arm.robot import Robot
-from workbench.data.dataset import Dataset
+from workbench import Dataset, Robot
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.plate.poses.iso_cube import iso_cube_poses
 

@@ -1,21 +1,18 @@
-"""The virtual arms that judge the diagnosis: against pin, against the package, and as stated."""
+"""The virtual arms that judge the diagnosis: against the package, and as stated."""
 
 from dataclasses import replace
 
-import generator
 import numpy as np
-import pinocchio as pin
 import pytest
 from arms import ARMS, MORPHOLOGIES, ROWS, TUNING, make
 from cases import stated
-from checks import robot_of
+from checks import joint_wrenches, robot_of
 from decide import catalogue, coefficients
 from draws import draw
 from laws import WHOLE, Effect, change, poses, straight_moments, turns
 
+from workbench import Motion, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 
 UNDRAWN = {
     *("local-joint-error", "uneven-compliance", "gravity-sag"),
@@ -25,40 +22,17 @@ UNDRAWN = {
 """What no arm hides under this name: shapes without a name, the compliance of arms without masses, events."""
 
 
-def pinned(arm, payload):
-    """The arm in pin, with a load at the tool: a placement before every drive, and the links' masses."""
-    model, parent, after = pin.Model(), 0, arm.base
-    model.gravity.linear = arm.base[:3, :3] @ arm.gravity
-    for i, (before, driven, rest) in enumerate(arm.parts(np.zeros((1, arm.dof)))):
-        place = after @ before
-        kind = pin.JointModelPZ() if arm.sliding[i] else pin.JointModelRZ()
-        parent = model.addJoint(parent, kind, pin.SE3(place), f"joint{i + 1}")
-        after = driven[0] @ rest
-        com = after[:3, :3] @ arm.coms[i] + after[:3, 3]
-        model.appendBodyToJoint(parent, pin.Inertia(arm.masses[i], com, np.zeros((3, 3))), pin.SE3.Identity())
-    tool = after @ arm.tool
-    model.appendBodyToJoint(parent, pin.Inertia(payload, tool[:3, 3], np.zeros((3, 3))), pin.SE3.Identity())
-    return model, pin.SE3(tool)
-
-
 @pytest.mark.parametrize("name", MORPHOLOGIES)
-def test_poses_and_moments_equal_pin(name):
+def test_poses_and_moments_equal_the_package(name, tmp_path):
+    """Its own equal pinocchio's."""
     case = make("none", TUNING[1], name, free_frames=True)
-    arm, payload = case.actual, 1.3
-    model, tool = pinned(arm, payload)
-    data, still = model.createData(), np.zeros(arm.dof)
-    state = replace(case.state, payload=np.full(ROWS, payload)).take(slice(0, 10))
-    found, moments = poses(arm, [], state), straight_moments(arm, state)
-    for row, q in enumerate(state.q):
-        pin.rnea(model, data, q, still, still)
-        pin.forwardKinematics(model, data, q)
-        np.testing.assert_allclose(found[row], (data.oMi[arm.dof] * tool).homogeneous, atol=1e-12)
-        for joint in range(arm.dof):
-            slides = arm.sliding[joint]
-            driven = generator.move("z", q[joint]) if slides else generator.turn("z", q[joint])
-            wrench = pin.SE3(driven).act(data.f[joint + 1])
-            held = [*wrench.angular[:2], wrench.linear[2] if slides else wrench.angular[2]]
-            np.testing.assert_allclose(moments[row, joint], held, atol=1e-10)
+    arm, robot, payload = case.actual, robot_of(case.actual, tmp_path), np.full(ROWS, 1.3)
+    state = replace(case.state, payload=payload)
+    np.testing.assert_allclose(poses(arm, [], state), tool_poses(robot, Motion(state.q)), atol=1e-12)
+    held = joint_wrenches(robot, state.q, payload=payload)
+    about = np.where(np.array(arm.sliding)[:, None], [3, 4, 2], [3, 4, 5])
+    held = np.take_along_axis(held, about[None], axis=2)
+    np.testing.assert_allclose(straight_moments(arm, state), held, atol=1e-10)
 
 
 @pytest.mark.parametrize("name", [*ARMS, "scara", "gantry"])

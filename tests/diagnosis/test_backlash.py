@@ -5,15 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench import Dataset, Motion, identify, tool_poses
 from workbench.arm.effects import EFFECTS
 from workbench.arm.effects.axes import own
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.base.types import Outcome
-from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.candidates import catalogue
-from workbench.identification.identify import identify
 
 PLAY, SIGMA, ROWS = 2e-3, 1e-4, 80
 BACKLASH = EFFECTS["backlash"]

@@ -7,9 +7,8 @@ from arms import make
 from claims import claims
 from slow import slow
 
+from workbench import Noise, diagnose
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.problem import Noise
 
 
 def test_a_dent_is_a_map_and_no_cause():

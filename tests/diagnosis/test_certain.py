@@ -7,15 +7,14 @@ import pytest
 from arms import make
 from problems import geometric
 
+from workbench import FitChoices, Motion, diagnose
 from workbench.arm.effects import Candidate
 from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.motion import Motion
 from workbench.diagnosis.cause_search import search_causes
 from workbench.diagnosis.claims.accepted_terms import _same_claim
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.search import rounds
 from workbench.diagnosis.search.candidates import Catalogue
 from workbench.diagnosis.search.contributions import explained
@@ -23,7 +22,6 @@ from workbench.diagnosis.search.evidence import Term, validated
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
 from workbench.diagnosis.search.rounds import Searched, Stage
-from workbench.identification.fit_choices import FitChoices
 from workbench.identification.rows.excluded_outliers import GROSS, prepare_without_outliers
 
 CLEAR = 4.0

@@ -9,16 +9,12 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from workbench import load_robot
+from workbench import Motion, diagnose, load_robot, measure_poses, tool_poses
 from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base.progress import Cancelled, cancelled, running
-from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.document import error_units
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.problem import Problem
-from workbench.plate.simulated_measurement import measure_poses
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 WRONG, KEPT_OUT = 13, 3

@@ -8,11 +8,9 @@ import pytest
 from arms import TUNING, make
 from generator import move, turn
 
-from workbench.diagnosis.diagnose import diagnose
+from workbench import diagnose, identify, measure_poses
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.fit_choices import Sessions
-from workbench.identification.identify import identify
-from workbench.plate.simulated_measurement import measure_poses
 
 ANCHORS, EACH = 6, 16
 

@@ -14,14 +14,12 @@ from real_arms import load
 from slow import slow
 
 import workbench as wb
+from workbench import Dataset, Motion, diagnose
 from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.effects.axes import own
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.motion import Motion
 from workbench.arm.statics.wrenches import motion_wrenches
-from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.drivers.driver import SLIPS, Driver, driver_of, path_of
 from workbench.diagnosis.drivers.gravity import LoadsByAxis
 from workbench.diagnosis.drivers.process import smooth, smooth_plane, wandering

@@ -13,20 +13,15 @@ from problems import slopes
 from refusals import mentions
 from slow import slow
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, diagnose, evaluate, identify, load_robot, write_measurements
 from workbench.arm.effects import EFFECTS
-from workbench.arm.motion import Motion
 from workbench.base.wording import plural
 from workbench.data.prediction import row_components
-from workbench.data.writer import write_measurements
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.search import rounds
 from workbench.diagnosis.search.event_search import Timeline, changeable, promising
 from workbench.diagnosis.search.evidence import left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress
-from workbench.identification.evaluate import evaluate
-from workbench.identification.identify import identify
 from workbench.identification.run import SavedArm, file_text, refitted_errors
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))

@@ -5,18 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.motion import Motion
-from workbench.data.dataset import Dataset
+from workbench import Dataset, Motion, Noise, diagnose, evaluate, identify, load_robot, measure_poses
 from workbench.diagnosis import final_fit
-from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.search.refit import refit
-from workbench.identification.evaluate import evaluate
-from workbench.identification.identify import identify
-from workbench.identification.problem import Noise
 from workbench.identification.tool_observability import expected_error
-from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,8 @@ from problems import geometric
 from scipy import stats
 from slow import slow
 
+from workbench import Motion, tool_poses
 from workbench.arm.effects import EFFECTS, Candidate
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
 from workbench.diagnosis.search.backlash_flanks import UNCERTAIN, Propagated
 from workbench.diagnosis.search.candidates import catalogue

@@ -6,11 +6,10 @@ from arms import make
 from conditions import CONDITIONS, under
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import diagnose, load_robot
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.tilting import BearingCompliance, ClearanceTilt
 from workbench.base.errors import FileError
-from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.problem import Problem
 
 LOADED = (

@@ -6,10 +6,8 @@ from arms import make
 from scipy.spatial.transform import Rotation
 from slow import slow
 
-from workbench.arm.frame import Frame
+from workbench import Frame, diagnose, read_measurements
 from workbench.base import se3
-from workbench.data.readers.read import read_measurements
-from workbench.diagnosis.diagnose import diagnose
 
 KINDS = (slow("none"), slow("two"), "harmonic-3")
 SEED = 5

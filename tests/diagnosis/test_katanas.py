@@ -6,10 +6,8 @@ from arms import robot_of
 from katanas import TILTING, make_katana
 from laws import change, poses, straight_moments
 
+from workbench import Motion, diagnose, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.diagnosis.diagnose import diagnose
 
 SEED = 10_001
 UPRIGHT = 0.005

@@ -5,12 +5,8 @@ import pytest
 from lift import LOST, draw, file, measure, rotation, table
 from round_trip import read_arm, read_rows
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, diagnose, load_robot, read_measurements, write_toml
 from workbench.arm.effects.tilting import ExtensionClearance, ExtensionCompliance
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import write_toml
-from workbench.data.readers.read import read_measurements
-from workbench.diagnosis.diagnose import diagnose
 
 
 def campaign(folder, seed, *, tilts=True, lost=LOST, masses=True, **truth):

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from generator import move, turn
 
-from workbench.arm.robot import Robot
-from workbench.data.dataset import Dataset
+from workbench import Dataset, Robot, diagnose
 from workbench.diagnosis.coverage import loads_vary
-from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.meaning.nominal_fit import with_holding_torques
 
 COMPLIANCE, OWN, LENGTHS = 8e-5, 4.0, (0.4, 0.35)

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench import Motion, measure_poses
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.motion import Motion
 from workbench.diagnosis.claims.standard_errors import MIN_PLACES, dependence
-from workbench.plate.simulated_measurement import measure_poses
 
 ARIA = wb.load_robot("aria")
 REPEATS = 5

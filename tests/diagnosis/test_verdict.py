@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench import Motion, Noise, diagnose, measure_poses, tool_poses
 from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.joint_compliance import JointCompliance
@@ -14,19 +15,14 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.uneven_compliance import UnevenCompliance
 from workbench.arm.gravity import tilted
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis import gravity_direction
-from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.gravity_tilt import GravityTilt
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict, harm_done
 from workbench.identification.checks.common_errors import two_places
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.joint_reading_noise import Readings
-from workbench.identification.problem import Noise
-from workbench.plate.simulated_measurement import measure_poses
 
 NOISE_ONLY = RemainingError(
     noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, followed=(), places=""

@@ -8,9 +8,7 @@ from arms import ARMS, make
 from judge import error_of, judge
 from slow import slow
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.diagnosis.diagnose import diagnose
+from workbench import Motion, diagnose, tool_poses
 from workbench.diagnosis.result import Verdict
 
 NAMED = ("compliance", "backlash-moment", "harmonic-3", "scale", "coupling", "drift", "thermal", "clearance")

@@ -14,10 +14,9 @@ from refusals import refuses
 
 import workbench as wb
 from tests.exports import readers
+from workbench import Dataset, Trajectory
 from workbench.arm.usable_arm import closest
 from workbench.base.errors import OptionError
-from workbench.data.dataset import Dataset
-from workbench.data.readers.trajectory import Trajectory
 from workbench.exports import FORMS, Job, export_robot
 from workbench.identification.controller_parameters import use_of
 

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from checks import with_errors
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.calibration_record import Calibration, Expected, Observed
 from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.usable_arm import sampled
 from workbench.base import se3
 from workbench.identification.controller_parameters import controller_numbers

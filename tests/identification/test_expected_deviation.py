@@ -8,9 +8,8 @@ import pytest
 from checks import robot_of
 from slow import slow
 
-from workbench.data.dataset import Dataset
+from workbench import Dataset, identify
 from workbench.identification.errors.expected_deviation import with_expected_deviation
-from workbench.identification.identify import identify
 from workbench.identification.problem import Noise, Problem
 
 REFLECTOR = 0.031

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from checks import freed
 
-from workbench import Dataset, Motion, Noise, evaluate, load_robot, tool_poses, write_toml
+from workbench import Dataset, Motion, Noise, evaluate, identify, load_robot, tool_poses, write_toml
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.identify import identify
 from workbench.identification.problem import Problem
 
 NOISE = Noise(1e-4, 3e-4)

@@ -13,18 +13,13 @@ from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 from slow import slow
 
-from workbench import load_plate, load_robot, measure_plate
-from workbench.arm.frame import Frame
+from workbench import Dataset, Frame, Robot, evaluate, identify, load_plate, load_robot, measure_plate
 from workbench.arm.inverse.solve import Task, follow_many
-from workbench.arm.robot import Robot
 from workbench.arm.signs_and_offsets import with_couplings
 from workbench.base.errors import DataError, OptionError, UnitError
-from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.checks.arm_match import arm_match
-from workbench.identification.evaluate import evaluate
-from workbench.identification.identify import identify
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.meaning.read_rows import read_rows
 

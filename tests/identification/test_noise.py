@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench import Dataset, diagnose, evaluate, load_robot, read_measurements
-from workbench.identification.identify import identify
+from workbench import Dataset, diagnose, evaluate, identify, load_robot, read_measurements
 from workbench.identification.noise import from_repeats
 
 SIGMA = 5e-5, 2e-4

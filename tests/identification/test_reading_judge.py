@@ -13,9 +13,8 @@ from generator import VirtualArm, shift, turn
 from scipy.spatial.transform import Rotation
 
 from tests.identification.test_meaning import ARMS, H
-from workbench.arm.robot import Robot
+from workbench import Dataset, Robot
 from workbench.base.errors import DataError
-from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.identification.meaning.as_read import as_read, understood
 from workbench.identification.meaning.read_rows import read_rows

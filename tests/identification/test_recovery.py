@@ -8,13 +8,12 @@ import pytest
 from checks import freed, robot_of
 from slow import slow
 
-from workbench import Dataset, Motion, Noise, load_plate, load_robot, measure_plate, tool_poses
+from workbench import Dataset, Motion, Noise, identify, load_plate, load_robot, measure_plate, tool_poses
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.identify import identify
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench import Dataset, load_robot
+from workbench import Dataset, identify, load_robot
 from workbench.base.errors import OptionError
-from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
 
 

@@ -9,14 +9,13 @@ import pytest
 from checks import freed, robot_of
 from refusals import mentions, refuses
 
-from workbench import Dataset, Motion, evaluate
+from workbench import Dataset, Motion, evaluate, identify
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, Outcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.report.document import identified
 

@@ -5,12 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from workbench import Region, load_plate
 from workbench.base.errors import FileError
-from workbench.plate.measured_plate import load_plate
 from workbench.plate.patterns import circle
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import built_in_plates, read_plate, write_plate
-from workbench.plate.region import Region
 
 REGION = "region = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0], cube = 0.1 }\n"
 

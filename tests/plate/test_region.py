@@ -5,10 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
 
-from workbench.arm.frame import Frame
+from workbench import Frame, Region
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.poses.sampling import in_base, random_poses
-from workbench.plate.region import Region
 
 
 def region(cube=0.05) -> Region:

@@ -5,9 +5,8 @@ import re
 
 import pytest
 
-from workbench import Wanted, diagnose, load_robot, measure_poses
+from workbench import Wanted, diagnose, identify, load_robot, measure_poses
 from workbench.diagnosis.report.results_json import diagnosis_json, write_diagnosis
-from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, write_identification
 from workbench.report.json import plain
 

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, load_robot, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.kinematics.skeleton import height_above_floor
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import MeasureVirtualArm

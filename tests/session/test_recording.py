@@ -18,10 +18,7 @@ import pytest
 from refusals import mentions, refuses
 
 from recordings import Run, rewrite
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import write_toml
+from workbench import Motion, load_robot, tool_poses, write_toml
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import frozen

@@ -8,11 +8,10 @@ from refusals import mentions
 from slow import slow
 
 import workbench as wb
-from workbench import Motion, load_robot, tool_poses, write_urdf
+from workbench import Motion, Noise, load_robot, tool_poses, write_urdf
 from workbench.arm.inverse.branch import margins, planned_margins
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
-from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import Production
 from workbench.session import start

@@ -7,9 +7,8 @@ import pytest
 from direct_commands import done
 from refusals import mentions
 
-from workbench import Wanted, load_robot, measure_poses, write_measurements, write_plate
+from workbench import Noise, Wanted, load_robot, measure_poses, write_measurements, write_plate
 from workbench.data.prediction import RowComponents
-from workbench.identification.problem_blocks import Noise
 from workbench.identification.run import judge
 from workbench.session import start
 from workbench.session.commands.arm import LoadModel

@@ -15,16 +15,13 @@ from studies import aria_tables as tables
 from studies.aria_arms import Acquisition, Comparison, compare_acquisitions
 from studies.aria_claims import claims, clustering_claims
 from studies.finding import Finding
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.robot import Robot
+from workbench import Plate, Robot, load_plate, load_robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import part_of, progress
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets
 from workbench.extras.poses.choose_poses import choose_poses
 from workbench.extras.poses.clustering import Clustering, cluster_region
-from workbench.plate.measured_plate import load_plate
-from workbench.plate.plate import Plate
 from workbench.plate.region_poses import plate_region_poses
 
 ARMS = 100

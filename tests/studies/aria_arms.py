@@ -11,15 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
+from workbench import Dataset, Instrument, Motion, Robot, tool_poses
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.progress import cancelled, progress, running
-from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
-from workbench.data.simulation.instruments import Instrument
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.identification.algorithms import ALGORITHMS
 from workbench.identification.problem import Noise, Problem

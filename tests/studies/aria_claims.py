@@ -5,10 +5,9 @@ import numpy as np
 from studies import aria_printed as printed
 from studies.aria_arms import Comparison
 from studies.finding import Finding, between, judged, without
+from workbench import Plate, Robot
 from workbench.arm.linearisation import linearise
-from workbench.arm.robot import Robot
 from workbench.extras.poses.clustering import Clustering
-from workbench.plate.plate import Plate
 from workbench.plate.target_branches import plate_solutions, single_branches
 
 ALIKE = float(np.sqrt(10.0))

@@ -23,12 +23,8 @@ import numpy as np
 from jaxtyping import Float
 
 from studies.katana_printed import CONSTANTS
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
+from workbench import Dataset, Motion, Robot, load_robot, tool_poses
 from workbench.base.progress import progress
-from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
 from workbench.identification.algorithms.influence_based import InfluenceBased
 from workbench.identification.algorithms.ols import Ols

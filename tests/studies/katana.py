@@ -20,8 +20,7 @@ from studies.katana_influence import Influence, influence
 from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import part_of
 from workbench.plate.poses.iso_cube import CubePoses, iso_cube_poses

@@ -22,9 +22,7 @@ from studies.katana_study import (
     spread,
 )
 from studies.katana_tables import DISTANCE, HALF_UNIT, MEAN
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 
 LIKE_THE_THESIS = f"the constants' errors are {AS_BAD:g} times those of Table 3.2, all else as above"
 """What is said of arms that begin as badly as the thesis's."""

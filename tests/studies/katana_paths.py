@@ -15,13 +15,10 @@ from jaxtyping import Float
 from scipy import linalg
 from scipy.interpolate import make_interp_spline
 
-from workbench.arm.frame import Frame
+from workbench import Frame, Motion, Robot, tool_poses
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import STARTS, nearby_starts
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.circles import fit_circle
 from workbench.base.errors import DataError

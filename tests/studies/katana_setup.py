@@ -7,11 +7,8 @@ from studies import katana_printed as printed
 from studies.finding import Finding, checked, judged
 from studies.katana_influence import ANGLE, LENGTH_DEVIATION, Influence, influence
 from studies.katana_study import zxz_of
-from workbench.arm.built_in_arms import load_robot
+from workbench import Motion, Robot, identification_jacobian, link_frames, load_robot, tool_poses
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import identification_jacobian, link_frames, tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.plate.poses.iso_cube import CubePoses
 from workbench.plate.poses.sampling import random_poses
 

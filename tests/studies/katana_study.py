@@ -23,17 +23,13 @@ from scipy.spatial.transform import Rotation
 
 from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Motion, Robot, load_robot, tool_poses
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.tilting import ClearanceTilt
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import frozen
-from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.identification.algorithms.identifier import AbstractIdentifier
 from workbench.identification.algorithms.influence_based import InfluenceBased

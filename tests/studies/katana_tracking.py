@@ -24,19 +24,14 @@ from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_paths import Path, circle_through, plan
 from studies.katana_study import EACH_DIRECTION, REMAINDER, Spread, read_tilting, spread
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Frame, Motion, Robot, load_robot, tool_poses
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.frame import Frame
 from workbench.arm.inverse.damped_newton import refine
 from workbench.arm.inverse.follow import rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import JointRows, Poses
-from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.path import Commanded, command_joints

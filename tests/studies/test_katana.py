@@ -14,9 +14,7 @@ from studies.katana_study import (
     differences,
     katana_study,
 )
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot, tool_poses
 from workbench.base import se3
 
 

@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 from checks import check_jacobian, check_problem
 
-from workbench.arm.built_in_arms import load_robot
+from workbench import Dataset, Motion, load_robot, tool_poses
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.types import Freedom
-from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import Camera, project
 from workbench.extras.camera.likelihood import Likelihood, Pictures
 from workbench.extras.camera.rig import PictureReadings, Rig

@@ -7,12 +7,8 @@ from refusals import refuses
 
 from tests.exports import readers
 from tests.exports.test_exports import EXACT, calibrated, flanges
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
+from workbench import Frame, Motion, Robot, load_robot, tool_poses
 from workbench.arm.joint_frames import joint_frames
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError, RobotError

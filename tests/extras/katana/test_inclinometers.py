@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from laws import Effect, poses
 
-from workbench.arm.motion import Motion
+from workbench import Dataset, Motion
 from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError
-from workbench.data.dataset import Dataset
 from workbench.extras.katana.load_test.experiment import pulled_joint, tilting_of
 from workbench.extras.katana.load_test.postures import FIRM, PairPurpose, plan_load_test, possible, side_loads
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.motion import Motion
+from workbench import Motion, load_robot
 from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError
 from workbench.data.simulation.instruments import INSTRUMENTS

@@ -11,10 +11,7 @@ from refusals import refuses
 from studies.katana_paths import circle_through, plan
 from studies.pencil_scan import Drawn, draw, scan
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Frame, Motion, load_robot, tool_poses
 from workbench.base.errors import DataError
 from workbench.extras.katana.pencil import ANGLES, INCH, plotted_errors, plotted_profile, sheet
 

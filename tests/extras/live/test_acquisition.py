@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, load_plate, load_robot, tool_poses
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.extras.live.acquisition import Acquisition
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.standstill import ArmState
-from workbench.plate.measured_plate import load_plate
 from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
@@ -68,17 +65,20 @@ def test_a_lost_tool_is_not_stored_and_orientations_that_some_rows_lack_are_left
 @pytest.mark.parametrize(
     ("acquisition", "reason"),
     [
-        (acquired(), "no sample"),
-        (acquired().with_sample(at(0), ArmState.MOVING), "moving"),
-        (replace(standing(acquired(), at(0)), silence=3.0), "silent for 3 s"),
-        (standing(replace(stored(acquired(), 0), current=1), at(0)), "not moved"),
-        (standing(stored(acquired(replace(PLATE, targets=PLATE.targets[:1])), 0), at(0)), "every target"),
+        (acquired, "no sample"),
+        (lambda: acquired().with_sample(at(0), ArmState.MOVING), "moving"),
+        (lambda: replace(standing(acquired(), at(0)), silence=3.0), "silent for 3 s"),
+        (lambda: standing(replace(stored(acquired(), 0), current=1), at(0)), "not moved"),
+        (
+            lambda: standing(stored(acquired(replace(PLATE, targets=PLATE.targets[:1])), 0), at(0)),
+            "every target",
+        ),
     ],
     ids=["nothing", "moving", "silent", "same place", "complete"],
 )
 def test_what_is_not_stored(acquisition, reason):
     with refuses(DataError, reason):
-        acquisition.stored()
+        acquisition().stored()
 
 
 def test_a_sample_that_asks_is_stored_or_the_reason_is_said():

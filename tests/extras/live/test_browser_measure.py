@@ -7,8 +7,7 @@ import time
 import pytest
 from playwright.sync_api import expect
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, tool_poses
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.session import UseRows
 from workbench.extras.live.sources import LiveSource

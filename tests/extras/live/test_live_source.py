@@ -9,13 +9,11 @@ from time import monotonic, sleep
 
 import numpy as np
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, measure_plate, tool_poses
 from workbench.extras.live.connection import connect, lines_from
 from workbench.extras.live.sample import Sample
 from workbench.extras.live.session import MeasureLive, Measuring, Source, TakeSample, UseRows
 from workbench.extras.live.sources import LiveSource
-from workbench.plate.simulated_measurement import measure_plate
 from workbench.session import Worker, replay, start
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from refusals import mentions, refuses
 
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, tool_poses
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.extras.live import session as guided

@@ -11,18 +11,14 @@ from scipy.spatial.transform import Rotation
 from slow import slow
 
 import workbench as wb
+from workbench import Dataset, Motion, Robot, load_robot, tool_poses
 from workbench.arm import chain as chains
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.statics.moments import joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
-from workbench.data.dataset import Dataset
 from workbench.extras.pendant.displayed import Displayed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, read_joint_table, table_readings

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, identification_jacobian, tool_poses
 from workbench.base.errors import DataError
 from workbench.extras.poses.clustering import cluster_region
 from workbench.extras.poses.pose_limits import folded

@@ -12,13 +12,10 @@ from numpy.random import default_rng as rng
 from points_and_tilts import frames
 from refusals import refuses
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
+from workbench import Motion, PoseLimits, load_robot, tool_poses
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.poses.informative_poses import informative_poses
 from workbench.extras.poses.measurement_order import measuring_order
-from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses

@@ -14,10 +14,8 @@ from slow import slow
 
 import workbench as wb
 from tests.plate.test_like_with_like import of_kind
-from workbench.arm.built_in_arms import load_robot
+from workbench import Requirement, Wanted, load_robot, running
 from workbench.base.errors import DataError
-from workbench.base.progress import running
-from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.extras.production import plate_trial
 from workbench.extras.production.plate_trial import Trial, Yield, try_plate
 from workbench.extras.production.session import TryPlate

@@ -4,13 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
-from workbench.data.dataset import Dataset
-from workbench.data.readers import read_trajectory
-from workbench.data.writer import write_measurements
+from workbench import Dataset, Frame, Motion, load_robot, read_trajectory, tool_poses, write_measurements
 
 
 def test_a_compensated_path_is_corrected_where_only_positions_count(run, refused):

@@ -6,11 +6,9 @@ import pytest
 from checks import robot_of
 from refusals import mentions, refuses
 
+from workbench import Frame, Motion, tool_poses
 from workbench.arm.effects import EFFECTS
-from workbench.arm.frame import Frame
 from workbench.arm.inverse.damped_newton import Task
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base.errors import DataError
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.path import command_joints, command_poses

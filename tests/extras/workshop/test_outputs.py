@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 from refusals import mentions
 
+from workbench import Parts, load_plate, register, write_plate
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.parts import Parts, register
 from workbench.plate.export import PlateFile, export_plate, formats_named
-from workbench.plate.measured_plate import load_plate
-from workbench.plate.plate_toml import write_plate
 from workbench.session.export import fixture_zip
 
 FILES = {

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from tests.plate.test_fixture import HALF, rng
-from workbench.arm.built_in_arms import load_robot
+from workbench import load_plate, load_robot, optimise_plate
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.parts import Purpose
-from workbench.plate.design import optimise_plate
-from workbench.plate.measured_plate import load_plate
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, block_corners, tool_poses_at
 from workbench.plate.plate import Kind, Target
 from workbench.session.start import default_circle

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench import Frame, evaluate, load_robot, measure_poses
+from workbench import Frame, evaluate, identify, load_robot, measure_poses
 from workbench.base.types import Freedom
-from workbench.identification.identify import identify
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 

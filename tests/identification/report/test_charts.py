@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench import Motion, measure_poses, tool_poses
-from workbench.identification.identify import identify
+from workbench import Motion, identify, measure_poses, tool_poses
 from workbench.identification.report.document import MAX_BARS, constant_bars
 
 

@@ -116,6 +116,7 @@ def test_no_foreign_page_may_frame_it(server):
     with urllib.request.urlopen(page_address(server), timeout=60) as answer:
         assert answer.headers["X-Frame-Options"] == "DENY"
         assert answer.headers["Content-Security-Policy"] == "frame-ancestors 'none'"
+        assert "Access-Control-Allow-Origin" not in answer.headers
 
 
 def test_in_the_network_a_page_needs_the_link_and_no_foreign_origin():

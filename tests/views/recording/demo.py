@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.plate.measured_plate import load_plate
+from workbench import load_plate, load_robot
 from workbench.session import Session, Worker
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow

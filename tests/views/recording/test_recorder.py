@@ -7,8 +7,7 @@ import time
 import pytest
 
 from tests.views.recording.demo import drag
-from workbench.arm.built_in_arms import load_robot
-from workbench.plate.measured_plate import load_plate
+from workbench import load_plate, load_robot
 from workbench.session import Worker
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal.folder import begin, resume
