@@ -51,11 +51,11 @@ BUDGETS = {
     "extras": 1,
     "extras/camera": 3_469,
     "extras/controllers": 696,
-    "extras/hobby": 747,
+    "extras/hobby": 746,
     "extras/katana": 998,
     "extras/live": 1_030,
     "extras/logs": 915,
-    "extras/pendant": 1_875,
+    "extras/pendant": 1_874,
     "extras/poses": 1_081,
     "extras/production": 447,
     "extras/reproduce": 88,
@@ -63,7 +63,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_463,
+    "tests": 38_443,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_892
