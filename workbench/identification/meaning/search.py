@@ -93,7 +93,7 @@ class ReadingSearch:
         self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, SURE)
         self.data = data if sessions > 1 else data.take(far_apart(data, count))
         self.points = np.asarray(self.data.position)
-        self.arms = [JointColumns(robot.bare, self.data.q) for robot in robots]
+        self.arms = [JointColumns(robot if held else robot.bare, self.data.q) for robot in robots]
         self.handed = HANDED if data.rotation is None else MIRRORED
         self.found: list[RowReading] = []
         self.tried: dict[str, int] = {}
