@@ -25,13 +25,10 @@ import numpy as np
 import viser
 from playwright.sync_api import Page, sync_playwright
 
-from workbench.arm.built_in_arms import load_robot
-from workbench.arm.motion import Motion
+from workbench import Motion, load_plate, load_robot, write_measurements
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
-from workbench.data.writer import write_measurements
 from workbench.plate.cube_map import map_cubes
-from workbench.plate.measured_plate import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget, plain

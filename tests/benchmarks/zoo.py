@@ -23,13 +23,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
-from arms import UnseenError, make, seeds_of
+from arms import UnseenError, make
 from calibration import bins, expected_error
 from cases import CASES, WITHOUT, Case
 from conditions import CONDITIONS, Conditions, under
 from counts import by_kind, share, wilson
 from judge import Judged, judge
 from morphologies import ARMS, MORPHOLOGIES, SIX
+from options import ended, run_options, some_of
 from rich.console import Console
 from rich.progress import track
 
@@ -56,34 +57,19 @@ class Task(NamedTuple):
 
 
 def options(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", default=",".join(CASES), help="kinds, commas between")
-    parser.add_argument("--on", default="all", help=f"morphologies, commas between, or {', '.join(GROUPS)}")
-    parser.add_argument("--arms", type=int, default=10, help="arms a kind and condition, one a seed")
-    parser.add_argument("--seeds", default="tuning", help="tuning, judging, or the first and the end: 5:8")
-    parser.add_argument("--conditions", default="ideal", help="of arms with an effect, or all")
-    parser.add_argument("--alarms", default="all", help="conditions of arms without an effect, likewise")
-    parser.add_argument("--held-out", type=float, default=0.0, help="share kept from the diagnosis")
-    parser.add_argument("--jobs", type=int, default=2, help="processes; 0: this one, for a debugger")
-    parser.add_argument("--wrong", action="store_true", help="list the cases that are not right")
-    parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
-    given = parser.parse_args(arguments)
-    given.on = ",".join(GROUPS.get(given.on, (given.on,)))
-    for name, known in (
-        ("cases", CASES), ("conditions", CONDITIONS), ("alarms", CONDITIONS), ("on", MORPHOLOGIES)
-    ):  # fmt: skip
-        chosen = list(known) if getattr(given, name) == "all" else getattr(given, name).split(",")
-        if strange := set(chosen) - set(known):
-            choice = ", ".join(known)
-            parser.error(f"--{name} doesn't know {', '.join(sorted(strange))}; choose from {choice}")
-        setattr(given, name, chosen)
-    given.seeds = seeds_of(given.seeds, given.arms)
-    return given
+    own = argparse.ArgumentParser(add_help=False)
+    where, conditions = some_of(MORPHOLOGIES, **GROUPS), some_of(CONDITIONS, all=CONDITIONS)
+    own.add_argument("--on", type=where, default="all", help=f"morphologies, or {', '.join(GROUPS)}")
+    own.add_argument("--conditions", type=conditions, default="ideal", help="of arms with an effect, or all")
+    own.add_argument("--alarms", type=conditions, default="all", help="of arms without an effect, likewise")
+    own.add_argument("--held-out", type=float, default=0.0, help="share kept from the diagnosis")
+    own.add_argument("--jobs", type=int, default=2, help="processes; 0: this one, for a debugger")
+    return run_options(__doc__.splitlines()[0], "cases", CASES, arms=10, arguments=arguments, own=[own])
 
 
 def tasks(given) -> Iterator[Task]:
     """What is to be judged."""
-    for kind in given.cases:
+    for kind in given.kinds:
         for condition in given.alarms if kind in WITHOUT else given.conditions:
             if not CASES[kind].misseated or condition == "ideal":
                 yield from (Task(kind, condition, seed) for seed in given.seeds)
@@ -195,10 +181,7 @@ def main(arguments=None):
     for b in bins([pair for j in judged.values() for pair in j.odds]):
         print(f"stated {100 * b.stated:.4g} %: {b.true} of {b.claims} claims true")
     ideal = [j for task, j in hidden.items() if task.condition == "ideal"]
-    checks = list(bounds(ideal, calm, list(judged.values())))
-    for text, holds in checks:
-        print(f"{'✓' if holds else '✗'} {text}")
-    return int(given.check and not all(holds for _, holds in checks))
+    return ended(given, bounds(ideal, calm, list(judged.values())))
 
 
 if __name__ == "__main__":

@@ -8,15 +8,12 @@ import pytest
 from gear_sag import GearSag
 
 from tests.session.direct_commands import done
-from workbench.arm.built_in_arms import load_robot
+from workbench import load_plate, load_robot, read_measurements, write_measurements
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base.errors import RobotError
-from workbench.data.readers import read_measurements
 from workbench.data.simulation.hidden_effects import hidden_effects
-from workbench.data.writer import write_measurements
 from workbench.parts import Parts, register
-from workbench.plate.measured_plate import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 from workbench.session import start
 from workbench.session.commands.data import LoadData
