@@ -44,9 +44,9 @@ from workbench.identification.rows.row_selection import (
     choose_rows,
     held_as_marked,
     hold_out,
-    leaves_enough,
     marked,
     placed,
+    placing_rows,
     scale_fixing_length,
     unused_observations,
     without_fitted_rows,
@@ -248,18 +248,19 @@ class _Split(AbstractSplit):
 
 
 def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
-    """The chosen rows, fitted and held out: a share that is drawn before any is excluded, so that no error jumps
-    by another draw; anew where too few stay."""
+    """The chosen rows; a share is held out as if none were excluded, so that no error jumps for that."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region, choices.known)
     used, other = of_rows(data, rows), choices.held_out
     if lost := preparation_of(used).contradicted(robot, used):
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
         used = of_rows(data, rows)
-    train, held = hold_out(used, other, choices.seed)
+    train, held = hold_out(used, 0.0 if isinstance(other, Dataset) else other, choices.seed)
     if choices.exclude and isinstance(other, float):
-        stay = np.isin(rows, _choose_rows(robot, data, replace(choices, exclude={})).held_out_rows)
-        if leaves_enough(used, stay):
+        every = replace(data, exclude=~data.included & ~np.isin(data.row, [*choices.exclude]))
+        stay = np.isin(rows, _choose_rows(robot, every, replace(choices, exclude={})).held_out_rows)
+        left = min(np.count_nonzero(used.in_session(name) & ~stay) for name in used.sessions)
+        if stay.any() and left >= placing_rows(used):
             train, held = np.flatnonzero(~stay), np.flatnonzero(stay)
     held_out_data, again = of_rows(used, held), list[str]()
     if isinstance(other, Dataset):

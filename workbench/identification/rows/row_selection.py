@@ -107,12 +107,10 @@ def choose_rows(
 
 
 def hold_out(
-    used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int
+    used: Dataset, held_out: float | tuple[str, ...], seed: int
 ) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
     """Fitted and held-out rows among the used ones, in increasing order."""
-    if isinstance(held_out, Dataset):
-        held = np.zeros(len(used), bool)
-    elif isinstance(held_out, tuple):
+    if isinstance(held_out, tuple):
         held = _of_sessions(used, held_out)
     else:
         held = _of_share(used, held_out, rng=np.random.default_rng(seed))
@@ -190,13 +188,6 @@ def _of_sessions(data: Dataset, names: tuple[str, ...]) -> Bool[np.ndarray, " ro
 def placing_rows(data: Dataset) -> int:
     """Rows that place a session and tell something beyond, where each has a base of its own."""
     return 1 if data.session is None or data.position is None else 3 if data.rotation is None else 2
-
-
-def leaves_enough(data: Dataset, held: Bool[np.ndarray, " rows"]) -> bool:
-    """Whether there are any, and enough others place every session."""
-    names = np.zeros(len(data)) if data.session is None else data.session
-    left = np.bincount(np.unique(names, return_inverse=True)[1], ~held)
-    return bool(held.any() and left.min() >= placing_rows(data))
 
 
 def _shares(sizes: np.ndarray, fraction: float, keep: int) -> np.ndarray:
