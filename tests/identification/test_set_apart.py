@@ -33,6 +33,8 @@ def test_one_wrong_row_costs_nothing_and_is_named_first(off):
     row = int(clean.data.row[clean.train_rows[7]])
     run = identify(load_robot("aria"), wrong(rows_of(1), row, off), algorithms=("opt2",))
     assert run.best.held_out.position_mm.mean < 1.15 * clean.best.held_out.position_mm.mean
+    by_hand = identify(load_robot("aria"), rows_of(1), algorithms=("opt2",), exclude=[row])
+    assert {tuple(one.held_out_data.row) for one in (run, by_hand)} == {tuple(clean.held_out_data.row)}
     assert [r.row for r in run.outliers] == [row]
     assert run.outliers[0].position == pytest.approx(np.linalg.norm(off), rel=0.1)
     assert str(row) in run.warnings[0]

@@ -46,6 +46,7 @@ from workbench.identification.rows.row_selection import (
     hold_out,
     marked,
     placed,
+    placing_rows,
     scale_fixing_length,
     unused_observations,
     without_fitted_rows,
@@ -168,24 +169,19 @@ def prepare(
     *,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    held_rows: list[int] | None = None,
 ) -> Prepared:
-    """All steps before the algorithms run; arguments as in `identify`, except:
-
-    Args:
-        held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
-    """
+    """All steps before the algorithms run; arguments as in `identify`."""
     check_joint_noise(choices.noise, robot.dof)
     progress(0.0, "checking the rows")
     complete = with_drivers(robot, checked(robot, data))
     _check_known_places(complete, choices)
-    rows = _choose_rows(robot, complete, choices, held_rows)
+    rows = _choose_rows(robot, complete, choices)
     free = tuple(dict.fromkeys(robot.default_free if choices.free is None else choices.free))
     if length := scale_fixing_length(robot, rows.train_data, free, choices.known):
         free = tuple(name for name in free if name != length)
         rows = rows.noted("contacts don't determine scale: it is as near to nominal as all lengths allow")
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
-    share = choices.held_out if isinstance(choices.held_out, float) and held_rows is None else 0.0
+    share = choices.held_out if isinstance(choices.held_out, float) else 0.0
     check_enough(robot, rows.train_data, without_prior, held_out=share)
     if Sessions(choices.frames) is not Sessions.SHARED:
         check_sessions(rows.train_data)
@@ -251,15 +247,21 @@ class _Split(AbstractSplit):
         return replace(self, notes=(*self.notes, *notes))
 
 
-def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices, held_rows: list[int] | None) -> _Split:
-    """The chosen rows, divided into fitted and held-out ones."""
+def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
+    """The chosen rows; a share is held out as if none were excluded, so that no error jumps for that."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region, choices.known)
     used, other = of_rows(data, rows), choices.held_out
     if lost := preparation_of(used).contradicted(robot, used):
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
         used = of_rows(data, rows)
-    train, held = hold_out(used, other if held_rows is None else held_rows, choices.seed)
+    train, held = hold_out(used, 0.0 if isinstance(other, Dataset) else other, choices.seed)
+    if choices.exclude and isinstance(other, float):
+        every = replace(data, exclude=~data.included & ~np.isin(data.row, [*choices.exclude]))
+        stay = np.isin(rows, _choose_rows(robot, every, replace(choices, exclude={})).held_out_rows)
+        left = min(np.count_nonzero(used.in_session(name) & ~stay) for name in used.sessions)
+        if stay.any() and left >= placing_rows(used):
+            train, held = np.flatnonzero(~stay), np.flatnonzero(stay)
     held_out_data, again = of_rows(used, held), list[str]()
     if isinstance(other, Dataset):
         other = with_drivers(robot, checked(robot, other))

@@ -64,7 +64,6 @@ def prepare_without_outliers(
             excluded = dict.fromkeys(ready.data.row[found].tolist(), reason)
             choices = replace(choices, exclude={**choices.exclude, **excluded})
             ready = prepare(robot, data, choices, **options)
-        options["held_rows"] = ready.data.row[ready.held_out_rows].tolist()
     return ready, np.array(outlying, np.int64)
 
 

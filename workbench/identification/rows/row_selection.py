@@ -107,12 +107,10 @@ def choose_rows(
 
 
 def hold_out(
-    used: Dataset, held_out: float | Dataset | tuple[str, ...] | list[int], seed: int
+    used: Dataset, held_out: float | tuple[str, ...], seed: int
 ) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
-    """Fitted and held-out rows among the used ones, which may be given by number, in increasing order."""
-    if isinstance(held_out, list | Dataset):
-        held = np.isin(used.row, held_out if isinstance(held_out, list) else [])
-    elif isinstance(held_out, tuple):
+    """Fitted and held-out rows among the used ones, in increasing order."""
+    if isinstance(held_out, tuple):
         held = _of_sessions(used, held_out)
     else:
         held = _of_share(used, held_out, rng=np.random.default_rng(seed))
