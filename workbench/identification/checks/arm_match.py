@@ -57,7 +57,7 @@ class ArmMatch:
     @property
     def rival(self) -> str:
         """Built-in arm that fits far better, as `load_robot` takes it; empty if there is none."""
-        return "" if self.meaning is None else self.meaning.rival
+        return self.meaning.best.other if self.meaning and self.meaning.is_found else ""
 
     @property
     def is_foreign(self) -> bool:

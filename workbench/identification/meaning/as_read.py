@@ -81,7 +81,7 @@ def _as_read(
 ) -> tuple[Robot, Dataset]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
-        if meaning is None or not meaning.is_found or meaning.rival or sliding(robot).any():
+        if meaning is None or not meaning.is_found or meaning.best.other or sliding(robot).any():
             raise _unread_units(robot, data, meaning)
         return _as_read(robot, as_told(data, meaning), how, keeps_arm, notes_rival)
     if how not in {"auto", "found"} and not (meaning is not None and meaning.is_misread):
@@ -94,9 +94,9 @@ def _as_read(
         return robot, data
     if meaning.is_misread:
         sentence = f"{meaning.text(bare=bool(robot.effects))}; {meaning.remedy}"
-        if meaning.rival and notes_rival:
+        if meaning.best.other and notes_rival:
             return robot, _with_notes(data, sentence)
-        if meaning.rival or (accepted := meaning.accepted(how)) is None:
+        if meaning.best.other or (accepted := meaning.accepted(how)) is None:
             raise DataError(f"{data.source}: {sentence}")
         arm = None if keeps_arm else accepted.on(robot)
         sentence = replace(meaning, best=accepted).text(bare=bool(robot.effects))
@@ -125,7 +125,7 @@ def with_own_columns(robot: Robot, data: Dataset) -> Dataset:
     """
     if data.joints <= robot.dof or (meaning := understood(robot, data)[1]) is None:
         return data
-    if not meaning.is_found or meaning.rival or data.missing_units:
+    if not meaning.is_found or meaning.best.other or data.missing_units:
         return data
     if meaning.is_misread:
         raise DataError(f"{data.source}: {meaning.text()}; correct the file")

@@ -54,9 +54,6 @@ class Hypotheses:
     cost: Cost
     refined: bool = False
 
-    def __len__(self) -> int:
-        return len(self.cost)
-
     def __getitem__(self, some: slice | np.ndarray) -> "Hypotheses":
         return replace(self, w=self.w[some], zero=self.zero[some], cost=self.cost[some])
 
@@ -112,16 +109,12 @@ class JointColumns:
                 three = ([one, other], [one, other, third], [(c, a, s), other])
                 found += [(1.5 * COUPLING, entries) for entries in three]
         if n > 4 and not self.slides[-3:].any():
-            pairs = ((n - 1, n - 2), (n - 2, n - 1), (n - 2, n - 3))
-            pairs = tuple(pair for pair in pairs if (min(pair), max(pair)) not in self.parallel)
-            found += [
-                (1.5 * COUPLING, [(*way, ratio)]) for way, ratio in product(pairs, (1.0, -1.0, 0.5, -0.5))
-            ]
-            for i, share, turn in product(
-                (n - 2, n - 3), (0.5, 1.0), both
-            ):  # with all signs: all differentials
-                turned = [(i + 1, i, turn * share), (i + 1, i + 1, -turn * share)]
-                found.append((2.0 * COUPLING, [(i, i, share), (i, i + 1, share), *turned]))
+            pairs = [(n - 1, n - 2), (n - 2, n - 1), (n - 2, n - 3)]
+            lone = [pair for pair in pairs if (min(pair), max(pair)) not in self.parallel]
+            found += [(1.5 * COUPLING, [(*p, ratio)]) for p, ratio in product(lone, (1.0, -1.0, 0.5, -0.5))]
+            for i, share, turn in product((n - 2, n - 3), (0.5, 1.0), both):
+                turned = [(i + 1, i, turn * share), (i + 1, i + 1, -turn * share)]  # with all signs: all
+                found.append((2.0 * COUPLING, [(i, i, share), (i, i + 1, share), *turned]))  # differentials
         w = np.tile(self.eye, (len(found), 1, 1))
         for matrix, (_, entries) in zip(w, found, strict=True):
             for row, column, value in entries:
@@ -142,19 +135,21 @@ class JointColumns:
         return [k for k in range(1, self.robot.dof - 1) if not self.slides[k]]
 
     def every(
-        self, w: np.ndarray, cost: Cost | float = 0.0, *, zeros: np.ndarray | None = None, signs: bool = True
+        self, w: np.ndarray, costs: Cost | float = 0.0, *, zeros: np.ndarray | None = None, signs: bool = True
     ) -> Hypotheses:
         """Each of some matrices, with all signs of the columns, and with each of some zeros."""
-        w, cost = w.reshape(-1, *w.shape[-2:]), np.broadcast_to(cost, w.shape[:-2]).ravel()
+        cost = np.broadcast_to(costs, w.shape[:-2]).ravel()
         if signs:
-            w = (w[:, None] * self.signs[:, None]).reshape(-1, *w.shape[1:])
+            w = w[..., None, :, :] * self.signs[:, None]
             cost = np.add.outer(cost, flips(self.signs)).ravel()
-        if zeros is None:
-            return Hypotheses(robot=self.robot, w=w, zero=np.zeros(w.shape[:2]), cost=cost)
-        more = ZERO * (zeros != 0.0).sum(1)
-        w, zero = np.tile(w, (len(zeros), 1, 1)), np.repeat(zeros, len(w), axis=0)
-        cost = np.add.outer(more, cost).ravel()
-        return Hypotheses(robot=self.robot, w=w, zero=zero, cost=cost, refined=True)
+        w, zero = w.reshape(-1, *w.shape[-2:]), np.zeros((1, self.robot.dof)) if zeros is None else zeros
+        return Hypotheses(
+            robot=self.robot,
+            w=np.tile(w, (len(zero), 1, 1)),
+            zero=np.repeat(zero, len(w), axis=0),
+            cost=np.add.outer(ZERO * (zero != 0.0).sum(1), cost).ravel(),
+            refined=zeros is not None,
+        )
 
     @property
     def choices(self) -> Iterator[Hypotheses]:

@@ -30,6 +30,7 @@ class RowMeaning:
         best: The simplest of the readings that fit best.
         plain: The rows as given.
         margin: How many times worse the next one is that moves otherwise.
+        alike: Readings that move the arm alike.
         blind: Readings of the same points that say more than the best one does.
         equal: The best one and those of the same points that are as likely and mean other arms, of which a
             person has to choose; empty if there are none.
@@ -44,6 +45,7 @@ class RowMeaning:
     best: RowReading
     plain: RowReading | None
     margin: float = np.inf
+    alike: tuple[str, ...] = ()
     blind: tuple[str, ...] = ()
     equal: tuple[RowReading, ...] = ()
     open: tuple[str, ...] = ()
@@ -61,11 +63,6 @@ class RowMeaning:
         if self.best.is_plain or self.plain is None:
             return self.margin > 1.0
         return self.margin >= CLEAR and CLEAR * self.best.score < self.plain.score
-
-    @property
-    def rival(self) -> str:
-        """Another built-in arm whose the rows clearly are, as `load_robot` takes it; empty if they aren't."""
-        return self.best.other if self.is_found else ""
 
     @property
     def is_misread(self) -> bool:
@@ -125,9 +122,9 @@ class RowMeaning:
             return self.cure
         if not self.is_found:
             return "choose the robot that was measured, or correct its table"
-        if self.rival:
+        if self.best.other:
             anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
-            return f"choose the robot '{self.rival}', or {anyway}"
+            return f"choose the robot '{self.best.other}', or {anyway}"
         names = " or ".join(f"'{name}'" for name in self.choices)
         accepted = at_entrance(f"with reading={names} (--reading)", page="by 'Read so'")
         if self.equal:
@@ -161,6 +158,7 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         best=best,
         plain=plain,
         margin=min((r.score for r in other), default=far) / floor,
+        alike=_texts(alike),
         blind=_texts([r for r in blind if r.mirrored <= best.mirrored and r not in equal]),
         equal=equal,
         open=_texts([r for r in other if r.score < CLEAR * floor]),

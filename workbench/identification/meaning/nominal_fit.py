@@ -18,7 +18,7 @@ from workbench.identification.alignment import align
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.families import SIGN
-from workbench.identification.meaning.meaning import ranked
+from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS, RowReading
 from workbench.identification.meaning.search import ReadingSearch
@@ -41,22 +41,21 @@ def placed(robot: Robot, data: Dataset) -> Robot:
     return replace(robot, mounting=robot.mounting.at(at.base, at.tool), sessions={})
 
 
-def next_worse(robot: Robot, data: Dataset) -> float:
-    """How many times worse rows fit with one or two joints inverted, or two coupled, than as given; infinite
-    with too few that have a point."""
+def near_readings(robot: Robot, data: Dataset) -> RowMeaning | None:
+    """What rows mean of: as given, one or two joints inverted, two coupled; None with too few points."""
     if data.joints != robot.dof or (rows := usable(data)) is None:
-        return float("inf")
+        return None
     search = ReadingSearch(robot, data=rows)
     (signs,) = search.arms[0].coupled
     near = [replace(RowReading.plain(robot), w=w) for w in signs.w[signs.cost <= 2.0 * SIGN]]
     search.found = [search.plain(), *search.place(near)]
-    return ranked(search, None).margin
+    return ranked(search, None)
 
 
 def zeros_fitted(robot: Robot, data: Dataset) -> float:
     """Misfit [m] of rows that are an arm's own once base, tool and joint zeros are fitted."""
-    inner = range(1, robot.dof - 1)
-    at = place(robot.bare, data.q[None], data.position[None], data.rotation[None], zeros=inner, robust=False)
+    seen = np.asarray(data.position)[None], np.asarray(data.rotation)[None]
+    at = place(robot.bare, data.q[None], *seen, zeros=range(1, robot.dof - 1), robust=False)
     return float(np.sqrt((at.error**2).mean()))
 
 

@@ -48,8 +48,8 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         kind = Rows.KNOWN if likely else Rows.SESSIONS if sessions > 1 else Rows.NEAR if near else Rows.OWN
     families = [family for family in FAMILIES if kind in family.rows]
     for number, family in enumerate(families):
-        is_asked = plain is not None and number and family.is_asked
-        if is_asked and _is_done(search, plain, last=family is families[-1]):
+        is_last = family is families[-1]
+        if plain is not None and number and family.is_asked and _is_done(search, plain, last=is_last):
             break
         search.family(family)
     if not search.found:

@@ -241,25 +241,30 @@ class ReadingSearch:
 
     def family(self, family: Family) -> None:
         """Place the likeliest hypotheses of a family, of each arm by itself."""
-        every = (part for own in self.arms for part in family.of(own))
-        for _, parts in groupby(every, key=lambda part: id(part.robot)):
-            self._try(family.name, list(parts), inverse=family.inverse and not self.held)
+        for own in self.arms:
+            for _, parts in groupby(family.of(own), key=lambda part: part.other):
+                self._try(family.name, list(parts), inverse=family.inverse and not self.held)
 
     def _try(self, name: str, parts: list[Hypotheses], *, inverse: bool = False) -> None:
         robot, count = parts[0].robot, HELD_PLACED if self.held else PLACED
         ranked, tried = list[tuple[float, RowReading]](), 0
         for part in (part.moving(self.still) for part in parts):
-            tried += len(part)
-            for (factor, more), begin in product(self.units, range(0, len(part), CHUNK)):
+            tried += len(part.cost)
+            for (factor, more), begin in product(self.units, range(0, len(part.cost), CHUNK)):
                 some = part[begin : begin + CHUNK]
                 joints = some.of(units(robot, self.data.joints, factor) * self.data.q[self.few])
                 for turned in (False, True) if inverse and self.conventions else (False,):
                     cost = some.cost + more + INVERSE * turned
                     bound = self._bounds(robot, flange_poses(robot, joints, inverse=turned)) + 1e-4 * cost
+                    way: dict[str, Any] = {
+                        "robot": robot,
+                        "other": some.other,
+                        "unit": factor,
+                        "inverse": turned,
+                    }
                     for k in np.argsort(bound)[:count].tolist():
-                        own = {"w": some.w[k], "zero": some.zero[k], "cost": float(cost[k])}
-                        own |= {"other": some.other, "unit": factor, "inverse": turned}
-                        ranked.append((float(bound[k]), RowReading(robot=robot, **own)))
+                        reading = RowReading(w=some.w[k], zero=some.zero[k], cost=float(cost[k]), **way)
+                        ranked.append((float(bound[k]), reading))
         self.tried[name] = self.tried.get(name, 0) + tried
         ranked.sort(key=lambda pair: pair[0])
         most = np.inf if self.held or not ranked else max(30.0 * ranked[0][0], 0.08)

@@ -14,7 +14,7 @@ from workbench.base.advice import ask
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.row_errors import TOOL, AbstractValidation, Errors
-from workbench.identification.meaning.nominal_fit import next_worse
+from workbench.identification.meaning.nominal_fit import near_readings
 from workbench.identification.report.document import IDENTIFIED, identification_blocks, identified
 from workbench.identification.result import Evaluation, Identification
 from workbench.identification.run import Run
@@ -24,12 +24,14 @@ from workbench.report.page import write_page
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
+NEAR = ("margin", "alike", "blind", "open")
 
 
 def reading_json(data: Dataset, robot: Robot | None = None) -> Json:
-    """What rows were taken to mean and how many times worse the next reading fits an arm, for `document`."""
-    margin = None if robot is None else lambda: next_worse(robot, data)
-    return {"reading": data.read_as or "as given", "reading_margin": margin}
+    """What rows were taken to mean, how many times worse the next reading fits an arm, and which others move
+    it alike, give the same points, or can't be told from it by these rows."""
+    near = ask("what else rows mean", lambda: None if robot is None else near_readings(robot, data), None)
+    return {"reading": data.read_as or "as given", **{f"reading_{k}": getattr(near, k, None) for k in NEAR}}
 
 
 def identification_json(result: Identification) -> Json:
