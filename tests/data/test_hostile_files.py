@@ -8,6 +8,7 @@ import openpyxl
 import pytest
 from refusals import mentions, refuses
 
+from workbench.base import bounded_process
 from workbench.base.bounded_process import ChildError, in_child
 from workbench.base.errors import FileError
 from workbench.base.progress import Cancelled, running
@@ -73,6 +74,11 @@ def test_a_child_is_bounded_in_time():
 def _spin() -> None:
     while True:
         pass
+
+
+def test_a_child_is_told_more_than_a_pipe_holds(monkeypatch):
+    monkeypatch.setattr(bounded_process, "_POLL", 1e-3)  # asked before it listens
+    assert in_child(len, bytes(2**20)) == 2**20
 
 
 def test_a_child_is_bounded_in_memory():

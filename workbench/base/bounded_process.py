@@ -8,11 +8,12 @@ program.
 import os
 import pickle
 import signal
-import subprocess
 import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from subprocess import DEVNULL, PIPE, Popen, TimeoutExpired
+from tempfile import TemporaryFile
 from typing import Any
 
 from workbench.base.errors import WorkbenchError
@@ -49,15 +50,16 @@ def in_child(
         seconds: Time of the processor that it may take beyond its imports.
         memory: Memory that it may take beyond its imports [bytes].
     """
-    job = pickle.dumps((function, arguments, needs, seconds, memory))
     command = [sys.executable, "-c", _COMMAND.format(path=[p or os.getcwd() for p in sys.path])]
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=nowhere, env=environment) as child:
-        try:
-            answer = _answer(child, job, seconds * _PATIENCE)
-        finally:
-            child.kill()
+    with TemporaryFile() as job:  # a pipe holds little, and what is asked with patience sends no more
+        pickle.dump((function, arguments, needs, seconds, memory), job)
+        job.seek(0)
+        with Popen(command, stdin=job, stdout=PIPE, stderr=DEVNULL, env=environment) as child:
+            try:
+                answer = _answer(child, seconds * _PATIENCE)
+            finally:
+                child.kill()
     if -child.returncode in (signal.SIGPROF, signal.SIGKILL):
         raise ChildError(f"it takes more than {seconds:.3g} s")
     found = pickle.loads(answer) if child.returncode == 0 else ChildError("its content crashes the reader")
@@ -66,14 +68,12 @@ def in_child(
     return found
 
 
-def _answer(child: subprocess.Popen[bytes], job: bytes, longest: float) -> bytes:
-    """What a child answers to its job; nothing if that takes too long."""
-    unsent: bytes | None = job
+def _answer(child: Popen[bytes], longest: float) -> bytes:
+    """What a child answers; nothing if that takes too long."""
     for _ in range(int(longest / _POLL)):
         try:
-            return child.communicate(unsent, timeout=_POLL)[0]
-        except subprocess.TimeoutExpired:
-            unsent = None
+            return child.communicate(timeout=_POLL)[0]
+        except TimeoutExpired:
             check_cancelled()
     return b""
 
