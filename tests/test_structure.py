@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_806,
     "data": 5_055,
     "plate": 4_877,
-    "identification": 9_051,
+    "identification": 9_050,
     "diagnosis": 6_645,
     "exports": 316,
     "session": 6_175,
@@ -66,7 +66,7 @@ BUDGETS = {
     "tests": 38_443,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 17_892
+READING_SET = 17_831
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
