@@ -206,26 +206,17 @@ def test_a_line_that_changed_since_is_never_replayed(whole, tmp_path):
     assert "incomplete" in recording.notes[0]
 
 
-@pytest.fixture(scope="module")
-def dragging(first, tmp_path_factory):
-    """A folder as a kill leaves it in a drag, and the place before the last one."""
-    run = Run(begin(first.robot, first.plate, folder=tmp_path_factory.mktemp("dragging") / "now"))
-    grab, *places, _ = moves(first, 5)
-    run(grab, *places, SelectTarget(2))
-    left = shutil.copytree(run.folder, run.folder.parent / "killed")
-    run.worker.close()
-    return left, places[-1].xyz
-
-
-def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(dragging, resumed, tmp_path):
-    folder = shutil.copytree(dragging[0], tmp_path / "copy")
+def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(first, record, resumed, tmp_path):
+    run, (grab, *places, _) = record(), moves(first, 5)
+    run(grab, *places, SelectTarget(2))  # which is not kept
+    folder = shutil.copytree(run.folder, tmp_path / "killed")
     again = resumed(folder)
     again(*moves(again.worker.session, 3, target=4))
     again.worker.close()
     whole = read_recording(folder)
     kinds_ = [type(e.command) for e in whole.entries]
     assert kinds_ == [GrabTarget, MoveTarget, DropTarget, GrabTarget, MoveTarget, DropTarget]
-    assert whole.entries[1].command.xyz == dragging[1]
+    assert whole.entries[1].command.xyz == places[-1].xyz
     assert check(whole).differences == ()
 
 
