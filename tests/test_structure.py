@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_806,
     "data": 5_055,
     "plate": 4_877,
-    "identification": 9_049,
+    "identification": 9_036,
     "diagnosis": 6_645,
     "exports": 316,
     "session": 6_175,

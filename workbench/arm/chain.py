@@ -275,8 +275,9 @@ def _walk(
     if q.shape[1:] != (chain.dof,) or not known or chain.values.shape != chain.axes.shape:
         raise IndexError("joints, constants or increments are not those of the chain")
     rows = frozen(chain.positions(q)), frozen(shift[:, part])
-    given = chain.constants[part], place, ends, pose_out, twist_out
-    _lanes(chain.axes[part], chain.drivers[part], chain.turned[:, part].copy(), *rows, *given)
+    size, given = twist_out.shape[2], (chain.constants[part], place, ends, pose_out, twist_out)
+    room = np.empty((15, LANES)), np.empty((size, 6, LANES)), np.zeros((6, size, LANES))
+    _lanes(chain.axes[part], chain.drivers[part], chain.turned[:, part].copy(), *rows, *given, *room)
 
 
 @njit(**ALONE, fastmath={"contract"})
@@ -303,19 +304,18 @@ def _sines(lanes):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 @no_type_check
-def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, twist):
+def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, twist, room, lines, columns):
     """Eight rows at a time: every inner loop runs over them and becomes SIMD.
 
     Args:
         fixed: Values of all elements, their sines and cosines.
         place: Column of each element's twist; -1 for none.
         ends: Numbers of elements before each frame of `out`, in increasing order.
+        room, lines, columns: For intermediate results, the last 0: allocated here they take long to compile.
 
     `pose` holds the transform up to an element, `step` that element's value, its sine and cosine.
     """
-    rows, size = out.shape[0], twist.shape[2]
-    pose, step = np.empty((12, LANES)), np.empty((3, LANES))
-    lines, columns = np.empty((size, 6, LANES)), np.zeros((6, size, LANES))  # 0 outside the part
+    rows, size, pose, step = out.shape[0], twist.shape[2], room[:12], room[12:]
     for start in range(0, rows, LANES):
         for i in range(12):
             for n in range(LANES):

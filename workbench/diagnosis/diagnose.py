@@ -104,7 +104,7 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None:
         followed = ask("what the rest follows", lambda: drivers.followed(search.last.model), ())
-    noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
+    noise = noises.beyond_stated(fit.problem, fit.x, fit.factor, in_all=True) or geometric.noise
     return RemainingError(
         noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),
         known_noise=noises.stated(problem) or known or noises.from_repeats(problem.data),

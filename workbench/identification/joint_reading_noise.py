@@ -59,8 +59,8 @@ DIGITS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 DIGIT_TOLERANCE, ROUNDED_RATIO = 1e-4, 1.5
 """… the tolerance on multiples of one, as a share of it, and the factor within which the largest scatter is
 what rounding makes: angles that were commanded in whole degrees scatter by far less."""
-MAX_SCORING_STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
-"""Maximum number of scoring steps, of halvings of each, and the gain in log likelihood that ends them."""
+TOLERANCE = 1e-12
+"""Relative change of the likelihood that ends its search."""
 
 
 class Readings(NamedTuple):
@@ -269,30 +269,25 @@ def _members(scale: np.ndarray, groups: Iterable[np.ndarray], axes=TOGETHER) -> 
 
 
 def _fit(tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
-    """The most likely components ≥ 0 by Fisher scoring: each step is a non-negative least-squares problem."""
+    """The most likely components ≥ 0, from some sizes on."""
     from scipy import optimize
 
-    minimum = 0.0 if stated else MIN_VARIANCE_SHARE * members[:CHANNELS].any(0)
-    size = np.maximum(size, minimum)
-    cost, slope, information = _cost(tables, members @ size)
-    for _ in range(MAX_SCORING_STEPS if np.isfinite(cost) else 0):
-        down, curved = members.T @ slope, members.T @ information @ members
-        curved[np.diag_indices(len(size))] += 1e-9 * max(float(np.trace(curved)), 1e-300)
-        root = np.linalg.cholesky(curved).T
-        aim = root @ (size - minimum) - np.linalg.solve(root.T, down)
-        step = optimize.nnls(root, aim)[0] + minimum - size
-        promised = -float(down @ step)
-        for _ in range(HALVINGS):
-            new = _cost(tables, members @ (size + step))
-            if new[0] < cost:
-                break
-            step = 0.5 * step
-        else:
-            break
-        size, (cost, slope, information) = size + step, new
-        if promised < TOLERANCE:
-            break
-    return _Answer(size, members @ size, cost)
+    minimum = np.zeros(len(size)) if stated else MIN_VARIANCE_SHARE * members[:CHANNELS].any(0)
+
+    def cost(size: np.ndarray) -> tuple[float, np.ndarray]:
+        value, slope = _cost(tables, members @ size)
+        return value, slope @ members
+
+    bounds = optimize.Bounds(minimum, np.inf)
+    found = optimize.minimize(
+        cost,
+        np.maximum(size, minimum),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"ftol": TOLERANCE, "gtol": 0.0},
+    )
+    return _Answer(found.x, members @ found.x, float(found.fun))
 
 
 def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -312,36 +307,24 @@ def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.
     return inverse, log_det, (inverse @ table.residual[..., None])[..., 0]
 
 
-def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Negative log likelihood, its gradient in the variances, and their Fisher information; infinite for
-    variances whose covariances are indefinite in floating point."""
-    value, slope, information = 0.0, np.zeros(n := len(variances)), np.zeros((n, n))
+def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, np.ndarray]:
+    """Negative log likelihood, and its gradient in the variances; infinite for variances whose covariances
+    are indefinite in floating point."""
+    value, slope = 0.0, np.zeros(len(variances))
     try:
         whitened = [_whitened(table, variances) for table in tables]
     except np.linalg.LinAlgError:
-        return np.inf, slope, information
+        return np.inf, slope
     for table, (inverse, log_det, white) in zip(tables, whitened, strict=True):
         square, count, room = (white**2).sum(1), table.live.sum(1), table.room
         value += 0.5 * float((log_det + (STUDENT_FREEDOM + count) * np.log1p(square / room)).sum())
         weight = (STUDENT_FREEDOM + count) / (room + square)
-        columns = inverse @ table.by_joint
-        transposed = inverse.transpose(0, 2, 1)
-        back, precision = (transposed @ white[..., None])[..., 0], transposed @ inverse
-        alone = np.diagonal(precision, axis1=1, axis2=2)
+        columns, back = inverse @ table.by_joint, (white[:, None] @ inverse)[:, 0]
         along = (white[:, None] @ columns)[:, 0]
-        each = ((alone - weight[:, None] * back**2) * table.live).sum(0)
+        each = (((inverse**2).sum(1) - weight[:, None] * back**2) * table.live).sum(0)
         by_joint = (columns**2).sum((0, 1)) - weight @ along**2
         slope += 0.5 * np.append(np.bincount(table.channel, each, CHANNELS), by_joint)
-        share = 0.5 / (STUDENT_FREEDOM + count + 2.0)
-        maximum = (STUDENT_FREEDOM + count) * share
-        channel = np.eye(CHANNELS)[table.channel]
-        seen = np.tensordot(maximum, precision**2 * table.live[:, :, None] * table.live[:, None], 1)
-        mixed = channel.T @ np.tensordot(maximum, (transposed @ columns) ** 2, 1)
-        joints = np.tensordot(maximum, (columns.transpose(0, 2, 1) @ columns) ** 2, 1)
-        trace = np.concatenate([(alone * table.live) @ channel, (columns**2).sum(1)], axis=1)
-        information += np.block([[channel.T @ seen @ channel, mixed], [mixed.T, joints]])
-        information -= trace.T @ (trace * share[:, None])
-    return value, slope, information
+    return value, slope
 
 
 def check_joint_noise(noise: Noise | None, joints: int) -> None:

@@ -14,6 +14,7 @@ others look uncertain; `consistent` makes both agree on normal residuals:
 Rows without a sigma have sigma_row = 0, and s is then the root mean square of the residuals.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import chain
 from typing import Any
@@ -36,6 +37,8 @@ STUDENT_FREEDOM = 5.0
 """Degrees of freedom ν of Student's t for residuals."""
 MAX_QUICK_PRODUCTS = 1e9
 """Number of products of Jacobian columns above which a factorisation takes long."""
+ROOT_TOLERANCE = 1e-12
+"""Difference below which two steps of a root are the same."""
 PARTS = np.linspace(np.log(1e-3), np.log(2.0), 20)
 """Logarithms of the shares of the residual that are tried for s; at the first one s counts as 0 if all rows
 state their own sigma."""
@@ -86,24 +89,18 @@ def from_repeats(data: Dataset) -> Noise | None:
     return Noise(*np.sqrt(squares / freedom))
 
 
-def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """Root mean square of the residual at x, per channel; None if it is rounding, or unknown.
+def beyond_stated(
+    problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None, *, in_all: bool = False
+) -> Noise | None:
+    """s of every channel at x: the residual beyond what the rows state, the old one for channels without any;
+    None if it is rounding, or unknown.
 
     Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none.
+
+    Args:
+        in_all: Whether it is the root mean square of the residual instead, as for rows that state nothing.
     """
-    return _of_channels(problem, x, factor, np.zeros(problem.size))
-
-
-def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
-    """s of every channel at x: the residual beyond what the rows state; None where it is unknown.
-
-    For rows that state nothing it is the root mean square of the residual (`of_residual`).
-    """
-    return _of_channels(problem, x, factor, problem.own_sigma**2)
-
-
-def _of_channels(problem: Problem, x: np.ndarray, factor: Factor | None, own: np.ndarray) -> Noise | None:
-    """s of each channel beyond variances of its components; the old one where it has none."""
+    own = problem.own_sigma**2 * (not in_all)
     if (share := spare_share(problem, x, factor)) is None:
         return None
     square, is_stated = problem.physical(problem.residual(x)) ** 2 / share, bool((own > 0.0).any())
@@ -118,23 +115,29 @@ def _of_channels(problem: Problem, x: np.ndarray, factor: Factor | None, own: np
 @lru_cache(maxsize=64)
 def consistent(components: int) -> float:
     """k² for which normal residuals of variance 1 have that variance under Student's law too."""
-    from scipy import optimize, special
+    from scipy import special
 
-    if components == 0:
-        return 1.0
     square = 2.0 * special.gammaincinv(components / 2.0, (np.arange(2000) + 0.5) / 2000)  # χ², components
+    found, last = 1.0, 0.0
+    while components and abs(found - last) > ROOT_TOLERANCE:
+        weight = (STUDENT_FREEDOM + components) / (STUDENT_FREEDOM * found + square)
+        found, last = found * float((weight * square).mean()) / components, found
+    return found
 
-    def off(k2: float) -> float:
-        weight = (STUDENT_FREEDOM + components) / (STUDENT_FREEDOM * k2 + square)
-        return float((weight * square).mean() - components)
 
-    return float(optimize.brentq(off, 0.05, 2.0))
+def _root(rising: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function rises through zero (Illinois method, BIT 11, 1971); scipy's import outlasts a fit."""
+    other, x, opposite, value = low, high, rising(low), rising(high)
+    while value and abs(x - other) > ROOT_TOLERANCE:
+        new = x - value * (x - other) / (value - opposite)
+        at_new = rising(new)
+        other, opposite = (x, value) if at_new * value < 0.0 else (other, 0.5 * opposite)
+        x, value = new, at_new
+    return x
 
 
 def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:
     """The most likely s for variances own + s²; 0 if own suffices."""
-    from scipy import optimize
-
     scaled = square / (STUDENT_FREEDOM * consistent(1))
 
     def slope(log_s: float | np.ndarray) -> Any:
@@ -151,7 +154,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
     tried = 0.5 * np.log(largest) + PARTS
     rising = slope(tried) >= 0.0
     turns = np.flatnonzero(~rising[:-1] & rising[1:])
-    found = [float(optimize.brentq(slope, *tried[k : k + 2], xtol=1e-12)) for k in turns]
+    found = [_root(slope, *tried[k : k + 2].tolist()) for k in turns]
     found += [tried[0]] * bool(rising[0]) + [tried[-1]] * bool(not rising[-1])
     best = min(found, key=cost) if len(found) > 1 else found[0]
     return 0.0 if best == tried[0] and (own > 0.0).all() else float(np.exp(best))

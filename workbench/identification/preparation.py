@@ -338,12 +338,11 @@ def _with_noise(
     """
     stated = noises.share_stated(problem)
     on_top = ", plus that stated per row" if stated else ""
-    if noise is not None:
-        return _with_tilts(problem, noise), f"noise as given: {_noise_text(problem, noise)}{on_top}", None
-    repeats = None if stated else noises.from_repeats(problem.data)
-    if repeats is not None:
-        text = f"noise from repeated poses: {_noise_text(problem, repeats)}"
-        return _with_tilts(problem, repeats), text, None
+    known = noise or (None if stated else noises.from_repeats(problem.data))
+    if known is not None:
+        whence = "from repeated poses" if noise is None else "as given"
+        text = f"noise {whence}: {_noise_text(problem, known)}{on_top}"
+        return _with_tilts(problem, known), text, None
     whole, problem = problem, thinned(problem)
     found = first or Opt2(limit=60).search(problem)
     for k in range(MAX_NOISE_FITS_BEYOND_STATED if stated else MAX_NOISE_FITS):

@@ -40,10 +40,8 @@ class Prior:
         kept = [i for i, name in enumerate(self.names) if wanted(name)]
         lost = [i for i, name in enumerate(self.names) if not wanted(name)]
         a = self.information
-        information = a[np.ix_(kept, kept)]
-        if lost:
-            cross = a[np.ix_(kept, lost)]
-            information = information - cross @ np.linalg.pinv(a[np.ix_(lost, lost)], rcond=1e-12) @ cross.T
+        cross, others = a[np.ix_(kept, lost)], a[np.ix_(lost, lost)]
+        information = a[np.ix_(kept, kept)] - cross @ np.linalg.pinv(others, rcond=1e-12) @ cross.T
         return Prior(
             tuple(self.names[i] for i in kept), self.values[kept], 0.5 * (information + information.T)
         )

@@ -273,6 +273,7 @@ class Identification(AbstractReported, AbstractSplit):
         if not own.is_limited:
             if explains_little(before, after, self.nominal_robot.reach):
                 left = f"{after.text('rms')} of {before.text('rms')} remain"
+                left += ", and no constant was corrected" if best.deviation < ROUNDING else ""
                 yield f"the geometry explains little: {left}; check robot, frames and sessions"
             yield self.parted
             yield self.scale

@@ -51,10 +51,11 @@ class Factor:
         if not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / WEAKLY_OBSERVABLE:
             return None  # the smallest s is no greater
         found = lapack.dtrtri(self.r)[0]
-        square = found.T @ found
-        size = float(np.vdot(fourth := square @ square, fourth)) ** 0.125  # at least 1 / s, and a little more
-        limit = 1.0 / (RANK_TOLERANCE * float(np.sqrt(np.vdot(self.r, self.r))))
-        return found if size < min(WEAKLY_OBSERVABLE, limit) else None
+        limit = min(WEAKLY_OBSERVABLE, 1.0 / (RANK_TOLERANCE * float(np.sqrt(np.vdot(self.r, self.r)))))
+        if not np.vdot(found, found) < limit**2:  # its root is at least 1 / s, and that of more powers closer
+            square = found.T @ found
+            found = found if np.vdot(fourth := square @ square, fourth) < limit**8 else None
+        return found
 
     @cached_property
     def svd(self) -> Any:
