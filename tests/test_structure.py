@@ -41,14 +41,14 @@ BUDGETS = {
     "base": 2_137,
     "report": 800,
     "arm": 8_806,
-    "data": 5_055,
-    "plate": 4_877,
+    "data": 5_040,
+    "plate": 4_860,
     "identification": 9_051,
     "diagnosis": 6_645,
     "exports": 316,
     "session": 6_178,
     "views": 6_873,
-    "cli": 1_436,
+    "cli": 1_433,
     "extras": 1,
     "extras/camera": 3_469,
     "extras/controllers": 696,
@@ -64,7 +64,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_770,
+    "tests": 38_769,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_892
