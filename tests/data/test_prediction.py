@@ -10,21 +10,14 @@ from workbench.data.prediction import predict, row_components
 from workbench.identification.errors.row_errors import row_errors
 
 
-def measured(robot, q, shift, turn):
-    poses = tool_poses(robot, Motion(q))
-    return Dataset(
-        q=q, position=poses[:, :3, 3] + shift, rotation=se3.rotvec_to_matrix(turn) @ poses[:, :3, :3]
-    )
-
-
 def test_components_are_measured_minus_predicted_along_the_axes(aria):
     q = np.random.default_rng(1).uniform(-1.0, 1.0, (5, 6))
     shift, turn = np.array([1e-3, -2e-3, 3e-3]), np.array([1.0, 2.0, -0.5])
-    found = row_components(aria, measured(aria, q, shift, turn))
+    poses = tool_poses(aria, Motion(q))
+    rotation = se3.rotvec_to_matrix(turn) @ poses[:, :3, :3]
+    found = row_components(aria, Dataset(q=q, position=poses[:, :3, 3] + shift, rotation=rotation))
     assert found.position == pytest.approx(np.tile(shift, (5, 1)))
-    assert found.rotation == pytest.approx(
-        np.tile(turn, (5, 1))
-    )  # not its sine: half a turn is no small error
+    assert found.rotation == pytest.approx(np.tile(turn, (5, 1)))  # not its sine
 
 
 def test_sessions_have_their_own_frames(aria):

@@ -54,6 +54,9 @@ def test_sockets_and_repeats_stay_rows(tmp_path):
     drop = {(k, m) for k in range(6) for m in range(3) if m != k % 3}  # each posture at one of three sockets
     long_table(tmp_path / "sockets.csv", drop=drop)
     assert read_measurements(tmp_path / "sockets.csv").markers is None
+    drop = {(k, m) for k in range(18) for m in range(3) if m != k % 3}  # one of three that go with the arm
+    long_table(tmp_path / "alone.csv", postures=18, drop=drop)
+    assert read_measurements(tmp_path / "alone.csv").markers.shape == (18, 3, 3)
 
 
 REPORT = """Accuracy run
@@ -121,6 +124,9 @@ HEAD, R = "q1[deg],x[mm],y[mm],z[mm]", ",0,1,0,-1,0,0,0,0,1\n"
             "x1[mm],y1[mm],z1[mm],phix1[rad],phiy1[rad],phiz1[rad],q1[deg]\n1,2,3,0,0,0,1\n9,9,9,0,0,0,2\n4,5,6,0,0,0,3",
             [],
         ),
+        ("q1[deg],x1[mm],y1[mm],z1[mm]\n1,1,2,3\n2,9,9,9\n3,4,5,6\n", []),
+        ("A1[deg],A1_ACT[deg],q_ref1[deg],x[mm],y[mm],z[mm]\n0,1,5,1,2,3\n0,2,5,9,9,9\n0,3,5,4,5,6\n", []),
+        ("q1[deg],q1[arcmin],x[mm],y[mm],z[mm]\n1,60,1,2,3\n2,120,9,9,9\n3,180,4,5,6\n", []),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
 )

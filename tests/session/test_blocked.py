@@ -55,7 +55,8 @@ def test_the_table_is_in_the_way_of_elbows_below_it(first):
 
 def test_what_stands_in_the_way_is_said_of_a_virtual_arm_too(first):
     """Rows of blocked targets were measured like any other."""
-    _, rows = measure_plate(first.robot, first.plate, branch=DOWN, actual=first.robot)
+    down = tuple(replace(target, branch=DOWN) for target in first.plate.targets)
+    _, rows = measure_plate(first.robot, replace(first.plate, targets=down), actual=first.robot)
     assert np.flatnonzero(~rows.exclude).tolist() == [8]
     assert rows.reason[0] == "link 2 would run into the plate"
     assert np.isnan(rows.position[0]).all()

@@ -19,10 +19,10 @@ from workbench import Plate, Robot, load_plate, load_robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import part_of, progress
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.data.simulation.simulate import simulate_targets
 from workbench.extras.poses.choose_poses import choose_poses
 from workbench.extras.poses.clustering import Clustering, cluster_region
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.target_branches import plate_solutions
 
 ARMS = 100
 """Virtual arms of the comparison with noise."""
@@ -80,8 +80,10 @@ def acquisitions(
 ) -> tuple[Acquisition, Acquisition, Acquisition, Acquisition]:
     """The paper's three ways of §4.1.2 to 4.3, and Table 2 in the mix of branches that tells most."""
     standard = choose_poses(robot, len(plate), index="O", seed=seed).q
-    rng = np.random.default_rng(seed)
-    one_branch = simulate_targets(robot, plate.poses, instrument=INSTRUMENTS["ideal"], rng=rng).q
+    branches = [{branch.name: branch for branch in own} for own in plate_solutions(robot, plate)]
+    shared = set.intersection(*map(set, branches))
+    best = max(sorted(shared), key=lambda name: min(own[name].margin for own in branches))
+    one_branch = np.stack([own[best].q for own in branches])
     return (
         Acquisition(title="standard: eqs. (17), (18)", q=standard),
         Acquisition(title="workspace clustering", q=clustering.best.q, imposed=clustering.plate().poses),

@@ -21,9 +21,6 @@ def simulate(
     instrument: Annotated[
         str | None, option("Instrument: plate, laser-tracker, tracker-6d, optotrak …")
     ] = None,
-    branch: Annotated[
-        str, option("With --plate: designed, auto (one branch), or a branch by name.")
-    ] = "designed",
     effect: Annotated[
         list[str] | None, option("A hidden effect, NAME[:joint[:size]], such as backlash:3. May be repeated.")
     ] = None,
@@ -45,7 +42,7 @@ def simulate(
     how: dict[str, Any] = {"actual": measured, "effects": effect or (), "errors": errors, "seed": seed}
     with opt.progress_bar("simulate"):
         if plate is not None:
-            how |= {"branch": branch, "instrument": instrument or "plate"}
+            how |= {"instrument": instrument or "plate"}
             hidden, rows = wb.measure_plate(arm, wb.load_plate(plate), **how)
         elif poses is not None:
             how |= {"index": index, "instrument": instrument or "tracker-6d"}

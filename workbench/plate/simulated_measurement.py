@@ -15,16 +15,8 @@ from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import Instrument, instrument_named
-from workbench.data.simulation.simulate import (
-    AUTO,
-    LIKELY_ERRORS,
-    simulate,
-    simulate_targets,
-    virtual_arm,
-    without,
-)
+from workbench.data.simulation.simulate import LIKELY_ERRORS, simulate, simulate_targets, virtual_arm, without
 from workbench.plate.arguments import PlateLike
-from workbench.plate.collision import hits
 from workbench.plate.poses.iso_cube import iso_cube_poses
 from workbench.plate.poses.sampling import pose_choices, random_poses
 from workbench.plate.region_poses import plate_region_poses
@@ -34,8 +26,6 @@ RANDOM = "random"
 """Name of the choice of poses that chooses nothing."""
 ISO_CUBE = "iso-cube"
 """Name of the choice of poses by ISO 9283."""
-DESIGNED = "designed"
-"""Name of the choice of branches that spreads them for the smallest predicted error."""
 
 
 @checked_arguments()
@@ -91,20 +81,18 @@ def measure_plate(
     robot: RobotLike,
     plate: PlateLike,
     *,
-    branch: str = DESIGNED,
     instrument: str | Instrument = "plate",
     actual: RobotLike | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,
 ) -> tuple[Robot, Dataset]:
-    """A virtual arm brought to the targets of a plate.
+    """A virtual arm brought to the targets of a plate, in branches that they mean, mixed for the smallest
+    predicted error.
 
     Args:
         robot: Nominal arm.
         plate: The fixture, taken as true.
-        branch: `designed`, the mix with the smallest predicted error where the arm keeps clear; `auto`, or a
-            branch by name, whatever is in the way.
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
@@ -120,24 +108,19 @@ def measure_plate(
     """
     rng = np.random.default_rng(seed)
     actual, notes = _hidden(robot, actual, effects, rng, errors)
-    near = None
-    if branch == DESIGNED:
-        can, goal = measurable(robot, plate), plate_region_poses(robot, plate)
-        near = np.stack([solutions[0].q for solutions in plate_solutions(robot, plate)])
-        near[can.rows] = choose_branches(robot, can.plate, can.solutions, goal=goal, rng=rng).q
-        branch = AUTO
+    can, goal = measurable(robot, plate), plate_region_poses(robot, plate)
+    near = np.stack([solutions[0].q for solutions in plate_solutions(robot, plate)])
+    near[can.rows] = choose_branches(robot, can.plate, can.solutions, goal=goal, rng=rng).q
     nowhere = np.zeros((len(plate), actual.dof))
     rows = simulate_targets(
         actual,
         plate.poses,
         instrument=_instrument(instrument),
         rng=rng,
-        branch=branch,
         near=near,
         motion=varied_state(actual, nowhere, rng=rng) if actual.effects else None,
     )
-    posed = (actual, rows.q) if near is None else (robot, near)  # what was planned clear counts as clear
-    rows = without(rows, np.array(hits(posed[0], plate, range(len(plate)), posed[1])))
+    rows = without(rows, np.array(can.hits))
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes, *notes))
 

@@ -106,7 +106,7 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     assert mentions(out, "0.100 mm")
     found, real = json.loads((tmp_path / "m.json").read_text()), load_plate(tmp_path / "real.toml")
     assert np.allclose([t["xyz"] for t in found["targets"]], [t.xyz for t in real.targets])
-    options = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")
+    options = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--out", "rows.csv")
     assert run(*options)[0] == 0
 
 

@@ -43,6 +43,8 @@ MAX_PARTS = 12
 MAX_MARKERS = 20
 MIN_SHARE, MIN_SEEN = 0.5, 1.5
 """A reflector is seen at this share of the postures or more, and so many at a posture on the mean."""
+MIN_ALONE, AWAY = 6, 0.05
+"""Or one alone at a posture: each so many times, at places that spread so far [m]."""
 MERGED = ("x", "y", "z", "point", "exclude", "reason")
 """Columns that the markers replace; a marker of an excluded row was not seen."""
 ORIENTED = {"qw", "rx", "roll", "r11", "zxz_phi"}
@@ -146,6 +148,9 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     found = [names[row] for visit in visits.values() for row in visit]
     markers, fewest = list(dict.fromkeys(found)), min(Counter(found).values(), default=0)
     is_seen = fewest >= MIN_SHARE * len(visits) and len(found) >= MIN_SEEN * len(visits)
+    mine = (xyz[[name == marker for name in names]] for marker in markers)
+    if fewest >= MIN_ALONE and len(markers) > 1 and "session" not in held:  # no socket goes with the arm
+        is_seen |= all(np.nanstd(own, axis=0).max() > AWAY for own in mine)
     if not visits or "" in markers or len(markers) > MAX_MARKERS or not is_seen:
         return fields
     places = np.full((len(visits), len(markers), 3), np.nan)

@@ -26,6 +26,7 @@ from workbench.data.readers.headings import (
     JOINT,
     is_commanded,
     is_of_measurement,
+    is_reached,
     known_together,
     meaning,
     meaning_of,
@@ -54,8 +55,10 @@ NO_DAY = 1900
 """Year of times of an unknown day."""
 MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
 """Rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
-_ACTUAL, _REFERENCE = (re.compile(rf"(^|_)({t})(_|$)") for t in ("actual|act|real|ist", "ref|reference"))
-"""What was reached; a goal, or, beside what isn't said to be reached, what an instrument measured."""
+_REFERENCE = re.compile(r"(^|_)(ref|reference)(?=[_\d]|$)")
+"""A goal, or, beside what isn't said to be reached, what an instrument measured."""
+_RATE = re.compile(r"[qj]_?d_?\d|d[qj]_?\d")
+"""Names of joints' velocities, or of where they should be."""
 _DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
 
 
@@ -133,9 +136,11 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
             numbers = [c for c in (column, other) if re.search(r"\d", "".join(table.columns[c.index]))]
+            if len(numbers) == 2 and _are_equal(table, *numbers):
+                numbers = [other]
             if len(numbers) == 2:
                 is_joint = quantities_of(column.key) == JOINT  # reached, beside commanded ones
-                reached = [c for c in numbers if is_joint and _ACTUAL.search(normalised(c.heading))]
+                reached = [c for c in numbers if is_joint and is_reached(c.heading)]
                 numbers = [c for c in numbers if is_of_measurement(c.heading)] or reached
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
@@ -146,12 +151,21 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             shown, keys = zip(*((parse_heading(c.heading).name, c.key) for c in columns), strict=True)
-            again = ",".join(f"{shown[k]}=-" for k, key in enumerate(keys) if key and key in keys[:k])
-            how = remedy(f"leave one set out, columns='{again}' (--columns)", page=CHOOSE_ON_PAGE)
+            again = next(shown[k] for k, key in enumerate(keys) if key and key in keys[:k])
+            how = remedy(
+                f"leave one set out, columns='{again}=-' (--columns), and so on", page=CHOOSE_ON_PAGE
+            )
             how = f", or {how}" if table.has_option and shown.count(shown[i]) == 1 else ""
             text = f"{both} both mean {column.key}: remove or rename one{how}"
             columns[i] = replace(column, problem=table.error(text, i))
     return tuple(columns)
+
+
+def _are_equal(table: Table, *columns: TableColumn) -> bool:
+    """Whether columns of several units hold the same numbers in SI, such as joints in deg and in rad."""
+    known = [(c.unit, c.conversion.to_si(_numbers(table, [c.index]))) for c in columns if c.conversion]
+    (unit, one), (other_unit, other) = known if len(known) == 2 else 2 * [(None, 0.0)]
+    return unit != other_unit and np.allclose(one, other, equal_nan=True)
 
 
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
@@ -228,15 +242,18 @@ def _doubt_of_dates(table: Table, index: int) -> str:
     return "" if is_rising and not has_days else "times fall, or days stand beside them"
 
 
-def problems(columns: tuple[TableColumn, ...], *, units_from_rows: bool) -> list[WorkbenchError]:
-    """What stands against reading the columns; missing units are one sentence, or none if rows tell them."""
-    found = [(c, c.problem or (None if units_from_rows else c.missing_unit)) for c in columns]
-    unitless = [(c, problem) for c, problem in found if isinstance(problem, UnitError) and not problem.unit]
-    others = [problem for pair in found if (problem := pair[1]) is not None and pair not in unitless]
-    if not unitless:
-        return others
-    more = f" (likewise {listed([c.heading for c, _ in unitless[1:]])})" if unitless[1:] else ""
-    return [UnitError(f"{unitless[0][1]}{more}", unit=""), *others]
+def problems(columns: tuple[TableColumn, ...]) -> list[WorkbenchError]:
+    """What stands against reading the columns, whatever the rows tell; missing units are one sentence."""
+    lacks = missing_units([c for c in columns if isinstance(c.problem, UnitError) and not c.problem.unit])
+    others = [p for c in columns if (p := c.problem) and not (isinstance(p, UnitError) and not p.unit)]
+    return [UnitError(lacks, unit=""), *others] if lacks else others
+
+
+def missing_units(columns: Sequence[TableColumn]) -> str:
+    """What is wrong where columns lack units; empty where none does."""
+    found = [(c.heading, error) for c in columns if (error := c.missing_unit or c.problem)]
+    more = f" (likewise {listed([heading for heading, _ in found[1:]])})" if found[1:] else ""
+    return f"{found[0][1]}{more}" if found else ""
 
 
 def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
@@ -290,12 +307,14 @@ def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str])
     unread = {k: name for k, name in unread.items() if parse_heading(table.names[k]).name != IGNORED}
     joints = [key for key in used if re.fullmatch(r"q\d+", key)]
     for keys, kind in (joints, "joints"), ([key for key in "xyz" if key in used], "places"):
-        columns, is_place = [used[key] for key in keys], kind == "places"
+        count, is_place = len(keys), kind == "places"
+        pairs = ((key, table.names[used[key]], table.headings[used[key]]) for key in keys)
+        unsaid = [key for key, a, b in pairs if parse_heading(a).name == parse_heading(b).name]
+        keys = keys if is_place else unsaid
+        columns = [used[key] for key in keys]
         taken = [table.headings[k] for k in columns]
-        has_actual = any(_ACTUAL.search(normalised(name)) for name in taken)
-        pairs = ((table.names[k], table.headings[k]) for k in columns)
-        said = all(parse_heading(ours).name != parse_heading(theirs).name for ours, theirs in pairs)
-        if len(keys) < 3 or said or any(map(is_of_measurement, taken)) or (has_actual and not is_place):
+        has_actual = any(map(is_reached, taken))
+        if not unsaid or count < 3 or any(map(is_of_measurement, taken)) or (has_actual and not is_place):
             continue
         sets = _triples(unread, has_actual=has_actual) if is_place else _beside(table, columns, unread)
         marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
@@ -305,15 +324,17 @@ def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str])
             names, unit = [table.headings[k] for k in other], parse_heading(taken[0]).unit
             rows = np.isfinite(own).all(1) & np.isfinite(theirs).all(1)
             bare = [parse_heading(name).name for name in names]
-            new = ",".join(f"{NamedUnit(a, unit).heading()}={b}" for a, b in zip(keys, bare, strict=True))
-            how, are = f"columns='{','.join(f'{b}=-' for b in bare)}'", "and deviations"
+            shown = [*zip(keys, bare, strict=True)][: 3 if is_place else 1]
+            new = ",".join(f"{NamedUnit(key, unit).heading()}={name}" for key, name in shown)
+            how, are = f"columns='{','.join(f'{name}=-' for _, name in shown)}'", "and deviations"
             if may_be_nominal and (theirs[rows] < 0.0).any() and _DEVIATION.fullmatch(normalised(bare[0])):
                 how = f"in a file without the deviations, or {how} if {', '.join(taken)} were"
             elif not is_place or (rows.sum() >= MIN_ROWS and _follow_each_other(own[rows], theirs[rows])):
                 how, are = f"columns='{new}' or {how}", "of one motion"
             else:
                 continue
-            how = remedy(f"{how} (--columns)", page="in the Measure tab, under 'Columns of the file'")
+            how += " (--columns)" if is_place else " (--columns), and so on"
+            how = remedy(how, page="in the Measure tab, under 'Columns of the file'")
             both = f"{span(taken)} and {span(names)} are {kind} {are}"
             return f"{table.source}: {both}: say which were measured, {how}"
     return ""
@@ -321,7 +342,8 @@ def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str])
 
 def _beside(table: Table, joints: list[int], unread: Mapping[int, str]) -> list[list[int]]:
     """Of each joint the column that stays nearest to it, where all that move have one that isn't a copy."""
-    others = [k for k, h in unread.items() if not is_commanded(h) and NUMBER.fullmatch(table.columns[k][0])]
+    read = (k for k, h in unread.items() if not (is_commanded(h) or _RATE.match(normalised(h))))
+    others = [k for k in read if NUMBER.fullmatch(table.columns[k][0])]
     if len(others) < len(joints):
         return []
     own, theirs = (_numbers(table, columns, COMPARED) for columns in (joints, others))

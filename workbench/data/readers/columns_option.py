@@ -64,11 +64,8 @@ class NamedUnit(NamedTuple):
         return key if self.unit is None or UNITLESS.fullmatch(key) else f"{key}[{self.unit}]"
 
 
-class Pair(NamedTuple):
-    """Two names that mean the same; which is the file's is found by looking into the file."""
-
-    left: NamedUnit
-    right: tuple[NamedUnit, ...]
+Pair = tuple[NamedUnit, tuple[NamedUnit, ...]]
+"""Names that mean the same; which is the file's is found by looking into the file."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +94,7 @@ def parse_columns(text: Columns) -> Naming | None:
             text = json.loads(text)
     if isinstance(text, Mapping):
         ours = ((NamedUnit(str(theirs)), parse_heading(str(own))) for theirs, own in text.items())
-        pairs = tuple(Pair(theirs, (NamedUnit(own.name, own.unit),)) for theirs, own in ours)
+        pairs = tuple((theirs, (NamedUnit(own.name, own.unit),)) for theirs, own in ours)
         return Naming(str(dict(text)), (), pairs, is_mapping=True) if pairs else None
     if not isinstance(text, str):
         return text
@@ -108,9 +105,9 @@ def parse_columns(text: Columns) -> Naming | None:
     for part in re.split(r"[,;\n](?![^\[]*\])", whole):
         left, equals, right = part.partition("=")
         if equals:
-            found.append(Pair(_item(left, text), (_item(right, text),)))
+            found.append((_item(left, text), (_item(right, text),)))
         elif part.strip() and found:  # one more column of the matrix
-            found[-1] = Pair(found[-1].left, (*found[-1].right, _item(part, text)))
+            found[-1] = (found[-1][0], (*found[-1][1], _item(part, text)))
         elif part.strip():
             items.append(_item(part, text))
     if bool(items) == bool(found):
@@ -126,7 +123,7 @@ def of_joints_and_others(naming: Naming) -> tuple[Naming, Naming]:
     for item in naming.items:
         last = last if item.name == IGNORED else item.name
         lists[not _JOINT.fullmatch(last)].append(item)
-    are_joints = [any(_JOINT.fullmatch(one.name) for one in (p.left, *p.right)) for p in naming.pairs]
+    are_joints = [any(_JOINT.fullmatch(one.name) for one in (a, *b)) for a, b in naming.pairs]
     pairs = ([p for p, own in zip(naming.pairs, are_joints, strict=True) if own is k] for k in (True, False))
     both = zip(lists, pairs, strict=True)
     joints, others = (replace(naming, items=tuple(i), pairs=tuple(p)) for i, p in both)

@@ -8,13 +8,14 @@ from datetime import datetime
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.base.errors import DataError, FileError
+from workbench.base.errors import DataError, FileError, UnitError
 from workbench.base.wording import of_cell
 from workbench.data.readers.column_meanings import (
     TableColumn,
     dates_in,
     decisions,
     interpret_columns,
+    missing_units,
     problems,
     told_twice,
 )
@@ -61,6 +62,13 @@ class Fields:
     def rows(self) -> int:
         return len(self.lines)
 
+    @property
+    def said(self) -> "Fields":
+        """These columns, for those who take them as they stand; refused if the file lacks units."""
+        if self.missing_units:
+            raise UnitError(self.missing_units, unit="")
+        return self
+
     def stacked(
         self, keys: Sequence[str], *, missing: float | None = None
     ) -> Float[np.ndarray, "rows columns"] | None:
@@ -99,10 +107,10 @@ class Fields:
         return FileError(message, path=self.source, line=self.lines[row], column=column)
 
 
-def fields_of(table: Table, *, units_from_rows: bool = False) -> Fields:
-    """All columns of a table that are understood, in SI; `units_from_rows`: units may lack that rows tell."""
+def fields_of(table: Table) -> Fields:
+    """All columns of a table that are understood, in SI; units may lack that rows tell."""
     columns = interpret_columns(table)
-    for problem in problems(columns, units_from_rows=units_from_rows):
+    for problem in problems(columns):
         raise problem
     return convert(table, columns)
 
@@ -136,7 +144,7 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         began=began,
         notes=table.notes + decisions(columns),
         unread={heading: tuple(table.columns[k]) for k, heading in unread.items()},
-        missing_units=str(next(iter(problems(columns, units_from_rows=False)), "")),
+        missing_units=missing_units(columns),
         told_twice=told_twice(table, {str(key): column.index for key, column in used.items()}, unread),
     )
 

@@ -6,7 +6,7 @@ else; commanded values are never taken for measured ones, but for joints where n
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from itertools import product
@@ -30,10 +30,11 @@ _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|lage|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
 _COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
-_COMMANDED = re.compile(rf"(^|_)({_COMMAND})(_|$)")
+_COMMANDED = re.compile(rf"(^[qj]|^|_)({_COMMAND})(?=[_\d]|$)")
 AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
 """What may stand before and behind a name of what was, not of what should be: by controller or instrument."""
-_MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(_|$)")
+_MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(?=[_\d]|$)")
+_REACHED = re.compile(r"(^|_)(actual|act|real|ist)(?=[_\d]|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
 CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|posx|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
 """What stands with places that a controller or a model computes: none was measured."""
@@ -46,6 +47,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     for pattern, key in (
         (rf"(?:{_JOINT_TEXT})_?(\d+)(?:pos(?:ition)?)?|joint_a(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS}|state|field)_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
+        (r"(?:q|j|joint|axis)_?(?:measured|meas|actual|act|ist|mess)_?(\d+)", "q{0}"),
         (r"m?([xyz])_coord(?:inate)?|(?:[tp]|tvec_?)?([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
@@ -148,6 +150,11 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
             found |= zip(group, keys, strict=True)
     if {"fx", "fy", "fz"} <= there:  # torques beside forces, not a place
         found |= dict.fromkeys(("tx", "ty", "tz"), IGNORED)
+    for mark in () if {"x", "m1x"} & {*map(meaning, there)} else ("", "_"):  # points of the tool
+        count = sum(re.fullmatch(rf"x{mark}\d+", name) is not None for name in there)
+        points = {f"{a}{mark}{k + 1}": f"m{k + 1}{a}" for k in range(count) for a in "xyz"}
+        if points.keys() <= there:
+            found |= points if count > 1 else dict(zip(points, "xyz", strict=False))
     numbered = ([f"{stem}{k}" for k in range(n, n + 5)] for stem, n in product(("q", "rot_q"), (0, 1)))
     for *four, fifth in (*numbered, "abcde"):
         if fifth not in there and _have_unit_length([columns.get(name, ()) for name in four]):
@@ -199,16 +206,17 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
             yield rows[:count], _POSES[count]
 
 
-def is_commanded(name: str) -> bool:
-    """Whether a heading speaks of a goal, not of a measurement."""
-    return bool(_COMMANDED.search(normalised(parse_heading(name).name)))
+def _says(words: re.Pattern[str]) -> Callable[[str], bool]:
+    """Whether a heading has one of some words, its unit aside."""
+    return lambda name: bool(words.search(normalised(parse_heading(name).name)))
 
 
-def is_of_measurement(name: str) -> bool:
-    """Whether a heading says that it was measured, or by which instrument."""
-    return bool(_MEASURED_BY.search(normalised(parse_heading(name).name)))
-
-
+is_commanded = _says(_COMMANDED)
+"""Whether a heading speaks of a goal, not of a measurement."""
+is_of_measurement = _says(_MEASURED_BY)
+"""Whether it says that it was measured, or by which instrument."""
+is_reached = _says(_REACHED)
+"""Whether it says that it was reached, not commanded."""
 _QUANTITIES = (
     (r"q\d+", JOINT),
     (r"(sigma_)?[xyz]|m\d+[xyz]|distance\d+", (Quantity.LENGTH,)),

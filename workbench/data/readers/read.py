@@ -93,15 +93,14 @@ def read_measurements(
     """
     apart = sheets_apart(source) if sheet is columns is joint_table is None else None
     sheet, joint_sheet, joint_table = (sheet, None, joint_table) if apart is None else (*apart, source)
-    told: dict[str, Any] = {"joints": joints, "units_from_rows": True}
     naming = None if joint_table is None else parse_columns(columns)
     joint_columns, columns = of_joints_and_others(naming) if naming else (None, columns)
-    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, **told)
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if joint_table is not None:
         if "q1" in fields.values:
             text = f"{fields.source} already has joints; leave out the table of joints"
             raise OptionError(text, option="joint_table")
-        own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, **told)
+        own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, joints=joints)
         fields = join(fields, own)
     return assemble(fields, joints=joints)
 
@@ -120,7 +119,7 @@ def preview(
     try:
         found, name = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, joints=joints)
         understood = interpret_columns(found) if isinstance(found, Table) else tuple(_by_layout(found))
-        wrong = problems(understood, units_from_rows=True)
+        wrong = problems(understood)
         if not wrong:
             fields = convert(found, understood) if isinstance(found, Table) else found
             dataset = assemble(fields, joints=joints)
@@ -154,15 +153,10 @@ def read_fields(
     layout: str | None = None,
     sheet: str | None = None,
     joints: Joints = None,
-    units_from_rows: bool = False,
 ) -> Fields:
-    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`.
-
-    Args:
-        units_from_rows: As of `fields_of`.
-    """
+    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
     found, _ = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
-    return fields_of(found, units_from_rows=units_from_rows) if isinstance(found, Table) else found
+    return fields_of(found) if isinstance(found, Table) else found
 
 
 def read_by_layout(

@@ -104,12 +104,11 @@ def with_points(grid: Grid) -> Grid:
 
 
 class _Part(NamedTuple):
-    """A table in a grid: rows of its title and of its headings; known columns, and whether joints are."""
+    """A table in a grid: rows of its title and of its headings, and what these name."""
 
     begin: int
     start: int
-    known: int
-    has_joints: bool
+    keys: list[str]
 
 
 def only_table(grid: Grid) -> Grid:
@@ -119,7 +118,8 @@ def only_table(grid: Grid) -> Grid:
         FileError: several may be meant; it names their lines.
     """
     parts = _parts(grid)
-    meant = [part for part in parts if part.has_joints] or [part for part in parts if part.known > 1]
+    meant = [p for p in parts if any(re.fullmatch(r"q\d+", key) for key in p.keys)]
+    meant = meant or [part for part in parts if len(part.keys) > 1]
     if len(parts) < 2 or not meant:
         return grid
     heading = grid.rows[meant[0].start]
@@ -148,9 +148,7 @@ def _parts(grid: Grid) -> list[_Part]:
             below = grid.rows[row + len(cells)] if row + len(cells) < len(grid.rows) else []
             if below and sum(map(bool, names)) > 1 and (len(known) > 1 or len(below) != width):
                 width = len(below)
-                bare = [meaning(parse_heading(cell).name) or "" for cell in names]
-                joints = any(re.fullmatch(r"q\d+", key) for key in bare)
-                found.append(_Part(row, row + cells.index(names), len(known), joints))
+                found.append(_Part(row, row + cells.index(names), known))
         row += len(cells)
     return found
 
@@ -226,16 +224,7 @@ def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
 def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict[str, str]:
     """What the caller's names and the robot's joints say of headings."""
     cells = [cell for row in grid.rows[:start] for cell in row if cell]
-    if not naming:
-        names, words = [] if joints is None or isinstance(joints, int) else joints, _words(grid, start)
-        places = {joint_name(words.get(cell, parse_heading(cell).name)): cell for cell in cells}
-        called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
-        keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
-        if not names or len(keys) < len(names):  # some of the robot's joints are called otherwise
-            keys = {cell: key for cell, word in words.items() if (key := meaning(word)) and key[0] == "q"}
-            keys = (keys if len(set(keys.values())) == len(words) else {}) or _with_external(cells, joints)
-        return {cell: _with_unit(key, parse_heading(cell).unit or "") for cell, key in keys.items()}
-    said: dict[str, str] = {}
+    said, naming = dict[str, str](), naming or AS_HEADED
     for theirs, (ours, *_) in naming.pairs:
         sides = [(theirs.name, ours)]
         if ours.name != IGNORED:  # either side may be the file's, unless a mapping says which
@@ -249,7 +238,21 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
-    return said | dict.fromkeys(left, IGNORED)
+    of_robot = {} if any(re.fullmatch(r"q\d+", key) for key in taken) else _of_robot(grid, start, joints)
+    return of_robot | said | dict.fromkeys(left, IGNORED)
+
+
+def _of_robot(grid: Grid, start: int, joints: Joints) -> dict[str, str]:
+    """What headings mean by the names of the robot's joints."""
+    cells = [cell for row in grid.rows[:start] for cell in row if cell]
+    names, words = [] if joints is None or isinstance(joints, int) else joints, _words(grid, start)
+    places = {joint_name(words.get(cell, parse_heading(cell).name)): cell for cell in cells}
+    called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
+    keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
+    if not names or len(keys) < len(names):  # some of the robot's joints are called otherwise
+        keys = {cell: key for cell, word in words.items() if (key := meaning(word)) and key[0] == "q"}
+        keys = (keys if len(set(keys.values())) == len(words) else {}) or _with_external(cells, joints)
+    return {cell: _with_unit(key, parse_heading(cell).unit or "") for cell, key in keys.items()}
 
 
 def _with_external(cells: Sequence[str], joints: Joints) -> dict[str, str]:

@@ -51,7 +51,7 @@ def read_trajectory(
         WorkbenchError: As `read_measurements`; a blank cell is an error here.
         DataError: There are neither joints nor positions, or time does not increase.
     """
-    fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints)
+    fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints).said
     filled = {k: v for k, v in fields.values.items() if v.dtype.kind != "f" or not np.isnan(v).all()}
     if blank := [fields.headings.get(k, k) for k in fields.values if k not in filled]:
         said = f"columns of blank cells: {listed(blank)}"

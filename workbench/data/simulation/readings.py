@@ -1,7 +1,5 @@
 """What instruments read of an arm: columns of a dataset with noise in them."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,65 +18,59 @@ ANCHOR_CIRCLE = 0.6
 """Radius of the circle of three anchors about the base where none are given, as a share of the reach."""
 
 
-@dataclass(frozen=True, eq=False)
-class VirtualInstrument:
-    """An instrument that measures a virtual arm.
+def readings(
+    instrument: Instrument,
+    arm: Robot,
+    motion: Motion,
+    poses: Float[np.ndarray, "rows 4 4"],
+    rng: np.random.Generator,
+) -> dict[str, Any]:
+    """The columns of a dataset that an instrument fills, at poses of an arm in the measuring frame."""
+    observes, rows, (sigma, turn) = instrument.observes, len(poses), instrument.deviations
+    if observes is Observes.TILT:
+        return {"tilt": _tilts(arm, motion, turn or 0.0, rng)}
+    if observes in (Observes.MARKERS, Observes.RIGID_BODY):
+        return _markers(instrument, poses, rng)
+    if observes is Observes.DISTANCE:
+        anchors = three_anchors(arm)
+        names = np.array(list(anchors))
+        places = np.stack([anchors[name] for name in names])
+        taken = np.arange(rows) % len(names)
+        distances = np.linalg.norm(poses[:, :3, 3] - places[taken], axis=1)
+        return {"distance": distances + rng.normal(0.0, sigma, rows), "anchor": names[taken]}
+    columns = {"position": poses[:, :3, 3] + rng.normal(0.0, sigma, (rows, 3))}
+    if observes is Observes.POSE:
+        turns = se3.rotvec_to_matrix(rng.normal(0.0, turn or 0.0, (rows, 3)))
+        columns["rotation"] = turns @ poses[:, :3, :3]
+    return columns
 
-    Args:
-        instrument: What it sees, and how well.
-        arm: The actual arm.
-        rng: Source of the noise.
-        anchors: Places that distances are measured from, by name [m].
+
+def _tilts(
+    arm: Robot, motion: Motion, turn: float, rng: np.random.Generator
+) -> dict[int, Float[np.ndarray, "rows 2"]]:
+    """Readings of an inclinometer on every moving link [rad], by link: `data/observations/tilt.py`.
+
+    The noise turns what it sees as upwards about the two axes across that.
     """
+    moving = [i for i, joint in enumerate(arm.joints) if joint.kind != "fixed"]
+    frames, level, out = link_frames(arm, motion), level_axes(arm.gravity) @ arm.base.rotation.T, {}
+    for number, joint in enumerate(moving, start=1):
+        up = seen_from(level @ frames[:, 1 + joint, :3, :3])
+        seen = up + np.cross(rng.normal(0.0, turn, up.shape), up)
+        out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
+    return out
 
-    instrument: Instrument
-    arm: Robot
-    rng: np.random.Generator
-    anchors: Mapping[str, Vector3]
 
-    def read(self, motion: Motion, poses: Float[np.ndarray, "rows 4 4"]) -> dict[str, Any]:
-        """The columns of a dataset that it fills, at poses in the measuring frame."""
-        observes, rows, (sigma, turn) = self.instrument.observes, len(poses), self.instrument.deviations
-        if observes is Observes.TILT:
-            return {"tilt": self._tilts(motion)}
-        if observes in (Observes.MARKERS, Observes.RIGID_BODY):
-            return self._markers(poses)
-        if observes is Observes.DISTANCE:
-            names = np.array(list(self.anchors))
-            places = np.stack([self.anchors[name] for name in names])
-            taken = np.arange(rows) % len(names)
-            distances = np.linalg.norm(poses[:, :3, 3] - places[taken], axis=1)
-            return {"distance": distances + self.rng.normal(0.0, sigma, rows), "anchor": names[taken]}
-        columns = {"position": poses[:, :3, 3] + self.rng.normal(0.0, sigma, (rows, 3))}
-        if observes is Observes.POSE:
-            turns = se3.rotvec_to_matrix(self.rng.normal(0.0, turn or 0.0, (rows, 3)))
-            columns["rotation"] = turns @ poses[:, :3, :3]
-        return columns
-
-    def _tilts(self, motion: Motion) -> dict[int, Float[np.ndarray, "rows 2"]]:
-        """Readings of an inclinometer on every moving link [rad], by link: `data/observations/tilt.py`.
-
-        The noise turns what it sees as upwards about the two axes across that.
-        """
-        moving = [i for i, joint in enumerate(self.arm.joints) if joint.kind != "fixed"]
-        frames, (_, turn), out = link_frames(self.arm, motion), self.instrument.deviations, {}
-        level = level_axes(self.arm.gravity) @ self.arm.base.rotation.T
-        for number, joint in enumerate(moving, start=1):
-            up = seen_from(level @ frames[:, 1 + joint, :3, :3])
-            seen = up + np.cross(self.rng.normal(0.0, turn or 0.0, up.shape), up)
-            out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
-        return out
-
-    def _markers(self, poses: Float[np.ndarray, "rows 4 4"]) -> dict[str, np.ndarray]:
-        """The markers themselves, or the pose that fits them."""
-        markers = self.instrument.markers
-        places = np.einsum("rij,mj->rmi", poses[:, :3, :3], markers) + poses[:, None, :3, 3]
-        sigma = self.instrument.sigma_position / np.sqrt(self.instrument.samples)
-        seen = places + self.rng.normal(0.0, sigma, places.shape)
-        if self.instrument.observes is Observes.MARKERS:
-            return {"markers": seen}
-        fits = np.stack([se3.best_fit(markers, row) for row in seen])
-        return {"position": fits[:, :3, 3], "rotation": fits[:, :3, :3]}
+def _markers(
+    instrument: Instrument, poses: Float[np.ndarray, "rows 4 4"], rng: np.random.Generator
+) -> dict[str, np.ndarray]:
+    """The markers themselves, or the pose that fits them."""
+    places = np.einsum("rij,mj->rmi", poses[:, :3, :3], instrument.markers) + poses[:, None, :3, 3]
+    seen = places + rng.normal(0.0, instrument.sigma_position / np.sqrt(instrument.samples), places.shape)
+    if instrument.observes is Observes.MARKERS:
+        return {"markers": seen}
+    fits = np.stack([se3.best_fit(instrument.markers, row) for row in seen])
+    return {"position": fits[:, :3, 3], "rotation": fits[:, :3, :3]}
 
 
 def three_anchors(robot: Robot) -> dict[str, Vector3]:

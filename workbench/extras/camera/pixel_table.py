@@ -54,7 +54,7 @@ def read_pixels(
     Raises:
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
-    beside = None if joints is None else read_fields(joints)
+    beside = None if joints is None else read_fields(joints).said
     if Path(source).is_dir():
         if beside is None:
             text = f"pictures need the joints at which they were taken; {_give_joints()}"
@@ -64,7 +64,7 @@ def read_pixels(
             sizes = [each.shape[::-1] for each in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
             rig = with_assumed(rig, [""], max(sizes, key=sizes.count), CENTRE_SIGMA)
         return pixel_data(find_corners(Path(source), rig), rig, beside, dof=dof)
-    fields = read_fields(source, layout="plain")
+    fields = read_fields(source, layout="plain").said
     return pixel_data(_rows(fields), rig, beside or _one_a_picture(fields), dof=dof)
 
 

@@ -133,7 +133,7 @@ def _poses(grid: Grid, seen: bool) -> tuple[Dataset, re.Pattern[str] | None]:
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
     own = [c for c in head if bool(_is_seen(c)) is seen and not JOINT.fullmatch(parse_heading(c).name)]
     names = tuple(_heading(c, head) if c in own else c if c == "exclude" else IGNORED for c in head)
-    fields = fields_of(replace(with_names(grid, names), headings=tuple(head)), units_from_rows=True)
+    fields = fields_of(replace(with_names(grid, names), headings=tuple(head)))
     position, left_out = fields.stacked(("x", "y", "z")), excluded_rows(fields)
     if position is not None:
         left_out |= ~position.any(1) & position.any()  # zeros stand where nothing was seen

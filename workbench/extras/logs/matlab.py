@@ -40,7 +40,7 @@ class Matlab(AbstractFileLayout):
     def read(self, path: Path, naming: Naming | None) -> Fields:
         data = read_bytes(path)
         kind_of(data, path)  # refuses what only its name says
-        return fields_of(with_headings(read_matlab(data, path, naming=naming)), units_from_rows=True)
+        return fields_of(with_headings(read_matlab(data, path, naming=naming)))
 
 
 def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
@@ -72,9 +72,9 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
         )
     columns, notes = dict[str, list[str]](), list[str]()
     for pair in sorted(naming.pairs, key=_is_by_joint):  # others tell how many rows
-        side, wanted = pair.left, pair.right
+        side, wanted = pair
         if len(wanted) == 1 and wanted[0].name in variables:
-            side, wanted = wanted[0], (pair.left,)
+            side, wanted = wanted[0], (side,)
         elif side.name not in variables:
             names = f"neither '{side.name}' nor '{wanted[0].name}' is in the file"
             raise OptionError(f"{path}: {names}, which contains {holds}")
@@ -96,7 +96,7 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
 
 def _is_by_joint(pair: Pair) -> bool:
     """Whether it names as many columns as there are joints."""
-    return any(item.name.lower() in BY_JOINT for item in (pair.left, *pair.right))
+    return any(item.name.lower() in BY_JOINT for item in (pair[0], *pair[1]))
 
 
 def _one_row_each(

@@ -87,7 +87,7 @@ def _parts(rows: list[list[str]]) -> tuple[Columns, Columns, list[list[str]], li
 def chosen(names: list[str], naming: Naming | None, what: str, key: str) -> str:
     """The only body, topic or frame of a recording, or that which `--columns "key=NAME"` chooses."""
     pairs = naming.pairs if naming is not None else ()
-    wanted = next((pair.right[0].name for pair in pairs if pair.left.name == key), None)
+    wanted = next((ours[0].name for theirs, ours in pairs if theirs.name == key), None)
     if wanted in names:
         return wanted
     if wanted is None and len(names) == 1:

@@ -72,7 +72,7 @@ def _joints(path: Path, topic: str, rows: list[tuple[float, Any]], naming: Namin
     names = list(dict.fromkeys(name for _, at in rows for name in at))
     columns = [[repr(time) for time, _ in rows]]
     columns += [[repr(at[name]) if name in at else "" for _, at in rows] for name in names]
-    given = tuple(pair for pair in naming.pairs if pair.left.name in names) if naming is not None else ()
+    given = tuple(pair for pair in naming.pairs if pair[0].name in names) if naming is not None else ()
     headings, notes = ["time[s]", *(f"{name}[rad]" for name in names)], [f"joints from {topic}"]
     grid = grid_of(headings, columns, source=str(path), notes=notes)
     return fields_of(with_headings(grid, Naming("", pairs=given) if given else None))

@@ -138,7 +138,7 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     cells_of = tuple(tuple(compress(cells, kept)) for cells in table.columns)
     table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
     table = _completed(table, robot.dof)
-    data = assemble(replace(fields_of(table, units_from_rows=True), told_twice=""), joints=names)
+    data = assemble(replace(fields_of(table), told_twice=""), joints=names)
     if data.position is None or data.rotation is None or data.written is None:
         raise table.error(f"no position and orientation were found; {WHAT}")
     known = {c.key: c for c in interpret_columns(table)}

@@ -62,7 +62,7 @@ def read_touches(source: Path | Dataset, robot: Robot, columns: str | None) -> D
         names = source.point if names is None else names
         found, kept = Dataset(source.q, row=source.row), source.included
     else:
-        fields = read_fields(source, columns=columns, joints=robot.joint_names)
+        fields = read_fields(source, columns=columns, joints=robot.joint_names).said
         where, units = str(source), joint_units(fields)
         names = fields.values.get("contact", fields.values.get("point"))
         found = Dataset(joint_columns(fields, robot.dof))

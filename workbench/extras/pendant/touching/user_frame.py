@@ -181,7 +181,7 @@ def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]
     """Points by name [m]."""
     if isinstance(cad, Mapping):
         return {str(name): np.asarray(place, float) for name, place in cad.items()}
-    fields = read_fields(cad, columns=AS_HEADED)
+    fields = read_fields(cad, columns=AS_HEADED).said
     xyz, names = fields.stacked(("x", "y", "z")), fields.values.get("point", fields.values.get("target"))
     if xyz is None or names is None:
         raise DataError(f"{cad}: give the columns point, x[mm], y[mm], z[mm]")
