@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_806,
     "data": 5_040,
     "plate": 4_860,
-    "identification": 9_036,
+    "identification": 9_034,
     "diagnosis": 6_645,
     "exports": 316,
     "session": 6_175,
@@ -63,7 +63,7 @@ BUDGETS = {
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_436,
+    "tests": 38_432,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_831
