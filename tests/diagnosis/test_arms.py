@@ -29,9 +29,8 @@ def test_poses_and_moments_equal_the_package(name, tmp_path):
     arm, robot, payload = case.actual, robot_of(case.actual, tmp_path), np.full(ROWS, 1.3)
     state = replace(case.state, payload=payload)
     np.testing.assert_allclose(poses(arm, [], state), tool_poses(robot, Motion(state.q)), atol=1e-12)
-    held = joint_wrenches(robot, state.q, payload=payload)
     about = np.where(np.array(arm.sliding)[:, None], [3, 4, 2], [3, 4, 5])
-    held = np.take_along_axis(held, about[None], axis=2)
+    held = np.take_along_axis(joint_wrenches(robot, state.q, payload=payload), about[None], axis=2)
     np.testing.assert_allclose(straight_moments(arm, state), held, atol=1e-10)
 
 

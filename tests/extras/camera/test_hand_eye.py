@@ -285,6 +285,7 @@ def test_wrong_files_and_mounts_are_refused(tmp_path):
     assert "--" not in str(refused.value)
     with refuses(DataError, "at least 3"):
         handeye((hands[:2], seen[:2]))
+    assert "check which poses belong together" in handeye((hands, seen[::-1])).doubt
     with refuses(DataError, "15 robot poses and 14"):
         handeye((hands, seen[:-1]))
     with refuses(DataError, "tool"):

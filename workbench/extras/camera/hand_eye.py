@@ -235,7 +235,7 @@ def _doubt(fit: PairFit, hand: Float[np.ndarray, "rows 3 3"], row: Int[np.ndarra
         what, by, pair = fit.moved
         between = f"between pairs {row[fit.kept[fit.kept < pair][-1]]} and {row[pair]}"
         return f"the {what} moved by {_error(by)} {between}: give those before or after alone"
-    if abs(fit.scale - 1.0) > MAX_SCALE:
+    if abs(fit.scale - 1.0) > MAX_SCALE and fit.rms[1] <= MAX_LEFT[1] and fit.scale > fit.half[12]:
         return f"{_scale(fit)}: correct the target's size, the focal length or the unit"
     if (fit.rms > MAX_LEFT).any():
         differ = f"the pairs differ by {_error(fit.rms)}, whatever carries the camera"
