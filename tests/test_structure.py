@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_806,
     "data": 5_040,
     "plate": 4_860,
-    "identification": 9_034,
+    "identification": 9_028,
     "diagnosis": 6_645,
     "exports": 316,
     "session": 6_175,

@@ -18,7 +18,7 @@ from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.bounds import WEIGHT
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.placement import place
-from workbench.identification.meaning.reading import FITS, FITS_TURN, NARROW, RowReading
+from workbench.identification.meaning.reading import FITS, NARROW, RowReading
 from workbench.identification.meaning.search import CLEAR
 from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -144,26 +144,20 @@ def one_constant(reading: RowReading, data: Dataset) -> str:
     """
     arm, rows = reading.robot, reading.apply(data.take(np.delete(np.arange(len(data)), reading.apart)))
     arm = replace(arm, mounting=arm.mounting.at(reading.base, reading.tool))
-    tried = (_without(arm, rows, e.name) for e in arm.elements if e.matrix is None)
-    found = sorted(tried, key=lambda f: f[0])
-    best = [f for f in found if f[0] < ALIKE * found[0][0] + 1e-6]
-    score, position, turn, _ = best[0]
-    if CLEAR * score > reading.score or position > FITS * arm.reach or turn > FITS_TURN:
+    freedom, noise = FrameFreedom(FRAME_PARTS, FRAME_PARTS), Noise(UNIT * arm.reach, UNIT / WEIGHT)
+    found = list[tuple[RowReading, str]]()
+    for name, axis in ((e.name, e.axis) for e in arm.elements if e.matrix is None):
+        problem = Problem.build(arm, rows, free=[name], frames=freedom, noise=noise)
+        fitted = problem.robot_at(Opt2(limit=STEPS).search(problem).x)
+        off = row_errors(fitted, rows)
+        position, turn = (float(np.sqrt((e**2).mean())) for e in (off.position, off.rotation))
+        unit, factor = ("°", 180.0 / np.pi) if axis.turns else (" mm", 1e3)
+        before, after = (factor * float(r.values((name,))[0]) for r in (arm, fitted))
+        text = f"{name} {after:.4g} instead of {before:.4g}{unit}"
+        found.append((replace(reading, position=position, rotation=turn), text))
+    found.sort(key=lambda pair: pair[0].score)
+    best = [pair for pair in found if pair[0].score < ALIKE * found[0][0].score + 1e-6]
+    nearest = best[0][0]
+    if CLEAR * nearest.score > reading.score or not nearest.fits:
         return ""
-    which = " or ".join(text for *_, text in best[:2])
-    return f"with {which} they fit to {in_mm(position)}"
-
-
-def _without(arm: Robot, rows: Dataset, name: str) -> tuple[float, float, float, str]:
-    """Score, misfits [m, rad], and what was changed, with one constant fitted beside base and tool."""
-    freedom = FrameFreedom(FRAME_PARTS, FRAME_PARTS)
-    noise = Noise(UNIT * arm.reach, UNIT / WEIGHT)
-    problem = Problem.build(arm, rows, free=[name], frames=freedom, noise=noise)
-    fitted = problem.robot_at(Opt2(limit=STEPS).search(problem).x)
-    off = row_errors(fitted, rows)
-    position, turn = (float(np.nan_to_num(np.sqrt((e**2).mean()))) for e in (off.position, off.rotation))
-    element = next(e for e in arm.elements if e.name == name)
-    unit, factor = ("°", 180.0 / np.pi) if element.axis.turns else (" mm", 1e3)
-    before, after = (factor * float(r.values((name,))[0]) for r in (arm, fitted))
-    text = f"{name} {after:.4g} instead of {before:.4g}{unit}"
-    return float(np.hypot(position / arm.reach, WEIGHT * turn)), position, turn, text
+    return f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"
