@@ -3,6 +3,7 @@
 import io
 import zipfile
 
+import openpyxl
 import pytest
 
 from workbench.base.bounded_process import ChildError
@@ -41,3 +42,16 @@ def read_once(monkeypatch):
 def read_here(monkeypatch):
     """Without a child, which costs more to start than any sound file to read."""
     monkeypatch.setattr(binary_tables, "in_child", lambda function, content, **_: function(content))
+
+
+def workbook(sheets):
+    """The bytes of a workbook with rows of cells by the names of its sheets."""
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    buffer = io.BytesIO()
+    book.save(buffer)
+    return buffer.getvalue()

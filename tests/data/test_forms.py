@@ -1,11 +1,10 @@
 """Every form of table and column that is read, on small files made by hand."""
 
 import datetime
-import io
 
 import numpy as np
-import openpyxl
 import pytest
+from binary_files import workbook
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import mentions, refuses
@@ -60,18 +59,6 @@ def test_the_same_numbers_in_every_text_form(read, content):
     np.testing.assert_allclose(data.q, [[np.pi / 2, 0.5], [np.radians(-45.5), 0.00025]], rtol=1e-14)
     np.testing.assert_allclose(data.position, [[1.0, 0.254, 2.0], [0.001, 0.0508, 3e-6]], rtol=1e-14)
     assert data.row.tolist() == [0, 1]
-
-
-def workbook(sheets):
-    book = openpyxl.Workbook()
-    book.remove(book.active)
-    for name, rows in sheets.items():
-        sheet = book.create_sheet(name)
-        for row in rows:
-            sheet.append(row)
-    buffer = io.BytesIO()
-    book.save(buffer)
-    return buffer.getvalue()
 
 
 TABLE = [["q1[deg]", "x[m]", "y[m]", "z[m]", "session"], [90, 1.0, 2.5, 3.0, "a"]]

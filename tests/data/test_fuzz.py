@@ -13,16 +13,8 @@ quick = settings(max_examples=150)
 
 SOUND = b"q1[deg],q2[deg],x[mm],y[mm],z[mm],qw,qx,qy,qz,session,exclude\n"
 SOUND += b"1.5,2,3,4,5,1,0,0,0,a,false\n-1.5,2e1,3,4,5,0,1,0,0,b,true\n" * 3
-MAGICS = [
-    b"",
-    b"PK\x03\x04xl/[Content_Types].xml",
-    b"PAR1",
-    b"MATLAB 5.0 MAT-file",
-    b"\xff\xfe",
-    b"\xef\xbb\xbf",
-    b"# ",
-    b"Format Version,1.23\n",
-]
+MAGICS = [b"", b"PK\x03\x04xl/[Content_Types].xml", b"PAR1", b"MATLAB 5.0 MAT-file", b"\xff\xfe",
+          b"\xef\xbb\xbf", b"# ", b"Format Version,1.23\n"]  # fmt: skip
 CELLS = ["", "1", "1,5", "1.5", "-", "nan", "inf", "abc", "q1[deg]", "x[mm]", "y", "z[foo]", "rx[rad]", "#",
          '"', "true"]  # fmt: skip
 

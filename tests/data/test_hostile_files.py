@@ -4,8 +4,8 @@ import io
 import tracemalloc
 import zipfile
 
-import openpyxl
 import pytest
+from binary_files import workbook
 from refusals import mentions, refuses
 
 from workbench.base import bounded_process
@@ -13,16 +13,6 @@ from workbench.base.bounded_process import ChildError, in_child
 from workbench.base.errors import FileError
 from workbench.base.progress import Cancelled, running
 from workbench.data.readers import preview, read_measurements
-
-
-def workbook(**cells: float | str) -> bytes:
-    """A workbook with some cells of one sheet."""
-    book = openpyxl.Workbook()
-    for place, value in cells.items():
-        book.active[place] = value
-    file = io.BytesIO()
-    book.save(file)
-    return file.getvalue()
 
 
 def changed(content: bytes, old: bytes, new: bytes) -> bytes:
@@ -46,7 +36,7 @@ def refusal(tmp_path, name: str, content: bytes) -> str:
 
 
 def test_a_row_of_a_number_that_no_sheet_has(tmp_path):
-    content = changed(workbook(A1="q1[deg]", A2=1), b'r="2"', b'r="2000000000"')
+    content = changed(workbook({"Sheet": [["q1[deg]"], [1]]}), b'r="2"', b'r="2000000000"')
     assert mentions(refusal(tmp_path, "far.xlsx", content), 1048576)
 
 
@@ -61,7 +51,7 @@ def test_a_joint_of_a_number_beyond_all_counting(tmp_path):
 
 def test_reading_can_be_cancelled(tmp_path):
     path = tmp_path / "rows.xlsx"
-    path.write_bytes(workbook(A1="q1[deg]", A2=1))
+    path.write_bytes(workbook({"Sheet": [["q1[deg]"], [1]]}))
     with pytest.raises(Cancelled), running(cancel=lambda: True):
         read_measurements(path)
 

@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 from checks import any_joints
 
-from workbench import (
-    Instrument,
-    Motion,
-    link_frames,
-    measure_poses,
-    read_measurements,
-    tool_poses,
-    write_measurements,
-)
+from workbench import Instrument, Motion, link_frames, measure_poses, tool_poses, write_measurements
 from workbench.base import se3
+from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import INSTRUMENTS, THREE_MARKERS, Observes
 from workbench.data.simulation.simulate import simulate
 from workbench.identification.identify import identify

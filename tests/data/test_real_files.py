@@ -19,15 +19,11 @@ def ur10(shared_data):
     return read_measurements(shared_data / "ur10_ipa" / "measurements.csv", joints=6)
 
 
-def ur5_test_rows(shared_data):
-    converted = read_measurements(shared_data / "ur5_jacobi" / "measurements.csv")
-    return converted.take(np.arange(len(converted) - 20, len(converted)))
-
-
 @pytest.mark.parametrize("name", ["ur5_plain.xlsx", "ur5_title_units_row.xlsx"])
 def test_workbooks(shared_data, name):
     data = read_measurements(shared_data / "importer_variants" / name, joints=6)
-    expected = ur5_test_rows(shared_data)
+    converted = read_measurements(shared_data / "ur5_jacobi" / "measurements.csv")
+    expected = converted.take(np.arange(len(converted) - 20, len(converted)))
     np.testing.assert_allclose(data.q, expected.q, atol=2e-10)
     np.testing.assert_allclose(data.position, expected.position, atol=1e-9)
 

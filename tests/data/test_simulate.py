@@ -12,7 +12,8 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.readings import three_anchors
-from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm, without
+from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
+from workbench.plate.simulated_measurement import without
 
 
 def rng(seed=0):

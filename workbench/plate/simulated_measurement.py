@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import Instrument, instrument_named
-from workbench.data.simulation.simulate import LIKELY_ERRORS, simulate, simulate_targets, virtual_arm, without
+from workbench.data.simulation.simulate import LIKELY_ERRORS, simulate, simulate_targets, virtual_arm
 from workbench.plate.arguments import PlateLike
 from workbench.plate.poses.iso_cube import iso_cube_poses
 from workbench.plate.poses.sampling import pose_choices, random_poses
@@ -123,6 +124,20 @@ def measure_plate(
     rows = without(rows, np.array(can.hits))
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes, *notes))
+
+
+def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
+    """The same rows, with nothing measured in those that have a reason, which are kept out."""
+    gone = reasons != ""
+    if not gone.any():
+        return rows
+    named = ((name, getattr(rows, name)) for name in ("position", "rotation", "markers", "distance"))
+    blank: dict[str, Any] = {name: values.copy() for name, values in named if values is not None}
+    for values in blank.values():
+        values[gone] = np.nan
+    note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; of the first one: {reasons[gone][0]}"
+    kept_out = rows.kept_out({row: str(reasons[row]) for row in np.flatnonzero(gone).tolist()})
+    return replace(kept_out, notes=(*rows.notes, note), **blank)
 
 
 def _hidden(

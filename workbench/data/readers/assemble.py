@@ -41,10 +41,9 @@ _NAMED = 5
 MAX_PARTS = 12
 """Different cells of a column that may tell which rows belong together."""
 MAX_MARKERS = 20
-MIN_SHARE, MIN_SEEN = 0.5, 1.5
-"""A reflector is seen at this share of the postures or more, and so many at a posture on the mean."""
-MIN_ALONE, AWAY = 6, 0.05
-"""Or one alone at a posture: each so many times, at places that spread so far [m]."""
+MIN_SHARE, MIN_SEEN, MIN_ALONE, AWAY = 0.5, 1.5, 6, 0.05
+"""A reflector is seen at this share of the postures or more, and so many at a posture on the mean; or one
+alone at a posture, each so many times, at places that spread so far [m]."""
 MERGED = ("x", "y", "z", "point", "exclude", "reason")
 """Columns that the markers replace; a marker of an excluded row was not seen."""
 ORIENTED = {"qw", "rx", "roll", "r11", "zxz_phi"}

@@ -55,7 +55,7 @@ NO_DAY = 1900
 """Year of times of an unknown day."""
 MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
 """Rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
-_REFERENCE = re.compile(r"(^|_)(ref|reference)(?=[_\d]|$)")
+_REFERENCE = re.compile(r"(^|_)(ref|reference)\d*(_|$)")
 """A goal, or, beside what isn't said to be reached, what an instrument measured."""
 _RATE = re.compile(r"[qj]_?d_?\d|d[qj]_?\d")
 """Names of joints' velocities, or of where they should be."""
@@ -163,9 +163,9 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 
 def _are_equal(table: Table, *columns: TableColumn) -> bool:
     """Whether columns of several units hold the same numbers in SI, such as joints in deg and in rad."""
-    known = [(c.unit, c.conversion.to_si(_numbers(table, [c.index]))) for c in columns if c.conversion]
-    (unit, one), (other_unit, other) = known if len(known) == 2 else 2 * [(None, 0.0)]
-    return unit != other_unit and np.allclose(one, other, equal_nan=True)
+    known = [c.conversion.to_si(_numbers(table, [c.index])) for c in columns if c.conversion]
+    are_two = len({c.unit for c in columns}) == len(known) == 2
+    return are_two and np.allclose(known[0], known[1], equal_nan=True)
 
 
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
@@ -291,7 +291,9 @@ def unread_text(columns: Mapping[str, Sequence[str]], key: str) -> str:
     if not (first := next(iter(likely), "")):
         return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
     is_counted = are_places and parse_heading(first).name[-1:].isdigit()
-    says = f"{key}={first}'" + f" or 'distance1[mm]={first}'" * is_counted
+    sets = _triples(dict(enumerate(unread)), has_actual=False) if are_places else []
+    may_be = [unread[own[0]] for own in sets] if len(sets) > 1 else [first]  # a controller's, an instrument's
+    says = " or '".join(f"{key}={name}'" for name in may_be) + f" or 'distance1[mm]={first}'" * is_counted
     said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
     if first in computed:
         return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"

@@ -1,24 +1,15 @@
 """The kind of a file by its first bytes: accepted, or refused with a sentence that names it."""
 
 import re
-from enum import StrEnum
+from enum import Enum
 from pathlib import Path
 
 from workbench.base import files
 from workbench.base.errors import FileError
 from workbench.base.remedy import remedy
 
-
-class FileKind(StrEnum):
-    """The kinds of files that are read."""
-
-    TEXT = "text table"
-    EXCEL = "xlsx"
-    PARQUET = "parquet"
-    NPZ = "npz"
-    JSON = "JSON"
-
-
+FileKind = Enum("FileKind", "TEXT EXCEL PARQUET NPZ JSON")
+"""The kinds of files that are read."""
 TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 """Usual endings of the names of tables."""
 TABLE = "write the table as CSV, TSV, xlsx, parquet or MATLAB v5"
@@ -26,7 +17,7 @@ TABLE = "write the table as CSV, TSV, xlsx, parquet or MATLAB v5"
 ONE_TABLE = "put rows of several into one table, with a column 'session' that says of which"
 """What to do about several tables."""
 POSE_PAIRS = "pairs of a robot's pose and a target's in a camera are for 'workbench handeye'"
-_PROGRAM = (
+PROGRAM = (
     rb"(?ims).*?(?:^\s*(?:def \w+\(|(?:PROC|MODULE|PROGRAM|[JL]MOVE|PTP) \S|/PROG\b|/JOB\b|\.PROGRAM\b)"
     rb"|^\s*&ACCESS|\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
 )
@@ -41,7 +32,7 @@ _REFUSED = (
         "an export of Vicon or Qualisys: keep one row a pose, under x[mm], y[mm], z[mm], qw, qx, qy, qz of "
         "the tool's body, or under m1x[mm] … of its markers, beside the joints",
     ),
-    (_PROGRAM, "a robot's program; of programs RAPID, KRL and URScript are read by 'compensate'"),
+    (PROGRAM, "a robot's program; of programs RAPID, KRL and URScript are read by 'compensate'"),
     (
         rb"(?s)%YAML|- \w+: *\[|.*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n",
         f"YAML, or XML of OpenCV; {POSE_PAIRS}",

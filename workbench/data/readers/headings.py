@@ -30,11 +30,11 @@ _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|lage|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
 _INSTRUMENT = "tracker|leica|lt|faro|mocap"
 _COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
-_COMMANDED = re.compile(rf"(^[qj]|^|_)({_COMMAND})(?=[_\d]|$)")
+_COMMANDED = re.compile(rf"(^[qj]|^|_)({_COMMAND})\d*(_|$)")
 AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
 """What may stand before and behind a name of what was, not of what should be: by controller or instrument."""
-_MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})(?=[_\d]|$)")
-_REACHED = re.compile(r"(^|_)(actual|act|real|ist)(?=[_\d]|$)")
+_MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})\d*(_|$)")
+_REACHED = re.compile(r"(^|_)(actual|act|real|ist)\d*(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
 CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|posx|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
 """What stands with places that a controller or a model computes: none was measured."""
@@ -153,7 +153,7 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
     for mark in () if {"x", "m1x"} & {*map(meaning, there)} else ("", "_"):  # points of the tool
         count = sum(re.fullmatch(rf"x{mark}\d+", name) is not None for name in there)
         points = {f"{a}{mark}{k + 1}": f"m{k + 1}{a}" for k in range(count) for a in "xyz"}
-        if points.keys() <= there:
+        if points.keys() <= there and count != 2:  # a controller's point and an instrument's
             found |= points if count > 1 else dict(zip(points, "xyz", strict=False))
     numbered = ([f"{stem}{k}" for k in range(n, n + 5)] for stem, n in product(("q", "rot_q"), (0, 1)))
     for *four, fifth in (*numbered, "abcde"):

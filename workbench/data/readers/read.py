@@ -33,7 +33,7 @@ from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout
 from workbench.data.readers.table import Grid, Table, only_table, with_headings, with_names
-from workbench.data.readers.text import read_text
+from workbench.data.readers.text import read_named, read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet, sheets_apart
 from workbench.parts import warn_of_broken
 
@@ -100,8 +100,9 @@ def read_measurements(
         if "q1" in fields.values:
             text = f"{fields.source} already has joints; leave out the table of joints"
             raise OptionError(text, option="joint_table")
-        own = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, joints=joints)
-        fields = join(fields, own)
+        fields = join(
+            fields, read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, joints=joints)
+        )
     return assemble(fields, joints=joints)
 
 
@@ -222,6 +223,8 @@ def read_table(
 def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
     """The cells of a file."""
     data = read_bytes(path)
+    if (named := read_named(data, path)) is not None:
+        return named
     kind = kind_of(data, path)
     if kind is FileKind.EXCEL:
         return read_excel(data, path, sheet=sheet)

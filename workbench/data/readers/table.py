@@ -238,14 +238,17 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
-    of_robot = {} if any(re.fullmatch(r"q\d+", key) for key in taken) else _of_robot(grid, start, joints)
+    of_robot = (
+        {}
+        if any(re.fullmatch(r"q\d+", key) for key in taken)
+        else _of_robot(cells, _words(grid, start), joints)
+    )
     return of_robot | said | dict.fromkeys(left, IGNORED)
 
 
-def _of_robot(grid: Grid, start: int, joints: Joints) -> dict[str, str]:
-    """What headings mean by the names of the robot's joints."""
-    cells = [cell for row in grid.rows[:start] for cell in row if cell]
-    names, words = [] if joints is None or isinstance(joints, int) else joints, _words(grid, start)
+def _of_robot(cells: list[str], words: dict[str, str], joints: Joints) -> dict[str, str]:
+    """What headings mean by the names of the robot's joints; some have joints' names in cells."""
+    names = [] if joints is None or isinstance(joints, int) else joints
     places = {joint_name(words.get(cell, parse_heading(cell).name)): cell for cell in cells}
     called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
     keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}

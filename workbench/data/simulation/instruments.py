@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from workbench.arm.joint import NotNegative
 from workbench.base import se3
-from workbench.base.arguments import admit
+from workbench.base.arguments import Count, admit
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
@@ -52,29 +52,25 @@ class Instrument:
         observes: What it sees.
         sigma_position: Standard deviation of a coordinate or distance [m].
         sigma_rotation: Standard deviation of a rotation about an axis [rad]; None if it sees no rotation.
-        note: What it is, in one sentence.
         markers: Places of the markers in the tool frame [m]; used by those that see markers.
         samples: How many readings are averaged into one.
 
     Raises:
-        OptionError: a negative deviation, a pose without one for its rotation, or no samples.
+        OptionError: a negative deviation, no samples, or a pose without a deviation of its rotation.
     """
 
     name: str
     observes: Observes
     sigma_position: NotNegative
     sigma_rotation: NotNegative | None = None
-    note: str = ""
     markers: Float[np.ndarray, "markers 3"] = field(default_factory=lambda: FOUR_MARKERS)
-    samples: int = 1
+    samples: Count = 1
 
     def __post_init__(self):
         admit(self)
         if self.observes is Observes.POSE and self.sigma_rotation is None:
             text = f"instrument '{self.name}' sees poses; give its sigma_rotation too"
             raise OptionError(text, option="sigma_rotation")
-        if self.samples < 1:
-            raise OptionError(f"instrument '{self.name}': samples must be at least 1, got {self.samples}")
 
     @cached_property
     def deviations(self) -> tuple[float, float | None]:
@@ -93,32 +89,31 @@ class Instrument:
         return share * self.sigma_position * float(position), share * self.sigma_position * float(rotation)
 
 
-_ALL: tuple[tuple[str, Observes, float, float | None, str], ...] = (
-    ("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
-    ("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
-    ("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
-    ("laser-tracker", Observes.POINT, 0.02, None, "a laser tracker and one reflector"),
-    ("tracker-6d", Observes.POSE, 0.05, 0.01, "a laser tracker with a 6-DoF probe"),
-    ("photogrammetry", Observes.POINT, 0.06, None, "a photogrammetric camera and one mark"),
-    ("motion-capture", Observes.MARKERS, 0.2, None, "a motion capture system, four markers"),
-    ("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
-    ("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
-    ("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None, "a camera and three marks on the tool"),
-    ("optotrak", Observes.RIGID_BODY, 0.01, None, "three active markers, whose mean is the tool point"),
-    ("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
-    ("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
+_ALL: tuple[tuple[str, Observes, float, float | None], ...] = (
+    ("ideal", Observes.POSE, 0.0, 0.0),  # full poses without noise
+    ("plate", Observes.POSE, 0.1, 0.02),  # the seat of a fixture plate's target
+    ("socket", Observes.POINT, 0.05, None),  # a ball in a conical socket of a plate
+    ("laser-tracker", Observes.POINT, 0.02, None),  # a laser tracker and one reflector
+    ("tracker-6d", Observes.POSE, 0.05, 0.01),  # a laser tracker with a 6-DoF probe
+    ("photogrammetry", Observes.POINT, 0.06, None),  # a photogrammetric camera and one mark
+    ("motion-capture", Observes.MARKERS, 0.2, None),  # a motion capture system, four markers
+    ("touch-probe", Observes.CONTACT, 0.03, None),  # a probe that touches fixed points
+    ("ball-bar", Observes.DISTANCE, 0.005, None),  # a telescoping ball-bar on fixed anchors
+    ("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),  # a camera and three marks on the tool
+    ("optotrak", Observes.RIGID_BODY, 0.01, None),  # three active markers, whose mean is the tool point
+    ("wire", Observes.DISTANCE, 0.1, None),  # a draw-wire sensor on fixed anchors
+    ("inclinometer", Observes.TILT, 0.0, 0.001),  # an inclinometer on every moving link
 )
-"""Name, what each observes, standard deviations [mm, °], and note."""
+"""Name, what each observes, and standard deviations [mm, °]."""
 INSTRUMENTS: dict[str, Instrument] = {
     name: Instrument(
         name=name,
         observes=observes,
         sigma_position=mm * 1e-3,
         sigma_rotation=None if degrees is None else float(np.deg2rad(degrees)),
-        note=note,
         markers=THREE_MARKERS if observes is Observes.RIGID_BODY else FOUR_MARKERS,
     )
-    for name, observes, mm, degrees, note in _ALL
+    for name, observes, mm, degrees in _ALL
 }
 """Every instrument by name."""
 

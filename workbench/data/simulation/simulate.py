@@ -7,7 +7,6 @@ and the joint angles are what the actual arm takes to be there, from its own inv
     measured pose = actual pose ⊕ noise,   p + N(0, σp²) per axis,   exp(N(0, σr²) per axis) R, base axes
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -115,22 +114,6 @@ def _rows(instrument: Instrument, actual: Robot, motion: Motion, columns, notes=
         **columns,
         **state,
     )
-
-
-def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
-    """The same rows, with nothing measured in those that have a reason, which are kept out."""
-    gone = reasons != ""
-    if not gone.any():
-        return rows
-    if gone.all():
-        raise DataError(f"{rows.source}: no pose can be measured; of the first one: {reasons[0]}")
-    named = ((name, getattr(rows, name)) for name in ("position", "rotation", "markers", "distance"))
-    blank: dict[str, Any] = {name: values.copy() for name, values in named if values is not None}
-    for values in blank.values():
-        values[gone] = np.nan
-    note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; of the first one: {reasons[gone][0]}"
-    kept_out = rows.kept_out({row: str(reasons[row]) for row in np.flatnonzero(gone).tolist()})
-    return replace(kept_out, notes=(*rows.notes, note), **blank)
 
 
 def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:
