@@ -177,7 +177,7 @@ def with_joint_readings(problem: Problem, x: Float[np.ndarray, " p"], factor: Fa
 def alike_readings(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
     """The most likely standard deviations where joint readings certainly scatter, all with equal noise."""
     scale = _scale(tables := _tables(problem, x, spare_share(problem, x) or 1.0))
-    found = _fit(tables, _members(scale, [np.arange(len(scale) - CHANNELS)]), np.ones(3), False)
+    found = _fit(tables, _members(scale, [np.arange(len(scale) - CHANNELS)]), False)
     position, rotation, *joints = np.sqrt(found.variances[2:]).tolist()
     return Noise(position, rotation, tuple(joints))
 
@@ -191,21 +191,19 @@ def _likeliest(
     tried = list[_Answer]()
     for axes in (TOGETHER, APART):
         count, some, groups = len(axes), joints, alike
-        plain = _fit(tables, _members(scale, [], axes), np.ones(count), stated)
+        plain = _fit(tables, _members(scale, [], axes), stated)
         own = [plain._replace(cost=plain.cost + charge * count)]
         if tried and own[0].cost >= tried[0].cost:
             break
-        begin = np.append(plain.size, np.full(len(alike), 0.1))
         while len(groups):
-            answer = _fit(tables, _members(scale, groups, axes), begin, stated)
+            answer = _fit(tables, _members(scale, groups, axes), stated)
             noisy = (answer.size[count:] > MIN_READING_VARIANCE).sum()
             own.append(answer._replace(cost=answer.cost + charge * (count + noisy) + MIN_GAIN))
             sizes = answer.variances[CHANNELS + some] / scale[CHANNELS + some]
             if groups is not alike:  # if all together show noise, the one that explains least becomes exact
                 best = min(own, key=lambda a: a.cost)
                 stays = (sizes > max(sizes.min(), MIN_READING_VARIANCE)) & (own[0] is not best)
-                some, sizes = some[stays], sizes[stays]
-            begin = np.append(answer.size[:count], np.maximum(sizes, MIN_READING_VARIANCE))
+                some = some[stays]
             groups = list(some[:, None])
         tried += own
     return min(tried, key=lambda a: a.cost)
@@ -268,25 +266,18 @@ def _members(scale: np.ndarray, groups: Iterable[np.ndarray], axes=TOGETHER) -> 
     return out
 
 
-def _fit(tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
-    """The most likely components ≥ 0, from some sizes on."""
+def _fit(tables: Sequence[_Residuals], members: np.ndarray, stated: bool) -> _Answer:
+    """The most likely components ≥ 0."""
     from scipy import optimize
-
-    minimum = np.zeros(len(size)) if stated else MIN_VARIANCE_SHARE * members[:CHANNELS].any(0)
 
     def cost(size: np.ndarray) -> tuple[float, np.ndarray]:
         value, slope = _cost(tables, members @ size)
         return value, slope @ members
 
-    bounds = optimize.Bounds(minimum, np.inf)
-    found = optimize.minimize(
-        cost,
-        np.maximum(size, minimum),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        options={"ftol": TOLERANCE, "gtol": 0.0},
-    )
+    start = np.where(members[:CHANNELS].any(0), 1.0, 0.1)
+    bounds = optimize.Bounds(MIN_VARIANCE_SHARE * (start == 1.0) * (not stated), np.inf)
+    precise = {"ftol": TOLERANCE, "gtol": 0.0}
+    found = optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=precise)
     return _Answer(found.x, members @ found.x, float(found.fun))
 
 

@@ -30,6 +30,8 @@ MIN_TAIL_RATIO, MAX_SHARE = 3.0, 0.25
 smaller size, where no more than this share of the rows stands apart."""
 MAX_ACCIDENTS, ALIKE = 0.4, 0.5
 """Maximum share of accidents, and what an arm of their own leaves at least: less are one side of a play."""
+MIN_TOGETHER = 5
+"""Number of rows that are no accidents if a fit to all explains them: it may follow a few that are."""
 WEIGHT_TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROBUST_ROUNDS = 8
@@ -80,12 +82,17 @@ def standing_out(problem: Problem, sizes: np.ndarray, share: float = MAX_SHARE) 
 
 
 def accidents(problem: Problem, x: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " rows"]:
-    """Rows that stand out from a robust fit begun at x; of many only such as have no arm in common."""
+    """Rows that stand out from a robust fit begun at x, but not several that the fit to all rows explains, as
+    of a region where the others tell little; of many only such as have no arm in common."""
     out = standing_out(problem, sizes := robust_fit(problem, x)[1], MAX_ACCIDENTS)
     if out.mean() > MAX_SHARE:
         factor = factor_of(problem, problem.with_row_weights(out.astype(float)).evaluate(x))
         own = row_sizes(problem, x + factor.step(), out, factor.root)[out].max(1)
         out &= np.median(own) > ALIKE * np.median(sizes[out].max(1))
+    if out.sum() >= MIN_TOGETHER:
+        root = factor_of(problem, problem.evaluate(x)).root
+        explained = row_sizes(problem, x, np.ones(len(out), bool), root).max(1) < ALIKE * sizes.max(1)
+        out &= ~explained | ((out & explained).sum() < MIN_TOGETHER)
     return out
 
 
