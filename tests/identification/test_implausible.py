@@ -31,10 +31,7 @@ def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
     )
     found = wb.identify(wb.load_robot(str(path)), data, reading="given")
     assert bool(found.best.implausible) == bool(off)
-    for name, write in {
-        "b.toml": found.robot.save,
-        "c.csv": partial(wb.export, found.robot, "dh-csv"),
-    }.items():
+    for name, write in (("b.toml", found.robot.save), ("c.csv", partial(wb.export, found.robot, "dh-csv"))):
         with pytest.raises(wb.WorkbenchError, match="implausible") if off else nullcontext():
             write(path=tmp_path / name)
         assert write(path=tmp_path / name, force=True)

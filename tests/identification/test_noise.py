@@ -60,13 +60,9 @@ def test_what_is_left_beyond_the_stated_noise_is_found():
 
 
 def test_a_sigma_of_zero_is_rounding(tmp_path, rows):
-    path = tmp_path / "rounded.csv"
-    head = ",".join(
-        [*(f"q{i}[rad]" for i in range(1, 7)), "x[m]", "y[m]", "z[m]", *(f"sigma_{a}[mm]" for a in "xyz")]
-    )
-    sigma = np.where(np.arange(160) % 4, 0.01, 0.0)
-    table = np.column_stack([rows.q, rows.position, sigma, sigma, sigma]).tolist()
-    path.write_text("\n".join([head, *(",".join(map(repr, row)) for row in table)]))
+    head = ",".join(f"q{i}[rad]" for i in range(1, 7)) + ",x[m],y[m],z[m],sigma_x[mm],sigma_y[mm],sigma_z[mm]"
+    table = np.column_stack([rows.q, rows.position, *[np.where(np.arange(160) % 4, 0.01, 0.0)] * 3])
+    np.savetxt(path := tmp_path / "a.csv", table, "%.17g", ",", header=head, comments="")
     data = read_measurements(path)
     assert any("40 rows state a position sigma of 0" in note for note in data.notes)
     assert data.sigma[0, 0] == pytest.approx(5e-6)

@@ -27,15 +27,9 @@ def test_evaluate_reports_the_measured_positions_alone(mixed, run, tmp_path):
         assert f"{value:.3f}" in out
     assert found["errors"]["orientation_deg"] is None  # the tool's; nobody measured it
     assert [row["position_mm"] is None for row in found["rows"]] == [False] * 10 + [True] * 30
-    u = upwards(DH, q)
-    seen = np.stack(
-        [
-            -np.sin(tilt[:, 1]),
-            np.cos(tilt[:, 1]) * np.sin(tilt[:, 0]),
-            np.cos(tilt[:, 1]) * np.cos(tilt[:, 0]),
-        ],
-        1,
-    )
+    u, (about_x, about_y) = upwards(DH, q), tilt.T
+    level = np.cos(about_y)
+    seen = np.stack([-np.sin(about_y), level * np.sin(about_x), level * np.cos(about_x)], 1)
     angle = np.rad2deg(np.linalg.norm(np.cross(seen, u), axis=1))[10:]
     assert found["errors"]["tilt_deg"]["rms"] == pytest.approx(np.sqrt((angle**2).mean()), rel=1e-6)
 
