@@ -23,7 +23,7 @@ WEATHER = """
     from workbench.arm.effects.axes import diagonal
     from workbench.base.columns import Column
     from workbench.base.units import Quantity
-    from workbench.data.observations import AbstractObservation, Channel, Linearised
+    from workbench.data.observation import AbstractObservation, Channel, Linearised
     from workbench.data.readers.layouts import AbstractTableLayout, named
     from workbench.exports import AbstractForm
 

@@ -98,7 +98,7 @@ def large():
     base, tool = (replace(frame, free=Freedom.FREE) for frame in (robot.base, robot.tool))
     robot = robot.with_frames(base=base, tool=tool)
     rng = np.random.default_rng(2)
-    actual = virtual_arm(robot, rng=rng, length=2e-3, angle=np.deg2rad(0.5))
+    actual = virtual_arm(robot, rng=rng, errors=(2e-3, np.deg2rad(0.5)))
     limits = robot.search_limits
     q = rng.uniform(limits[:, 0], limits[:, 1], (LARGE, robot.dof))
     data = simulate(actual, Motion(q), instrument=instrument_named("plate"), rng=rng)

@@ -250,7 +250,7 @@ def test_ten_seats_of_a_plate_are_the_arms_own(seed):
 @pytest.mark.parametrize("kind", ["plane", "sphere"])
 def test_contacts_that_only_planes_explain_are_with_planes(kind):
     robot = load_robot("katana450")
-    actual = virtual_arm(robot, rng=np.random.default_rng(0), length=5e-4, angle=2e-3)
+    actual = virtual_arm(robot, rng=np.random.default_rng(0), errors=(5e-4, 2e-3))
     q = np.random.default_rng(2).uniform(*robot.search_limits.T, (60, robot.dof))
     poses, k = actual.predict(q), np.arange(60) % 3
     if kind == "plane":

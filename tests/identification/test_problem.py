@@ -11,7 +11,8 @@ from workbench import Dataset, Motion, Noise, link_frames, load_robot, tool_pose
 from workbench.arm.frame import FRAME_PARTS
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, Linearised
+from workbench.data.observation import AbstractObservation, Channel, Linearised
+from workbench.data.observations import OBSERVATIONS
 from workbench.data.observations.tilt import reading
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Problem

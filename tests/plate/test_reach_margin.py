@@ -23,7 +23,7 @@ def elbow(angles) -> np.ndarray:
 
 def shares_that_reach(robot, q, errors, arms=60) -> np.ndarray:
     rng, poses = np.random.default_rng(0), tool_poses(robot, Motion(q))
-    made = [virtual_arm(robot, rng=rng, length=errors[0], angle=errors[1]) for _ in range(arms)]
+    made = [virtual_arm(robot, rng=rng, errors=errors) for _ in range(arms)]
     return np.mean([follow_many(arm, poses, q).converged for arm in made], axis=0)
 
 

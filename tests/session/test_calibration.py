@@ -30,7 +30,7 @@ from workbench.session.state import Focus
 @pytest.fixture(scope="module")
 def file(tmp_path_factory) -> bytes:
     robot, rng = load_robot("aria"), np.random.default_rng(8)
-    actual = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01)
+    actual = virtual_arm(robot, rng=rng, errors=(1e-3, 0.01))
     path = tmp_path_factory.mktemp("data") / "a.csv"
     return tracked_file(actual, path, rng, rows=50, reach=2.5).read_bytes()
 
@@ -38,7 +38,7 @@ def file(tmp_path_factory) -> bytes:
 def test_before_a_fit_rows_of_a_tracker_elsewhere_lie_where_the_arm_reached_them(do, tmp_path):
     """Its frame stands 5 m away and turned; nobody has identified the base yet."""
     robot, rng = load_robot("aria"), np.random.default_rng(9)
-    actual, q = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01), rng.uniform(-1.2, 1.2, (30, 6))
+    actual, q = virtual_arm(robot, rng=rng, errors=(1e-3, 0.01)), rng.uniform(-1.2, 1.2, (30, 6))
     there = se3.pose(se3.rotvec_to_matrix(np.array([0.3, -0.2, 1.9])), np.array([4.0, -3.0, 1.0]))
     places = se3.apply(there, tool_poses(actual, Motion(q))[:, :3, 3])
     lines = [",".join([*(f"q{k}[rad]" for k in range(1, 7)), "x[m]", "y[m]", "z[m]"])]

@@ -100,7 +100,7 @@ def compare_acquisitions(
             break
         progress(arm / arms, f"{instrument.name}: virtual arm {arm + 1} of {arms}")
         rng = np.random.default_rng([seed, arm])
-        actual = virtual_arm(robot, rng=rng, length=LENGTH_ERROR, angle=ANGLE_ERROR)
+        actual = virtual_arm(robot, rng=rng, errors=(LENGTH_ERROR, ANGLE_ERROR))
         for k, acquisition in enumerate(acquisitions):
             try:
                 rows = acquisition.measure(actual, instrument, rng)

@@ -29,7 +29,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.base.errors import ShapeError
 from workbench.base.wording import joint_list
-from workbench.data.observations import Channel
+from workbench.data.observation import Channel
 from workbench.identification.noise import STUDENT_FREEDOM, beyond_stated, consistent, spare_share
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor

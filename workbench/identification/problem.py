@@ -23,7 +23,7 @@ from workbench.base.errors import OptionError
 from workbench.base.threads import in_order
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import Channel, Unknown
+from workbench.data.observation import Channel, Unknown
 from workbench.data.postures import repeats
 from workbench.identification.frame_freedom import (
     FrameFreedom,

@@ -25,8 +25,8 @@ from workbench.arm.statics.deflection import Twists, deflect, effect_columns
 from workbench.arm.statics.wrenches import Masses, TrialArm, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.data.observation import Linearised
-from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, TiltObservation, Unknown
+from workbench.data.observation import AbstractObservation, Channel, Linearised, Unknown
+from workbench.data.observations import OBSERVATIONS, TiltObservation
 from workbench.data.prediction import predict
 from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
 from workbench.report.result_fields import POSE

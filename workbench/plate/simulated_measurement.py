@@ -149,7 +149,7 @@ def _hidden(
 ) -> tuple[Robot, tuple[str, ...]]:
     """The arm to measure, with what is hidden in it, and a sentence on each effect."""
     if actual is None:
-        actual = virtual_arm(robot, rng=rng, length=errors[0], angle=errors[1])
+        actual = virtual_arm(robot, rng=rng, errors=errors)
     hidden, notes = hidden_effects(actual, effects, rng=rng)
     return actual.with_effects(*actual.effects, *hidden) if hidden else actual, notes
 

@@ -43,7 +43,7 @@ def test_moments_err_as_those_of_many_arms(planned):
     robot, plan = planned
     motion, rng = Motion(plan.q, payload=plan.added).take(slice(0, 8)), np.random.default_rng(0)
     arms = [
-        experiment.with_other_masses(virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE), rng)
+        experiment.with_other_masses(virtual_arm(robot, rng=rng, errors=(LENGTH, ANGLE)), rng)
         for _ in range(150)
     ]
     seen = np.std([joint_moments(arm, motion).about for arm in arms], axis=0)

@@ -102,7 +102,7 @@ def test_drag_changes_numbers_and_arm(app, look):
 
 def test_file_identify_overlay_save(app, look, tmp_path):
     robot, rng = load_robot("aria"), np.random.default_rng(4)
-    actual = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01)
+    actual = virtual_arm(robot, rng=rng, errors=(1e-3, 0.01))
     path = tracked_file(actual, tmp_path / "arm <b>7</b>.csv", rng, rows=60, reach=2.5)
 
     screen = look()

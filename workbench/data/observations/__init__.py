@@ -1,6 +1,6 @@
 """Observations: all kinds, with the same interface."""
 
-from workbench.data.observation import AbstractObservation, Channel, Linearised, OwnErrors, Unknown
+from workbench.data.observation import AbstractObservation
 from workbench.data.observations.markers import MarkerObservation
 from workbench.data.observations.places import ContactObservation, DistanceObservation, PlaneObservation
 from workbench.data.observations.pose import PointObservation, PoseObservation
@@ -21,15 +21,4 @@ OBSERVATIONS: PartTable[type[AbstractObservation]] = PartTable(
 )
 """All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""
 
-__all__ = [
-    "OBSERVATIONS",
-    "AbstractObservation",
-    "Channel",
-    "ContactObservation",
-    "DistanceObservation",
-    "Linearised",
-    "OwnErrors",
-    "PlaneObservation",
-    "TiltObservation",
-    "Unknown",
-]
+__all__ = ["OBSERVATIONS", "ContactObservation", "DistanceObservation", "PlaneObservation", "TiltObservation"]

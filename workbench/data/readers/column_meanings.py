@@ -136,12 +136,11 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             column = columns[i] = replace(column, key=key, remark=remark)
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
             numbers = [c for c in (column, other) if re.search(r"\d", "".join(table.columns[c.index]))]
-            if len(numbers) == 2 and _are_equal(table, *numbers):
-                numbers = [other]
             if len(numbers) == 2:
                 is_joint = quantities_of(column.key) == JOINT  # reached, beside commanded ones
                 reached = [c for c in numbers if is_joint and is_reached(c.heading)]
-                numbers = [c for c in numbers if is_of_measurement(c.heading)] or reached
+                measured = [c for c in numbers if is_of_measurement(c.heading)]
+                numbers = [other] if _are_equal(table, *numbers) else measured or reached
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
@@ -290,10 +289,11 @@ def unread_text(columns: Mapping[str, Sequence[str]], key: str) -> str:
     likely = sorted(fitting, key=lambda n: (wanted.name not in n.lower(), n in computed or is_commanded(n)))
     if not (first := next(iter(likely), "")):
         return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
-    is_counted = are_places and parse_heading(first).name[-1:].isdigit()
     sets = _triples(dict(enumerate(unread)), has_actual=False) if are_places else []
     may_be = [unread[own[0]] for own in sets] if len(sets) > 1 else [first]  # a controller's, an instrument's
-    says = " or '".join(f"{key}={name}'" for name in may_be) + f" or 'distance1[mm]={first}'" * is_counted
+    named = [(name, unit or wanted.unit) for name, unit in map(parse_heading, may_be)]
+    says = " or '".join(f"{wanted.name}[{unit}]={name}'" for name, unit in named)
+    says += f" or 'distance1[mm]={first}'" * (are_places and named[0][0][-1:].isdigit())
     said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
     if first in computed:
         return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"

@@ -24,8 +24,6 @@ _ANGLES = (("alpha", "beta", "gamma"), ("o", "a", "t"), ("phi", "theta", "psi"),
 AGREEMENT = 1e-4
 """Largest angle [rad] between two forms of the same orientation."""
 
-Rows = Bool[np.ndarray, " rows"]
-
 
 class Form(NamedTuple):
     """One way to write an orientation: its name for people, that in `data/orientations.py`, its columns."""
@@ -36,7 +34,7 @@ class Form(NamedTuple):
 
 
 def read_orientation(
-    fields: Fields, *, usable: Rows
+    fields: Fields, *, usable: Bool[np.ndarray, " rows"]
 ) -> tuple[Float[np.ndarray, "rows 3 3"] | None, tuple[str, ...]]:
     """Rotation matrices of all rows, NaN where a row has none, and what was decided.
 
@@ -92,7 +90,7 @@ def _forms(fields: Fields) -> list[Form]:
     return [form for form in FORMS if any(key in fields.values for key in form.keys)]
 
 
-def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tuple[str, ...]]:
+def _matrices(form: Form, fields: Fields, usable: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
     """Matrices of the rows that have all values and are rotations, and whether they had to be mended."""
     raw = fields.stacked(form.keys)
     assert raw is not None  # the form has a column

@@ -51,7 +51,8 @@ def read_text(data: bytes, path: Path) -> Grid:
     numbers = [numbers[place] for place in places]
     width = len(rows[0])
     head = next((a for a in above if len(a) == width or (len(keys_of(a)) > 1 and len(a) < width)), None)
-    if head and any(map(NUMBER.fullmatch, rows[0])):  # as numpy.savetxt has them
+    words = [name for name, cell in zip(head or (), rows[0], strict=False) if not NUMBER.fullmatch(cell)]
+    if head and len(words) < len(head) and not {*"xyz"} & {*keys_of(words)}:  # as numpy.savetxt has them
         rows, numbers = [[*head, *["-"] * (width - len(head))], *rows], [numbers[0] - 1, *numbers]
     notes = [f"text in {encoding}"] if encoding != "utf-8-sig" else []
     notes += [f"fields are separated by {SEPARATORS[separator]}"] if separator != "," else []

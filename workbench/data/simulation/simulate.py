@@ -22,25 +22,21 @@ from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.readings import readings
 
-MAX_LENGTH_ERROR = 1e-3
-"""Maximum manufacturing error of a length, as of a good industrial arm [m]."""
-ANGLE_ERROR = float(np.deg2rad(0.3))
-"""The same of an angle [rad]."""
-LIKELY_ERRORS = MAX_LENGTH_ERROR, ANGLE_ERROR
+LIKELY_ERRORS = 1e-3, float(np.deg2rad(0.3))
+"""Maximum manufacturing errors of a length [m] and of an angle [rad], as of a good industrial arm."""
 
 
 def virtual_arm(
-    robot: Robot, *, rng: np.random.Generator, length: float = MAX_LENGTH_ERROR, angle: float = ANGLE_ERROR
+    robot: Robot, *, rng: np.random.Generator, errors: tuple[float, float] = LIKELY_ERRORS
 ) -> Robot:
     """An actual arm: the nominal one with even manufacturing errors of its default free constants.
 
     Args:
-        length: Maximum error of a length [m].
-        angle: Maximum error of an angle [rad].
+        errors: Maximum errors of lengths [m] and of angles [rad].
     """
     names = robot.default_free
     turns = [robot.chain.elements[i].axis.turns for i in robot.chain.indices(names)]
-    actual = robot.values(names) + rng.uniform(-1.0, 1.0, len(names)) * np.where(turns, angle, length)
+    actual = robot.values(names) + rng.uniform(-1.0, 1.0, len(names)) * np.where(turns, errors[1], errors[0])
     return robot.with_values(dict(zip(names, actual.tolist(), strict=True)))
 
 
@@ -54,8 +50,7 @@ def simulate(actual: Robot, motion: Motion, *, instrument: Instrument, rng: np.r
         One row a joint position; distances are from three places about the base.
     """
     if instrument.observes is Observes.CONTACT:
-        where = "targets, several orientations at each point"
-        text = f"instrument '{instrument.name}' touches fixed points; simulate it at {where}"
+        text = f"instrument '{instrument.name}' touches fixed points: simulate it at targets, turned there"
         raise OptionError(text, option="instrument", found=instrument.name)
     columns = readings(instrument, actual, motion, tool_poses(actual, motion), rng)
     return _rows(instrument, actual, motion, columns)

@@ -82,7 +82,7 @@ class Trial:
     def judged_arm(self, seed: np.random.SeedSequence) -> tuple[np.ndarray, np.ndarray]:
         """Whether one arm met each target within its limits, and its errors [m, rad] in the region."""
         rng = np.random.default_rng(seed)
-        actual = virtual_arm(self.robot, rng=rng, length=self.made[0], angle=self.made[1])
+        actual = virtual_arm(self.robot, rng=rng, errors=self.made)
         met, rows = self._visited(actual, rng)
         calibrated = self._calibrated(rows.take(met)) if met.any() else self.robot
         poses = Motion(self.evaluation_q[rng.integers(0, len(self.evaluation_q), JUDGED)])

@@ -16,7 +16,7 @@ from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OwnErrors
+from workbench.data.observation import OwnErrors
 from workbench.data.prediction import predict, row_components
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Noise, Problem

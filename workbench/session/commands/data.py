@@ -176,7 +176,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         rng = np.random.default_rng(self.seed)
         robot = session.robot
         progress(0.1, "building the arm")
-        actual = virtual_arm(robot, rng=rng, length=self.errors[0], angle=self.errors[1])
+        actual = virtual_arm(robot, rng=rng, errors=self.errors)
         actual = actual.with_effects(*actual.effects, *hidden_effects(actual, self.effects, rng=rng)[0])
         place, turn, name = session.noise.position, session.noise.rotation, "as set in the Plate tab"
         pose = Observes.POSE

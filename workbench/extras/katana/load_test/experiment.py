@@ -107,7 +107,7 @@ def run_load_test(robot: RobotLike, *, added_mass: float = 0.0, each: int = 4, s
     pulled_at = [j for j in plan.unturned if pullable(robot, j, rng=rng)]
     side = tuple(side_loads(robot, j, rng=rng) for j in pulled_at)
     hidden = draw_joints(observable_sizes(plan, pulled_at), rng)
-    actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
+    actual = virtual_arm(robot, rng=rng, errors=(LENGTH, ANGLE)).with_effects(*tilting_effects(hidden))
     actual = with_other_masses(actual, np.random.default_rng((seed, 1)))
     inclinometer, tracker = INSTRUMENTS["inclinometer"], INSTRUMENTS["optotrak"]
     meter, tracker = (replace(instrument, samples=REPEATS) for instrument in (inclinometer, tracker))
