@@ -45,7 +45,7 @@ BUDGETS = {
     "identification": 9_026,
     "diagnosis": 6_645,
     "exports": 316,
-    "session": 6_175,
+    "session": 6_172,
     "views": 6_873,
     "cli": 1_433,
     "extras": 1,

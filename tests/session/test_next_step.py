@@ -88,8 +88,8 @@ def test_a_stuck_drag_says_why_and_every_reading_has_a_button(first):
     assert "it is too far" in next_step(stuck).sentence
     match = SimpleNamespace(rival="", joints=(6, 6), readings=("a", "b", "c"), text="which?")
     step = _foreign(match, SimpleNamespace(name="a.csv", content=b"1", columns=""))
-    labels = [action.label for action in (step.next, step.other, *step.more)]
-    assert labels == ["Read so: a", "Read so: b", "Read so: c", "Identify anyway"]
+    labels = ["Read so: a", "Read so: b", "Read so: c", "Identify anyway"]
+    assert [action.label for action in (step.next, step.other, *step.more)] == labels
 
 
 def unreached(session: Session, **change) -> Session:

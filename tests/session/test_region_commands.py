@@ -32,7 +32,8 @@ LOW, HIGH = (0.1, 0.1, 0.2), (0.5, 0.5, 0.4)
 
 @pytest.fixture
 def run(first):
-    running = Worker(first, chores=CHORES)
+    running = Worker(first)
+    running.begin_chores(CHORES)
     yield running
     running.close()
 
@@ -95,7 +96,8 @@ class Stubborn(AbstractChore):
 
 
 def test_a_chore_that_is_no_longer_needed_is_cancelled(first):
-    run = Worker(first, chores=(Stubborn,))
+    run = Worker(first)
+    run.begin_chores((Stubborn,))
     try:
         run.submit(SelectTarget(1))
         while not run.session.page.chore:

@@ -51,7 +51,6 @@ class Worker:
     Args:
         session: To begin with.
         views: What draws its snapshots.
-        chores: What the session may ask for by itself.
         keepers: What follows its commands.
         journal: Commands before, if the session goes on from an older one.
         opening: Commands that come before any other.
@@ -62,7 +61,6 @@ class Worker:
         session: Session,
         *,
         views: Iterable[AbstractView] = (),
-        chores: Iterable[type[AbstractChore]] = (),
         keepers: Iterable[AbstractKeeper] = (),
         journal: Iterable[Entry] = (),
         opening: Iterable[AbstractCommand] = (),
@@ -71,7 +69,7 @@ class Worker:
         self._views, self._keepers = list(views), list(keepers)
         self._broken: list[AbstractView] = []
         self._listeners: list[Callable[[AbstractCommand], None]] = []
-        self._chores = tuple(chores)
+        self._chores: tuple[type[AbstractChore], ...] = ()
         self._chore: AbstractChore | None = None
         self._failed: AbstractTask | None = None
         self._chore_cancel = threading.Event()
@@ -165,7 +163,6 @@ class Worker:
     @one_thread()
     def _run(self) -> None:
         speak_to_page()
-        self._look_for_chores()
         while True:
             with self._changed:
                 self._busy = False

@@ -212,7 +212,6 @@ def test_the_guide_suggests_a_trial_where_an_error_is_wanted_and_one_tells_else_
     assert _trial().command == TryPlate()
     trial = TryPlate(20).compute(replace(moved, choices=replace(moved.choices, wanted=None)))
     assert f"95 % of 20 virtual arms stay within {trial.used:.3g} mm" in trial.text
-    assert (trial.wanted, trial.used > 1e3 * first.score.position) == (None, True)
 
 
 @pytest.mark.parametrize("name", [slow("katana450"), slow("so101")])

@@ -137,8 +137,7 @@ def test_where_the_index_says_otherwise_the_error_judges(app):
     for worse, judges in ((1.1, True), (0.9, False)):
         indices = {name: worse * value for name, value in first.score.indices.items()}
         score = replace(first.score, position=1.1 * first.score.position, indices=indices)
-        moved = replace(first, plate=replace(first.plate), score=score)
-        assert (OTHERWISE in headline(moved, ())) is judges
+        assert (OTHERWISE in headline(replace(first, plate=replace(first.plate), score=score), ())) is judges
 
 
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):

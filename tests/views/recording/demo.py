@@ -62,7 +62,8 @@ def play(folder: Path, *, pause: float = PAUSE) -> Worker:
     """Record the session; the worker is closed."""
     begun = begin(load_robot("aria"), load_plate("table2"), folder=folder)
     keepers = (*begun.keepers, recorder(folder))
-    worker = Worker(begun.session, keepers=keepers, chores=CHORES)
+    worker = Worker(begun.session, keepers=keepers)
+    worker.begin_chores(CHORES)
     for command in commands(begun.session):
         worker.submit(command)
         if not worker.wait(120.0):
