@@ -82,10 +82,10 @@ def freedoms(data: Dataset) -> int:
 def coverage(data: Dataset, chain: Chain) -> list[str]:
     """Notes on joints that moved little or only together."""
     span = np.ptp(data.q, axis=0)
-    little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < SMALL_TRAVEL]
     notes = [
         f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; its errors outside this range are unknown"
-        for j in little
+        for j in range(data.joints)
+        if turns(chain, j) and STILL < span[j] < SMALL_TRAVEL
     ]
     together = freedoms(data)
     if together < int((span > STILL).sum()):

@@ -185,7 +185,6 @@ def _diagnosis(
     off = ready.data.take(outliers)
     weighings = search.first.fit.problem.noise, ready.problem.noise
     geometries = {each: best_geometry(each, weighings) for each in {fit, saved.fit}}
-    is_again = saved.fit is not fit
     texts = {c.effects[0].names: c.text for c in causes if len(c.effects) == 1}
     split = ready.split | {
         "excluded": tuple(e for e in ready.excluded if e[1] != GROSS),
@@ -219,7 +218,7 @@ def _diagnosis(
             search.after.held_out,
             saved.fit,
             ready.held_out_data,
-            before_refit=fit.calibrated.recorded(geometry=geometries[fit]) if is_again else None,
+            before_refit=fit.calibrated.recorded(geometry=geometries[fit]) if saved.fit is not fit else None,
             geometry=geometries[saved.fit],
             new_sessions=ready.new_mountings(fit.calibrated),
         ),

@@ -1,6 +1,6 @@
 """The error that a diagnosed arm leaves: what it follows, and how much of it is known to be noise."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,26 +52,26 @@ class RemainingError:
             return bool(self.followed or self.places)
         return self.noise_ratio > MAX_NOISE_RATIO
 
-    @property
-    def scattering(self) -> Readings | None:
-        """Noise of the joint readings where it is most of the error."""
+    def scattering(self, unsure: Collection[int] = ()) -> Readings | None:
+        """Noise of joint readings where it is most of the error, unless these joints are `unsure`."""
         noise = self.joint_noise
-        is_major = noise is not None and noise.share > MIN_MAJOR_SHARE
-        return noise if is_major and not (self.followed or self.places) else None
+        if noise is None or noise.share <= MIN_MAJOR_SHARE or self.followed or self.places:
+            return None
+        return noise if {*unsure}.isdisjoint(noise.joints_that_scatter) else None
 
     @property
     def is_unexplained(self) -> bool:
         """Whether something is left to explain: noise of readings has one size for joints that turn, and one
         for those that slide; other scatter is a joint's own."""
-        noise = self.scattering
+        noise = self.scattering()
         if self.is_more_than_noise or noise is None or noise.digit:
             return self.is_more_than_noise
         return bool(noise.joints_that_scatter) or len({*noise.sigma} - {0.0}) > 2
 
     @beside("the note on joint readings", "")
-    def joint_noise_warning(self, chain: Chain) -> str:
-        """A sentence if noise of the joint readings dominates; empty otherwise."""
-        noise = self.scattering
+    def joint_noise_warning(self, chain: Chain, unsure: Collection[int] = ()) -> str:
+        """A sentence if noise of the joint readings dominates, as in `scattering`; empty otherwise."""
+        noise = self.scattering(unsure)
         if noise is None:
             return ""
         advice = "let the arm settle before reading its joints, or average several readings"
@@ -84,13 +84,14 @@ class RemainingError:
         return f"The joint readings scatter by {size}, {part} of the remaining error: {advice}. "
 
     @beside("the text on the remaining error", "was not described")
-    def text(self, chain: Chain, said: Sequence[FollowedDriver] = ()) -> str:
+    def text(self, chain: Chain, said: Sequence[FollowedDriver] = (), unsure: Collection[int] = ()) -> str:
         """Description that continues a sentence: `agrees with the known noise (0.05 mm per axis)`.
 
         Args:
             said: Drivers that were named before.
+            unsure: Joints whose error isn't understood.
         """
-        text, drivers = self._compared(), {f.driver for f in said}
+        text, drivers = self._compared(unsure), {f.driver for f in said}
         if self.followed:
             more = [f.text for f in self.followed if f.driver not in drivers]
             return f"{text}: it {' and '.join(more) or 'still does'}"
@@ -101,13 +102,13 @@ class RemainingError:
         size, part = self.joint_noise.text(chain), f"{100 * self.joint_noise.share:.0f} %"
         return f"{text}; {part} of it resembles noise of the joint readings ({size})"
 
-    def _compared(self) -> str:
+    def _compared(self, unsure: Collection[int]) -> str:
         """The remainder compared with the known noise, if any."""
         size = f"{self.noise.text} per axis"
         if self.known_noise is None:
             if self.is_more_than_noise:
                 return "has structure that no known effect explains"
-            if self.scattering is not None:
+            if self.scattering(unsure) is not None:
                 return f"is mostly that of the joint readings: {size}"
             return f"follows nothing that was tried: {size} of unknown origin"
         known = f"the known noise ({self.known_noise.text} per axis)"

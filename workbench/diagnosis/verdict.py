@@ -8,6 +8,7 @@ from workbench.base.advice import beside
 from workbench.base.wording import capital
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.drivers.driver import Shape
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.remaining_error import MAX_NOISE_RATIO, RemainingError
@@ -52,7 +53,11 @@ def conclude(
         little = f"The geometry explains little: {sure[1].text('rms')} of {sure[0].text('rms')} remain"
         text = f"{little}. Check robot, units, frames and sessions. {end}."
         return Verdict.UNEXPLAINED, f"{text}{drivers}{correction}"
-    warning, rest = remaining.joint_noise_warning(robot.chain), remaining.text(robot.chain, followed)
+    unsure = {j for f in followed for part in f.parts for j in part.joints}
+    unsure |= {j for c in causes if c.confidence is Confidence.OPEN for j in c.joints}
+    unsure |= set() if residual_map is None else {*residual_map.joints}
+    warning = remaining.joint_noise_warning(robot.chain, unsure)
+    rest = remaining.text(robot.chain, followed, unsure)
     size = after.text("mean")
     left = f"the remaining error{f' of {size}' if size else ''} {rest}"
     if not causes and residual_map is None and not followed:

@@ -42,7 +42,7 @@ from workbench.diagnosis.claims.standard_errors import StandardErrors
 from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
-from workbench.diagnosis.search.contributions import explained
+from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
 from workbench.diagnosis.search.rounds import Searched
@@ -78,7 +78,8 @@ def find_causes(
     judge = _Judge(searched, arm, known_noise, std)
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
-    sizes = explained(searched, groups).tolist()
+    left = remaining(searched, [searched.model, *(drop(searched.model, g) for g in groups)])
+    sizes = np.sqrt(np.maximum(left[1:] ** 2 - left[0] ** 2, 0.0)).tolist()
     parts = zip(named, sizes, drivers.challenges(groups), strict=True)
     return largest_first(*(judge.cause(*part) for part in parts))
 

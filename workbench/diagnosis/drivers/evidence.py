@@ -514,7 +514,7 @@ class DriverEvidence:
         law's, which is sized without the prior that selected it."""
         rest = tuple(t for t in more if t not in self._model)
         flat = [replace(t, precision=t.precision * (FLAT if t in law else 1.0)) for t in self._model]
-        solution = solve(self.grams, (*flat, *rest), self.grams.total)
+        solution = solve(self.grams, (*flat, *rest))
 
         def size(terms: Model) -> float:
             mine = self.grams.columns([n for t in terms for n in t.candidate.names])

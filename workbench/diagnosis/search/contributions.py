@@ -10,20 +10,13 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.diagnosis.search.candidate_columns import candidate_columns
-from workbench.diagnosis.search.evidence import Model, drop, without_each_fold
+from workbench.diagnosis.search.evidence import Model, without_each_fold
 from workbench.diagnosis.search.gram_matrices import Coefficients
 from workbench.diagnosis.search.rounds import Searched
 
 
-def explained(searched: Searched, groups: Sequence[Model]) -> Float[np.ndarray, "groups 2"]:
-    """Contributions of groups of a model's terms [mm, deg]; NaN for what was not measured."""
-    model = searched.model
-    left = remaining(searched, [model, *(drop(model, g) for g in groups)])
-    return np.sqrt(np.maximum(left[1:] ** 2 - left[0] ** 2, 0.0))
-
-
 def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, "models 2"]:
-    """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN as in `explained`."""
+    """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN if not measured."""
     solutions = np.stack([without_each_fold(searched.grams, m)[0] for m in models], axis=2)
     remainders = np.concatenate(list(_remainders(searched, solutions)))
     problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)

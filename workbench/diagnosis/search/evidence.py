@@ -120,8 +120,8 @@ class Offer:
 def projection(grams: Grams, model: Model) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Columns that a model and the geometry use, N of them, and what makes of inner products (k, n) with them
     the coordinates (k, n) of what these explain, in an orthonormal basis."""
-    used, precision = used_columns(grams, model)
-    factor, scale = factored(curved(grams, among(grams.total, used), precision))
+    used, _, block = hessian(grams, model)
+    factor, scale = factored(block)
 
     def project(inner: Float[np.ndarray, "k n"]) -> Float[np.ndarray, "k n"]:
         return linalg.solve_triangular(factor, scale[:, None] * inner.T, lower=True, check_finite=False).T
@@ -274,12 +274,11 @@ def _pushing_joints(candidate, spread, along, variance) -> set[int]:
     return set(np.flatnonzero(found < -SIGN_TOLERANCE * np.sqrt(variance * (spread**2).sum(1))).tolist())
 
 
-def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Float[np.ndarray, " gc"]:
-    """Scaled coefficients (and geometry steps) of a model for some inner products; zeros elsewhere."""
-    used, precision = used_columns(grams, model)
-    block = curved(grams, among(inner, used), precision)
+def solve(grams: Grams, model: Model) -> Float[np.ndarray, " gc"]:
+    """Scaled coefficients (and geometry steps) of a model; zeros elsewhere."""
+    used, _, block = hessian(grams, model)
     out = np.zeros(grams.total.shape[0] - 1)
-    out[used] = solver_of(block)(inner[used, -1])
+    out[used] = solver_of(block)(grams.total[used, -1])
     return out
 
 
@@ -310,7 +309,7 @@ def factored(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"],
 
 def coefficients(grams: Grams, model: Model) -> dict[str, float]:
     """Coefficients [SI] of a model's effects from all rows together."""
-    scaled = solve(grams, model, grams.total)
+    scaled = solve(grams, model)
     names = [n for t in model for n in t.candidate.names]
     return dict(zip(names, (scaled[grams.columns(names)] / grams.scales(names)).tolist(), strict=True))
 
@@ -325,7 +324,7 @@ def without_each_fold(
 ) -> tuple[Float[np.ndarray, "folds gc"], Float[np.ndarray, " folds"]]:
     """Solutions, as in `solve`, of fits that leave out one fold each, and the sums of squares there."""
     if (key := key_of(model)) not in grams.validated:
-        used, precision = used_columns(grams, model)
+        used, precision, _ = hessian(grams, model)
         wide = np.append(used, len(grams.total) - 1)
         whole, found = among(grams.total, wide), np.zeros((len(grams.folds), len(grams.total) - 1))
         squares = np.empty(len(found))
@@ -383,15 +382,16 @@ def curved(
     return block
 
 
-def used_columns(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Columns that a model uses, geometry first, and the prior precision of the others."""
-    own, precision = own_columns(grams, model)
-    return np.concatenate([np.arange(grams.geometry), own]), precision
+def hessian(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Columns that a model uses, geometry first, the prior precision of the others, its cost's Hessian."""
+    own, precision = own_columns(grams, model, inertia=inertia)
+    used = np.concatenate([np.arange(grams.geometry), own])
+    return used, precision, curved(grams, among(grams.total, used), precision)
 
 
-def own_columns(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of a model's coefficients and of the masses that act through it, and their precision."""
-    inertial = [n for t in model for n in grams.inertia.get(t.candidate.names, ())]
+def own_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of a model's coefficients, with or without masses that act through it, and their precision."""
+    inertial = [n for t in model for n in grams.inertia.get(t.candidate.names, ()) if inertia]
     precisions = [*(precision_of(grams, t) for t in model), np.diag(_known(grams, inertial))]
     columns = grams.columns([*(n for t in model for n in t.candidate.names), *inertial])
     return columns, linalg.block_diag(*precisions)

@@ -17,15 +17,14 @@ from workbench.diagnosis.search.evidence import (
     Offer,
     Remainder,
     Term,
-    curved,
     drop,
     factored,
+    hessian,
     key_of,
     left_by,
     offer,
     own_columns,
     solver_of,
-    used_columns,
 )
 from workbench.diagnosis.search.gram_matrices import Grams, among
 
@@ -66,14 +65,16 @@ def left_of(grams: Grams, model: Model) -> Remainder:
 
 def left_without(grams: Grams, model: Model, group: Model) -> Remainder:
     """Residual of a model without some of its terms, given its own and the inverse of its Hessian."""
-    left, key, (used, precision) = left_of(grams, model), key_of(model), used_columns(grams, model)
+    left, key = left_of(grams, model), key_of(model)
     if key not in grams.wholes:
         grams.wholes.clear()
-        factor, scale = factored(curved(grams, among(grams.total, used), precision))
+        used, _, block = hessian(grams, model)
+        factor, scale = factored(block)
         lower, _ = lapack.dpotri(factor, lower=1)
         inverse = scale[:, None] * (np.tril(lower) + np.tril(lower, -1).T) * scale
-        grams.wholes[key] = inverse, grams.total[used].T
-    (inverse, across), places = grams.wholes[key], _places(grams, group, used)
+        grams.wholes[key] = used, inverse, grams.total[used].T
+    used, inverse, across = grams.wholes[key]
+    places = _places(grams, group, used)
     rest, inner = np.delete(np.arange(len(used)), places), among(inverse, places)
     factor, scale = factored(inner)
     taken = solver_of(inner)(inverse[np.ix_(places, rest)])

@@ -11,8 +11,8 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.backlash_flanks import search_flanks
-from workbench.diagnosis.search.evidence import Model, coefficients, curved, precision_of, solve, solver_of
-from workbench.diagnosis.search.gram_matrices import Grams, among
+from workbench.diagnosis.search.evidence import Model, coefficients, hessian, precision_of, solve, solver_of
+from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -114,7 +114,7 @@ def large(problem: Problem) -> bool:
 def linear_answer(fit: Fit, grams: Grams, model: Model) -> dict[str, float]:
     """Unknowns of another model from the linear solution at a fit, by name [SI]."""
     problem, x = fit.problem, fit.x
-    step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
+    step = grams.basis @ solve(grams, model)[: grams.geometry]
     plain = [p.name for p in problem.parameters if p.is_plain]
     known = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if not p.is_coefficient}
     moved = {name: known[name] + change for name, change in zip(plain, step.tolist(), strict=True)}
@@ -143,9 +143,7 @@ def _by_grams(problem: Problem, grams: Grams, model: Model) -> tuple[np.ndarray,
     into[[p.is_plain for p in problem.parameters], : grams.geometry] = grams.basis
     rows = [problem.names.index(n) for n in names]
     into[rows, grams.geometry + np.arange(len(names))] = 1.0 / grams.scales(names)
-    used = np.concatenate([np.arange(grams.geometry), grams.columns(names)])
-    precision = linalg.block_diag(np.zeros((0, 0)), *(precision_of(grams, t) for t in model))
-    return into, curved(grams, among(grams.total, used), precision)
+    return into, hessian(grams, model, inertia=False)[-1]
 
 
 def _by_jacobian(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> tuple[np.ndarray, np.ndarray]:
