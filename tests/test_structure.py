@@ -43,7 +43,7 @@ BUDGETS = {
     "data": 5_037,
     "plate": 4_875,
     "identification": 9_026,
-    "diagnosis": 6_645,
+    "diagnosis": 6_643,
     "exports": 316,
     "session": 6_172,
     "views": 6_873,
