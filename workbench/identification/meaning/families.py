@@ -13,7 +13,7 @@ from itertools import combinations, pairwise, permutations, product
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from workbench.arm import chain as chains
 from workbench.arm.built_in_arms import load_robot
@@ -122,7 +122,7 @@ class JointColumns:
         return w, np.array([cost for cost, _ in found])
 
     @cached_property
-    def orders(self) -> tuple[Float[np.ndarray, "s n n"], Cost]:
+    def orders(self) -> tuple[Float[np.ndarray, "s n n"], Int[np.ndarray, " s"]]:
         """All other orders of the columns, with how many are moved; what slides stays among its like."""
         every = permutations(range(self.robot.dof))
         orders = np.array([o for o in every if (self.slides[list(o)] == self.slides).all()])
@@ -167,7 +167,7 @@ class JointColumns:
     def with_other_signs(self, w: np.ndarray, zero: np.ndarray, cost: float) -> Hypotheses:
         """A reading of this complexity with all other signs of its joints."""
         own = np.sign(np.take_along_axis(w, np.abs(w).argmax(1)[:, None], 1))[:, 0]
-        costs = cost - flips(own) + flips(own * self.signs)
+        costs = cost - flips(own[None]) + flips(own * self.signs)
         return Hypotheses(robot=self.robot, w=self.signs[:, :, None] * w, zero=self.signs * zero, cost=costs)
 
     @property
@@ -223,7 +223,7 @@ class JointColumns:
                 yield replace(own.every(own.eye, outside, signs=False), other=name)
 
 
-def flips(signs: Float[np.ndarray, "*s n"]) -> Float[np.ndarray, "*s"]:
+def flips(signs: Float[np.ndarray, "s n"]) -> Cost:
     """Complexity of signs of joints."""
     count = (signs < 0.0).sum(-1)
     return SIGN * np.minimum(count, 1.0 + 0.5 * count)
