@@ -40,7 +40,7 @@ BUDGETS = {
     "base": 2_137,
     "report": 800,
     "arm": 8_806,
-    "data": 5_037,
+    "data": 5_053,
     "plate": 4_875,
     "identification": 9_026,
     "diagnosis": 6_643,

@@ -125,7 +125,7 @@ WRONG = [
     (HEAD + "0.1,,1,2,3\n,0.1,1,2,3\n,0.2,1,2,3\n" + ROWS, 2, "q2[rad]", "exclude"),
     *((HEAD + ROWS + f"0.1,0.2,1,{v},3\n", 4, "y[m]", "infinite") for v in ("inf", "-Infinity", "1e999")),
     *((HEAD + ROWS + f"0.1,0.2,{v},2,3\n", 4, "x[m]", v) for v in ("abc", "1.2.3", "1_000", "0x10", "12 mm")),
-    (HEAD + "abc,0.2,x,y,3\n" + ROWS, 2, None, ""),
+    *((HEAD + f"{q},0.2,{x},2,3\n" * 3, 2, None, "") for q, x in (("abc", "x"), ("0.1", "1 mm"))),
     *((BY_HAND + f"0.1,0.2,1{v}\n", 5, None, "5 are named") for v in (",2", ",2,3,4")),
     *((HEAD.strip() + f",{v}\n{TWIN}", None, v, "") for v in ("x[m]", "x[mm]", "pos_x[m]")),
     (f"Report,,,,,\n{HEAD.strip()},x[m]\n{TWIN}", None, "x[m]", "both mean x"),

@@ -128,6 +128,7 @@ HEAD, R = "q1[deg],x[mm],y[mm],z[mm]", ",0,1,0,-1,0,0,0,0,1\n"
         ("q1[deg],x1[mm],y1[mm],z1[mm]\n1,1,2,3\n2,9,9,9\n3,4,5,6\n", []),
         ("A1[deg],A1_ACT[deg],q_ref1[deg],x[mm],y[mm],z[mm]\n0,1,5,1,2,3\n0,2,5,9,9,9\n0,3,5,4,5,6\n", []),
         ("q1[deg],q1[arcmin],x[mm],y[mm],z[mm]\n1,60,1,2,3\n2,120,9,9,9\n3,180,4,5,6\n", []),
+        ("J 1;X;Y;Z;Name\n1,0°;1 mm;2 mm;3,0 mm;P 0 m\n2,0°;9 mm;9 mm;9 mm;P\n3,0 °;4 mm;5 mm;6 mm;", []),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
 )
@@ -181,13 +182,11 @@ def test_joints_stand_in_the_first_of_repeats_or_a_row_that_lacks_one_is_left_ou
     ],
 )
 def test_joints_stand_after_their_names(tmp_path, form):
-    text = form.format(10.5, -20, 30) + form.format(11.5, -21.0, 31)
-    (tmp_path / "t.txt").write_text("&ACCESS RVP\n" * ("DECL" in form) + text)
-    values = read_fields(tmp_path / "t.txt").values
-    assert np.rad2deg([values[f"q{k}"] for k in (1, 2, 3)]) == pytest.approx(
-        np.array([[10.5, 11.5], [-20, -21], [30, 31]])
-    )
-    assert ("x" in values) == ("X=" in text)
+    text = "&ACCESS RVP\n" * ("DECL" in form) + form.format(10.5, -20, 30) + form.format(11.5, -21.0, 31)
+    (tmp_path / "t.txt").write_text(text)
+    found = read_fields(tmp_path / "t.txt").values
+    assert np.rad2deg([*found["q1"], found["q2"][1], found["q3"][0]]) == pytest.approx([10.5, 11.5, -21, 30])
+    assert ("x" in found) == ("X=" in text)
 
 
 def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):
