@@ -206,29 +206,64 @@ def test_a_line_that_changed_since_is_never_replayed(whole, tmp_path):
     assert "incomplete" in recording.notes[0]
 
 
-def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(first, record, resumed, tmp_path):
-    run, (grab, *places, _) = record(), moves(first, 5)
-    run(grab, *places, SelectTarget(2))  # which is not kept
-    folder = shutil.copytree(run.folder, tmp_path / "killed")
+@pytest.fixture(scope="module")
+def dragging(first, tmp_path_factory):
+    """Folders as a kill leaves them after each command of a drag; the last place of each in the session."""
+    run = Run(begin(first.robot, first.plate, folder=tmp_path_factory.mktemp("dragging") / "now"))
+    left = []
+    for k, command in enumerate(moves(first, 5)):
+        session = run(command)
+        folder = shutil.copytree(run.folder, run.folder.parent / str(k))
+        left.append((folder, session.plate.targets[2].xyz.tolist(), len(run.worker.journal)))
+    run.worker.close()
+    assert sorted(path.name for path in run.folder.iterdir()) == [".lock", "inputs", JOURNAL]
+    return left
+
+
+def test_a_kill_between_the_places_of_a_drag_loses_none(dragging):
+    for folder, xyz, count in dragging:
+        recording = read_recording(folder)
+        replayed = check(recording)
+        assert len(recording.lines) == count
+        assert replayed.session.plate.targets[2].xyz.tolist() == xyz
+        assert replayed.differences == ()
+
+
+def test_a_kill_while_the_places_of_a_drag_become_one_loses_none(dragging, tmp_path):
+    """Wherever it is cut: the last place over the first, the rest of that one, and the others behind it."""
+    (four, _, _), (five, after, count) = dragging[4], dragging[5]
+    places = (four / JOURNAL).read_bytes().splitlines(keepends=True)[2:]
+    *kept, new = (five / JOURNAL).read_bytes().splitlines(keepends=True)
+    begin, old = b"".join(kept[:2]), b"".join([*places, new])
+    folder = shutil.copytree(five, tmp_path / "copy")
+    for cut in range(1, len(new) + 1, 7):
+        (folder / JOURNAL).write_bytes(begin + new[:cut] + old[cut:])
+        recording = read_recording(folder)
+        assert len(recording.lines) == count
+        assert recording.entries[-1].command.xyz == tuple(after)
+
+
+def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(dragging, resumed, tmp_path):
+    folder = shutil.copytree(dragging[5][0], tmp_path / "copy")
     again = resumed(folder)
     again(*moves(again.worker.session, 3, target=4))
     again.worker.close()
     whole = read_recording(folder)
     kinds_ = [type(e.command) for e in whole.entries]
     assert kinds_ == [GrabTarget, MoveTarget, DropTarget, GrabTarget, MoveTarget, DropTarget]
-    assert whole.entries[1].command.xyz == places[-1].xyz
+    assert list(whole.entries[1].command.xyz) == dragging[5][1]
     assert check(whole).differences == ()
 
 
-def test_every_line_is_on_the_disk(record, first, monkeypatch):
-    """What was confirmed outlives a loss of power."""
+def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monkeypatch):
+    """What was confirmed outlives a loss of power; the places of a drag come with its end."""
     synced, really = [], os.fdatasync
     run = record()
     monkeypatch.setattr(os, "fdatasync", lambda file: synced.append(really(file)))
     run(*moves(first, 8))
-    assert len(synced) == len(run.lines) - 2  # the last place with the end
+    assert len(synced) == len(run.lines) - 1
     run(SelectTarget(1))
-    assert len(synced) == len(run.lines) - 2
+    assert len(synced) == len(run.lines) - 1
 
 
 def changed(line: bytes, pattern: bytes, new: bytes) -> bytes:
@@ -499,11 +534,8 @@ def test_a_kill_loses_at_most_the_last_command(tmp_path, seed):
     process.stdout.close()
     restored = restore(read_recording(folder))
     count, target, y = [line for line in message if line.endswith("\n")][-1].split()
-    kept = restored.recording.entries
-    assert int(count) - 1 <= len(kept) <= int(count) + 1
-    if len(kept) < int(count):  # that of a drag in hand
-        assert not isinstance(kept[-1].command if kept else DropTarget(), MoveTarget)
-    if len(kept) == int(count):
+    assert int(count) <= len(restored.recording.lines) <= int(count) + 1
+    if len(restored.recording.lines) == int(count):  # a further place may have come
         assert restored.session.plate.targets[int(target)].xyz[1] == pytest.approx(float(y), abs=1.1e-3)
     assert restored.differences == ()
     lock = os.open(folder / ".lock", os.O_RDWR)

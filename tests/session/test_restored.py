@@ -41,7 +41,7 @@ def killed(tmp_path_factory):
         drag = (MoveTarget(2, (x + 0.002 * k, y, z), (-2.6, 0.0, 0.0), 1) for k in range(4))
         tasks = (LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
         run = Run(begun)
-        run(*tasks, GrabTarget(2, 1), *drag, SelectTarget(2))
+        run(*tasks, GrabTarget(2, 1), *drag)
         left = shutil.copytree(folder, folder.parent / "killed")
         run.worker.close()
         assert restore(read_recording(left)).differences == ()

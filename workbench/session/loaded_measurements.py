@@ -67,16 +67,13 @@ class Loaded:
     def _counter(self) -> TableColumn | None:
         """A column that was left out and counts the rows."""
         columns = () if self.file is None else self.file.preview.columns
-        return next((column for column in columns if column.key is None and _is_count(column.cells)), None)
+        counts = (c for c in columns if c.key is None and all(map(str.isdecimal, c.cells)))
+        return next((c for c in counts if [*map(int, c.cells)] == sorted({*map(int, c.cells)})), None)
 
     def row_name(self, row: int) -> str:
         """Number of a row, and the file's own where it has one: `16 = Nr 17`."""
         own = self._counter
         return f"{row}" if own is None or row >= len(own.cells) else f"{row} = {own.heading} {own.cells[row]}"
-
-
-def _is_count(cells: tuple[str, ...]) -> bool:
-    return all(map(str.isdecimal, cells)) and [*map(int, cells)] == sorted({*map(int, cells)})
 
 
 BY_HAND = "excluded manually"

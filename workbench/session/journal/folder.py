@@ -92,7 +92,7 @@ def begin(
         write_plate(plate, folder / PLATE)
         session = start(*inputs(folder), is_given=is_given)
         file = Appender(folder / JOURNAL)
-        file.add((_sealed(_header(session), folder), {}))
+        file.add((_sealed(_header(session), folder), {}, False))
     except (OSError, WorkbenchError) as error:
         session = start(robot, plate, is_given=is_given)
         return _without_folder(session, "this session is not recorded", error, folder or root)

@@ -166,7 +166,7 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
         raise FileError(f"has no {JOURNAL}; give a folder recorded by 'workbench serve'", path=str(folder))
     content = read_bytes(path, wanted="a recording", opener=open_regular)
     *whole, rest = content.split(b"\n")
-    if not rest and len(whole) > 1 and _is_torn(whole[-1]):
+    if not rest and len(whole) > 1 and not codec.is_whole(whole[-1]):  # a kill or a loss of power left it
         rest = whole.pop() + b"\n"
     if not whole:
         raise FileError("has no complete line; the recording was stopped before it began", path=str(path))
@@ -185,15 +185,6 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
         wrong = f"step must be 0 to {len(found.lines)} in {found.folder}, got {to}"
         raise OptionError(wrong, option="step", found=to)
     return replace(found, lines=found.lines[:to])
-
-
-def _is_torn(text: bytes) -> bool:
-    """Whether this can only be what a kill or a loss of power left of a line."""
-    try:
-        json.loads(text)
-    except (ValueError, RecursionError):
-        return True
-    return not codec.is_whole(text)
 
 
 def _header(text: bytes, path: Path) -> dict[str, Any]:

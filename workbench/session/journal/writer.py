@@ -1,7 +1,9 @@
 """The journal on the disk: one line a command, whole or not at all, written before the next one is taken.
 
 Neither the end of the process by whatever signal nor a loss of power loses a line: lines are only appended.
-The last one of a drag in hand waits for the next command, as the next place may stand for it as well.
+One that stands for the one before it as well (the places of a drag) has the same step, and follows it; with
+the next command the last of them is written over the first, and the others are cut off. The operating system
+brings them onto the disk when it likes: a loss of power may take the drag in hand, but nothing before it.
 
 Trouble with the disk is told once, the session goes on, and the lines wait; when there is room again they
 follow, so that nothing is missing.
@@ -29,8 +31,9 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, Notify
 
 LOCK = ".lock"
-Line = tuple[str, Mapping[str, bytes]]
-"""Without its end, and the files that it speaks of by their place in the folder, which are written first."""
+Line = tuple[str, Mapping[str, bytes], bool]
+"""Without its end; the files that it speaks of by their place in the folder, which are written first; whether
+it stands for the line before it as well."""
 
 
 class Appender:
@@ -42,7 +45,7 @@ class Appender:
     """
 
     def __init__(self, path: Path, *, length: int = 0):
-        self._folder, self._length = path.parent, length
+        self._folder, self._length, self._first, self._last = path.parent, length, length, length
         self._waiting: deque[Line] = deque()
         self._lock = _lock(path.parent)
         try:
@@ -58,13 +61,16 @@ class Appender:
 
     def add(self, *lines: Line) -> None:
         """Write lines, after those that could not be written so far."""
+        for *_, instead in lines:
+            if instead and self._waiting:
+                self._waiting.pop()
         self._waiting += lines
         while self._waiting:
-            line, needed = self._waiting[0]
+            line, needed, instead = self._waiting[0]
             for name, data in needed.items():
                 if not os.path.lexists(self._folder / name):
                     write_bytes(self._folder / name, data)
-            self._append(line.encode() + b"\n")
+            self._append(line.encode() + b"\n", instead=instead)
             self._waiting.popleft()
 
     def close(self) -> None:
@@ -72,6 +78,7 @@ class Appender:
         with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
             self._keep_lock()
             self.add()
+            self._settle()
         for file in (self._file, self._lock):
             os.close(file)
 
@@ -87,18 +94,32 @@ class Appender:
         os.close(self._lock)
         self._lock = lock
 
-    def _append(self, content: bytes) -> None:
+    def _append(self, content: bytes, *, instead: bool) -> None:
         self._keep_lock()
+        if not instead:
+            self._settle()
         self._cut()
         try:
-            if os.pwrite(self._file, content, self._length) != len(content):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            self._write(content, self._length)
         except OSError:
             self._cut()
             raise
+        self._last, self._first = self._length, self._first if instead else self._length
         self._size = self._length = self._length + len(content)
-        if len(self._waiting) == 1:
+        if not instead and len(self._waiting) == 1:
             getattr(os, "fdatasync", os.fsync)(self._file)  # macOS has the second alone
+
+    def _settle(self) -> None:
+        """Have the last line of a step stand where its first one does; the last stays until that is whole."""
+        end = self._first + self._length - self._last
+        if end <= self._last:
+            self._write(os.pread(self._file, end - self._first, self._last), self._first)
+            self._last, self._length = self._first, end
+            self._cut()
+
+    def _write(self, content: bytes, at: int) -> None:
+        if os.pwrite(self._file, content, at) != len(content):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def _cut(self) -> None:
         """End the file where what is kept of it ends."""
@@ -139,7 +160,6 @@ class Logbook(AbstractKeeper):
     def __init__(self, file: Appender | None, *, trouble: str = ""):
         self._file, self._trouble = file, trouble
         self._step = 0
-        self._held: tuple[Line, ...] = ()
         self._notify: Notify = lambda severity, text: None
         self._before: Session | None = None
         self._last: Session | None = None
@@ -155,17 +175,14 @@ class Logbook(AbstractKeeper):
             return
         try:
             fields, files = codec.encode(entry.command)
-            ready: tuple[Line, ...] = ()
-            if step != self._step:
-                ready, self._before = self._held, self._last
+            is_instead = step == self._step
+            if not is_instead:
+                self._before = self._last
             self._step, self._last = step, session
             result, more = codec.encode_result(entry.result, self._before or session)
             content = _line(step, entry, fields, result, session, self._before)
             line = json.dumps(content, ensure_ascii=False, allow_nan=False)
-            self._held = ((codec.sealed(line), files | more),)
-            if session.drag is None:
-                ready, self._held = (*ready, *self._held), ()
-            self._file.add(*ready)
+            self._file.add((codec.sealed(line), files | more, is_instead))
         except (OSError, WorkbenchError) as error:
             self._fail(error)
         except Exception as error:
@@ -181,8 +198,6 @@ class Logbook(AbstractKeeper):
 
     def close(self) -> None:
         if self._file is not None:
-            with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
-                self._file.add(*self._held)
             self._file.close()
             self._file = None
 
