@@ -27,6 +27,15 @@ def wrong(rows, row, off):
     return replace(rows, position=position)
 
 
+def test_a_row_that_lacks_a_joint_may_be_excluded_again():
+    rows = rows_of(1)
+    q = rows.q.copy()
+    q[5, 2] = np.nan
+    lacking = replace(rows.kept_out({5: "lacks q3"}), q=q)
+    found = identify(load_robot("aria"), lacking, algorithms=("opt2",), exclude=[5])
+    assert dict(found.excluded)[5] == "lacks q3"
+
+
 @pytest.mark.parametrize("off", [(0.3, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, -0.002)])
 def test_one_wrong_row_costs_nothing_and_is_named_first(off):
     clean = identify(load_robot("aria"), rows_of(1), algorithms=("opt2",))

@@ -257,7 +257,9 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
         used = of_rows(data, rows)
     train, held = hold_out(used, 0.0 if isinstance(other, Dataset) else other, choices.seed)
     if choices.exclude and isinstance(other, float):
-        every = replace(data, exclude=~data.included & ~np.isin(data.row, [*choices.exclude]))
+        own = [""] * len(data) if data.reason is None else data.reason.tolist()
+        lifted = [r == choices.exclude.get(row) for row, r in zip(data.row.tolist(), own, strict=True)]
+        every = replace(data, exclude=~data.included & ~np.array(lifted))
         stay = np.isin(rows, _choose_rows(robot, every, replace(choices, exclude={})).held_out_rows)
         left = min(np.count_nonzero(used.in_session(name) & ~stay) for name in used.sessions)
         if stay.any() and left >= placing_rows(used):

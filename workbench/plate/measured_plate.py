@@ -77,7 +77,7 @@ def read_measured_targets(
     """
     table = read_table(Path(path))
     numbers = _numbers(table)
-    fields = fields_of(table)
+    fields = fields_of(table).said
     usable = np.ones(fields.rows, bool)
     missing = [axis for axis in "xyz" if axis not in fields.values]
     if missing:

@@ -82,6 +82,7 @@ def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
         ("target,x[mm],y[mm],z[mm]\n11,566,354,235\n", ("target 11", "has 10")),
         ("target,x[mm],y[mm],z[mm]\n1,250,0,50\n", ("target 1", "--frame plate")),
         ("target,x[m],y[m],z[m]\n1,566,354,235\n", ("target 1", "units")),
+        ("target,x,y,z\n1,566,354,235\n", ("line 1", "unit is missing")),
     ],
 )
 def test_mistakes_are_named(text, message, tmp_path):

@@ -52,7 +52,8 @@ def as_read(
         UnitError: the file lacks units, and the rows don't tell them.
     """
     out = exclude or {}
-    data = data.kept_out({k: out[row] for k, row in enumerate(data.row.tolist()) if row in out})
+    mine = (k for k, row in enumerate(data.row.tolist()) if row in out and data.included[k])
+    data = data.kept_out({k: out[int(data.row[k])] for k in mine})
     if how == "given" or data.readings is not None:
         return robot, data.said
     arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
