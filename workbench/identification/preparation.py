@@ -262,7 +262,7 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
         every = replace(data, exclude=~data.included & ~np.array(lifted))
         stay = np.isin(rows, _choose_rows(robot, every, replace(choices, exclude={})).held_out_rows)
         left = min(np.count_nonzero(used.in_session(name) & ~stay) for name in used.sessions)
-        if stay.any() and left >= placing_rows(used):
+        if 2 * stay.sum() > len(held) and left >= placing_rows(used):
             train, held = np.flatnonzero(~stay), np.flatnonzero(stay)
     held_out_data, again = of_rows(used, held), list[str]()
     if isinstance(other, Dataset):

@@ -93,7 +93,8 @@ def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     rows, upright = _upright(upright) if what else (max(map(len, upright.values())), upright)
     for name, array in upright.items():
         shape = array.shape[1:-1] if array.shape[2:] == (1,) else array.shape[1:]
-        is_lens = shape == (3, 3) and (array[:, 2] == (0, 0, 1)).all() and (array[:, 0, 0] > 2.0).all()
+        is_turn = shape != (3, 3) or np.abs(np.linalg.det(array) - 1.0).max() <= 0.1
+        is_lens = not is_turn and (not what or ((array[:, 2] == (0, 0, 1)) & (array[:, :1, 0] > 2.0)).all())
         own = "" if shape and not what else name
         if is_lens or not (names := _headings(own, shape) if len(array) == rows else []):
             left_out.append(name)

@@ -41,9 +41,10 @@ _NAMED = 5
 MAX_PARTS = 12
 """Different cells of a column that may tell which rows belong together."""
 MAX_MARKERS = 20
-MIN_SHARE, MIN_SEEN, MIN_ALONE, AWAY = 0.5, 1.5, 6, 0.05
+MIN_SHARE, MIN_SEEN, MIN_ALONE = 0.5, 1.5, 6
 """A reflector is seen at this share of the postures or more, and so many at a posture on the mean; or one
-alone at a posture, each so many times, at places that spread so far [m]."""
+alone at a posture, each so many times, where the heading says that it is one."""
+CARRIED = re.compile("smr|refle[kc]tor|prisma?", re.IGNORECASE)
 MERGED = ("x", "y", "z", "point", "exclude", "reason")
 """Columns that the markers replace; a marker of an excluded row was not seen."""
 ORIENTED = {"qw", "rx", "roll", "r11", "zxz_phi"}
@@ -147,9 +148,7 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     found = [names[row] for visit in visits.values() for row in visit]
     markers, fewest = list(dict.fromkeys(found)), min(Counter(found).values(), default=0)
     is_seen = fewest >= MIN_SHARE * len(visits) and len(found) >= MIN_SEEN * len(visits)
-    mine = (xyz[[name == marker for name in names]] for marker in markers)
-    if fewest >= MIN_ALONE and len(markers) > 1 and "session" not in held:  # no socket goes with the arm
-        is_seen |= all(np.nanstd(own, axis=0).max() > AWAY for own in mine)
+    is_seen |= fewest >= MIN_ALONE and bool(CARRIED.fullmatch(fields.headings.get("point", "")))
     if not visits or "" in markers or len(markers) > MAX_MARKERS or not is_seen:
         return fields
     places = np.full((len(visits), len(markers), 3), np.nan)

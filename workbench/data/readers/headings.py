@@ -34,7 +34,7 @@ _COMMANDED = re.compile(rf"(^[qj]|^|_)({_COMMAND})\d*(_|$)")
 AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
 """What may stand before and behind a name of what was, not of what should be: by controller or instrument."""
 _MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})\d*(_|$)")
-_REACHED = re.compile(r"(^|_)(actual|act|real|ist)\d*(_|$)")
+_REACHED = re.compile(r"(^[qj]|^|_)(actual|act|real|ist)\d*(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
 CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|posx|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
 """What stands with places that a controller or a model computes: none was measured."""
