@@ -86,3 +86,20 @@ def test_a_session_that_is_far_off_as_a_whole_is_not_said_to_be_missing():
     moved = replace(wrong(rows, second, (0.5, 0.2, 0.1)), session=np.where(second, "B", "A"), rotation=None)
     with refuses(OptionError, option="held_out", found="B"):
         identify(load_robot("aria"), moved, held_out="session:B")
+
+
+@pytest.mark.parametrize(("lean", "apart"), [(2e-3, 0), (6e-3, 10)])
+def test_the_only_rows_of_a_posture_are_kept_where_an_arm_explains_all(lean, apart):
+    """Fitted without them, an arm missed them by more than the nominal one, unsaid."""
+    rng = np.random.default_rng(1)
+    arm = generator.aria().perturbed(rng, length=1e-3, angle=1e-3)
+    q = arm.random(rng, 100)
+    q[:10] = q[0] + rng.normal(0.0, 0.01, (10, 6))
+    q[:10, -1] = rng.uniform(-2.0, 2.0, 10)
+    position, rotation = arm.measure(
+        q + lean * (np.arange(100) < 10)[:, None] * np.eye(6)[1], rng, 1e-4, 2e-4
+    )
+    rows = Dataset(q=q, position=position, rotation=rotation)
+    run = identify(load_robot("aria"), rows, algorithms=("opt2",), held_out=0.0)
+    assert len(run.outliers) == apart
+    assert ("nearer to the nominal arm" in run.refused(run.best).get("", "")) == (apart > 0)
