@@ -139,8 +139,7 @@ class Identification(AbstractReported, AbstractSplit):
             return ()
         rows, places = self.data.take(self.outlying), self.best.fit.problem.instrument(self.best.fit.x)
         e, nominal = (self.ready.errors_on(rows, a, places) for a in (self.best.fit.arm, self.aligned))
-        off = (e.position, e.rotation, nominal.position)
-        found = map(Outlier, rows.row.tolist(), *(each.tolist() for each in off))
+        found = map(Outlier, *(v.tolist() for v in (rows.row, e.position, e.rotation, nominal.position)))
         return tuple(sorted(found, key=lambda row: -np.nan_to_num(row.position)))
 
     @property
@@ -189,9 +188,8 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
         parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
-        known = self.scale, self.computed, self.harm, self.missed, parted
-        known = filter(None, (implausible_text(self.doubts(run)), *known))
-        doubts = self.identifiability.refused or "; ".join(known)
+        known = implausible_text(self.doubts(run)), self.scale, self.computed, self.harm, self.missed, parted
+        doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
     @property

@@ -292,8 +292,7 @@ def unread_text(columns: Mapping[str, Sequence[str]], key: str) -> str:
     sets = _triples(dict(enumerate(unread)), has_actual=False) if are_places else []
     may_be = [unread[own[0]] for own in sets] if len(sets) > 1 else [first]  # a controller's, an instrument's
     named = [*map(parse_heading, may_be)]
-    said = ((name, f"[{unit}]" if unit else "") for name, unit in named)  # else the rows may tell it
-    says = " or '".join(f"{wanted.name}{unit}={name}'" for name, unit in said)
+    says = " or '".join(f"{wanted.name}{f'[{unit}]' * bool(unit)}={name}'" for name, unit in named)
     says += f" or 'distance1={first}'" * (are_places and named[0][0][-1:].isdigit())
     said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
     if first in computed:
