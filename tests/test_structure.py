@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_806,
     "data": 5_053,
     "plate": 4_875,
-    "identification": 9_029,
+    "identification": 9_027,
     "diagnosis": 6_643,
     "exports": 316,
     "session": 6_175,

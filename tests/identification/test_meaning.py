@@ -20,6 +20,7 @@ from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.checks.arm_match import arm_match
+from workbench.identification.meaning import families
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.meaning.read_rows import read_rows
 
@@ -269,3 +270,11 @@ def test_a_row_far_off_is_set_aside_though_it_is_held_out_and_others_hid_it():
     position[rows] = -9.999
     run = identify(robot, replace(data, position=position), reading="given")
     assert sorted(one.row for one in run.outliers) == sorted(rows)
+
+
+def test_no_family_of_readings_is_searched_without_bound(monkeypatch):
+    """Nine joints have 8 million quarter turns with signs: their search had no end."""
+    monkeypatch.setattr(families, "MOST", 500)
+    own = families.JointColumns(load_robot("aria").bare, np.zeros((5, 6)))
+    assert max(len(some.cost) for each in families.FAMILIES for some in each.of(own)) <= 500
+    assert len(own.orders[0]) == 15

@@ -304,12 +304,8 @@ def _check_known_places(data: Dataset, choices: FitChoices) -> None:
 
 
 def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
-    """The rows without held-out ones whose anchors and contacts are neither known nor can be located from
-    these rows.
-
-    Args:
-        known: Names of known coordinates, such as "anchor[A].x".
-    """
+    """The rows without held-out ones whose anchors and contacts are neither known (coordinates such as
+    "anchor[A].x") nor can be located from these rows."""
     data, notes = rows.held_out_data, list[str]()
     keep = placed(data, known)
     if keep.all():
@@ -333,11 +329,7 @@ def _with_noise(
     problem: Problem, noise: Noise | None, first: SearchOutcome | None
 ) -> tuple[Problem, str, Float[np.ndarray, " p"] | None]:
     """The problem whitened by the noise as given, else of repeats, else of a fit's residuals; where that is
-    from; and this fit, if near the start.
-
-    Args:
-        first: The first search of this problem, if there was one. Of many rows some are enough.
-    """
+    from; and this fit, begun with the first search, if near the start. Of many rows some are enough."""
     stated = noises.share_stated(problem)
     on_top = ", plus that stated per row" if stated else ""
     known = noise or (None if stated else noises.from_repeats(problem.data))

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
 COMPUTED, EXACT = 1e-5, 5e-6
 """Errors of a nominal, and a calibrated arm below this share of its reach are of rows that were computed."""
+MIN_MISSED, MISSED = 5, 3.0
+"""Minimum number of outliers that say the arm misses them, and how much in standard errors of their mean."""
 MUCH = 0.33
 """Share of nominal's error above which an arm isn't used that was fitted to rows of two kinds."""
 SAME_COST = 1e-6
@@ -74,11 +76,13 @@ class Outlier(NamedTuple):
         row: Its number in the data.
         position: Its error for the arm fitted to the other rows [m]; NaN if not measured.
         rotation: Likewise [rad].
+        nominal: As position, for the nominal arm.
     """
 
     row: int
     position: float
     rotation: float
+    nominal: float
 
     @property
     def text(self) -> str:
@@ -133,10 +137,19 @@ class Identification(AbstractReported, AbstractSplit):
         """Excluded rows that no arm explains, worst first, with errors of the arm fitted to the others."""
         if self.ready is None or not len(self.outlying):
             return ()
-        rows, fit = self.data.take(self.outlying), self.best.fit
-        errors = self.ready.errors_on(rows, fit.arm, fit.problem.instrument(fit.x))
-        found = map(Outlier, rows.row.tolist(), errors.position.tolist(), errors.rotation.tolist())
+        rows, places = self.data.take(self.outlying), self.best.fit.problem.instrument(self.best.fit.x)
+        e, nominal = (self.ready.errors_on(rows, a, places) for a in (self.best.fit.arm, self.aligned))
+        found = map(Outlier, *(v.tolist() for v in (rows.row, e.position, e.rotation, nominal.position)))
         return tuple(sorted(found, key=lambda row: -np.nan_to_num(row.position)))
+
+    @property
+    def missed(self) -> str:
+        """That outliers lie clearly nearer to the nominal arm; empty if they don't."""
+        nearer = np.array([row.position - row.nominal for row in self.outliers])
+        if len(nearer) < MIN_MISSED or not nearer.mean() > MISSED * nearer.std() / np.sqrt(len(nearer)):
+            return ""
+        by = f"on average {in_mm(float(nearer.mean()))} nearer to the nominal arm"
+        return f"the outliers lie {by}: exclude them if they are wrong, else measure more rows there"
 
     @cached_property
     @beside("held-out rows that no arm explains", ())
@@ -175,7 +188,7 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
         parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
-        known = (implausible_text(self.doubts(run)), self.scale, self.computed, self.harm, parted)
+        known = implausible_text(self.doubts(run)), self.scale, self.computed, self.harm, self.missed, parted
         doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
@@ -257,6 +270,7 @@ class Identification(AbstractReported, AbstractSplit):
             yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
             yield _set_apart(self.outliers, after)
+            yield self.missed
         if self.suspects:
             yield suspect_note(list(self.suspects), best.judged)
         yield self.foreign

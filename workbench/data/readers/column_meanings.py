@@ -291,9 +291,9 @@ def unread_text(columns: Mapping[str, Sequence[str]], key: str) -> str:
         return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
     sets = _triples(dict(enumerate(unread)), has_actual=False) if are_places else []
     may_be = [unread[own[0]] for own in sets] if len(sets) > 1 else [first]  # a controller's, an instrument's
-    named = [(name, unit or wanted.unit) for name, unit in map(parse_heading, may_be)]
-    says = " or '".join(f"{wanted.name}[{unit}]={name}'" for name, unit in named)
-    says += f" or 'distance1[mm]={first}'" * (are_places and named[0][0][-1:].isdigit())
+    named = [*map(parse_heading, may_be)]
+    says = " or '".join(f"{wanted.name}{f'[{unit}]' * bool(unit)}={name}'" for name, unit in named)
+    says += f" or 'distance1={first}'" * (are_places and named[0][0][-1:].isdigit())
     said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
     if first in computed:
         return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"

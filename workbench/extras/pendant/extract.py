@@ -65,7 +65,7 @@ class Extraction(AbstractShown):
         run: The identification.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
         allowed: How much a model may leave.
-        cause: What else the controller compensates, as text; empty where nothing is left.
+        cause: Why more is left than rounding, as text; empty where nothing is left.
     """
 
     robot: Robot
@@ -99,9 +99,8 @@ class Extraction(AbstractShown):
             return f"your controller is nominal: {name} agrees with it to the display's digits"
         if self.verdict is ModelVerdict.MORE:
             return (
-                f"your controller also compensates {self.cause}: geometry leaves {in_mm(after)}, "
-                f"{self.left[1]:.1f} times the rounding; write the readings with --rows and use "
-                "'workbench diagnose'"
+                f"{self.cause}: geometry leaves {in_mm(after)}, {self.left[1]:.1f} times the rounding; write "
+                "the readings with --rows and use 'workbench diagnose'"
             )
         turn = np.rad2deg(self.expected.rotation)
         size = f"{in_mm(self.expected.position)} and " + (f"{turn:.2g}°" if turn > 1e-4 else "0.0001°")
@@ -218,12 +217,13 @@ def _left(arm: Robot, data: Dataset) -> float:
 
 
 def _cause(arm: Robot, data: Dataset) -> str:
-    """What the controller compensates beside its geometry."""
+    """Why its geometry leaves more than rounding."""
+    unknown = "joints and pose were not read at once, or your controller compensates more than geometry"
     if not arm.has_masses:
-        return f"more than geometry ({arm.name} has no masses, so sag can't be separated from the rest)"
+        return f"{unknown} ({arm.name} has no masses, so sag can't be separated from the rest)"
     found = diagnose(arm, data, held_out=0.0, reading="given")
     names = dict.fromkeys(SAG.get(str(e.effect.name), str(e.effect.name)) for e in found.effects)
-    return " and ".join(names) or "more than geometry"
+    return f"your controller also compensates {' and '.join(names)}" if names else unknown
 
 
 SAG = dict.fromkeys(("joint-compliance", "bearing-compliance", "link-flexure"), "sag under gravity")

@@ -3,7 +3,7 @@
 Rows of two kinds in one file: a column parts those that have no arm, or no base and tool, in common; or they
 lie off the others by one and the same vector, along the measuring frame's axes or the tool's: a reflector in
 one of two seats, two stations, a frame that was knocked. Or all points are the nominal arm's, drawn out
-alike: an instrument whose lengths are wrong.
+alike: an instrument whose lengths are wrong. A fit is to most of the rows; data hold its outliers as well.
 """
 
 import re
@@ -57,10 +57,6 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
 
     Errors are predicted from the other rows, to first order about the fit: parts drawn by lot are predicted
     worse by themselves, since fewer rows determine as many constants.
-
-    Args:
-        fit: Fit to most of the rows.
-        data: They and those that were excluded as outliers.
     """
     columns = dict(data.unread)
     if data.session is not None and len(data.sessions) > 1:
@@ -106,10 +102,6 @@ def worse_by_column(fit: Fit, data: Dataset) -> str:
     """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty.
 
     Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
-
-    Args:
-        fit: Fit to some of the rows.
-        data: All rows.
     """
     rows, (worst, found) = fit.problem.data, (WORSE, "")
     if not rows.unread or rows.readings is not None:
@@ -163,12 +155,7 @@ def _predicted(
 
 @beside("rows that lie off together", "")
 def two_places(fit: Fit, data: Dataset) -> str:
-    """`30 of 90 rows (every 3rd, from row 0) lie 3 mm off the others together …`, or empty.
-
-    Args:
-        fit: Fit to most of the rows.
-        data: They and those that were excluded as outliers.
-    """
+    """`30 of 90 rows (every 3rd, from row 0) lie 3 mm off the others together …`, or empty."""
     problem, points, motion = fit.problem, data.position, Motion.of(data)
     if points is None or len(data) < MIN_IN_TWO or len(data.sessions) > 1 or not np.isfinite(points).all():
         return ""

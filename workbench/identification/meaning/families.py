@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from enum import Flag
 from functools import cached_property
 from itertools import combinations, pairwise, permutations, product
+from math import factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,8 @@ SPARE = 3
 """Maximum number of columns that are no joints of the arm."""
 SLACK = 0.05
 """Tolerance on the joint limits [rad or m]."""
+MOST = 2**17
+"""Maximum number of hypotheses that are tried together: of more, as of nine joints, none is, or the usual."""
 Cost = Float[np.ndarray, " s"]
 
 
@@ -123,8 +126,10 @@ class JointColumns:
 
     @cached_property
     def orders(self) -> tuple[Float[np.ndarray, "s n n"], Int[np.ndarray, " s"]]:
-        """All other orders of the columns, with how many are moved; what slides stays among its like."""
-        every = permutations(range(self.robot.dof))
+        """Other orders of the columns, with how many are moved; what slides stays among its like."""
+        n = self.robot.dof
+        few = ([{a: b, b: a}.get(k, k) for k in range(n)] for a, b in ((0, 0), *combinations(range(n), 2)))
+        every = permutations(range(n)) if factorial(n) <= MOST else few
         orders = np.array([o for o in every if (self.slides[list(o)] == self.slides).all()])
         moved = (orders != orders[0]).sum(1)
         return self.eye[orders[1:]], moved[1:]
@@ -139,6 +144,8 @@ class JointColumns:
     ) -> Hypotheses:
         """Each of some matrices, with all signs of the columns, and with each of some zeros."""
         cost = np.broadcast_to(costs, w.shape[:-2]).ravel()
+        if len(cost) * (len(self.signs) if signs else 1) * (1 if zeros is None else len(zeros)) > MOST:
+            w, cost = self.eye[None][:0], cost[:0]
         if signs:
             w = w[..., None, :, :] * self.signs[:, None]
             cost = np.add.outer(cost, flips(self.signs)).ravel()
@@ -207,9 +214,10 @@ class JointColumns:
     @property
     def quarters(self) -> Iterator[Hypotheses]:
         """Quarter turns of all inner joints, with all signs."""
-        turns = np.zeros((4 ** len(self.inner), self.robot.dof))
-        turns[:, self.inner] = QUARTER * np.array(list(product(range(4), repeat=len(self.inner))))
-        yield self.every(self.eye, zeros=turns)
+        if 4 ** len(self.inner) <= MOST:
+            turns = np.zeros((4 ** len(self.inner), self.robot.dof))
+            turns[:, self.inner] = QUARTER * np.array(list(product(range(4), repeat=len(self.inner))))
+            yield self.every(self.eye, zeros=turns)
 
     @property
     def of_other_arms(self) -> Iterator[Hypotheses]:

@@ -99,13 +99,8 @@ def _is_tested(problem: Problem, rows: Dataset) -> Bool[np.ndarray, " rows"]:
 
 
 def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np.ndarray, " rows"]:
-    """Held-out rows that stand out under every arm, compared with a fit's residuals on all rows.
-
-    Args:
-        ready: The rows.
-        fit: Fit to the fitted rows.
-        others: Unknowns of other arms by name; the nominal arm is always added.
-    """
+    """Held-out rows that stand out under every arm, compared with a fit's residuals on all rows; others are
+    unknowns of further arms by name, the nominal arm is always added."""
     held = ready.held_out_data
     if not len(held):
         return np.zeros(0, bool)

@@ -31,7 +31,7 @@ smaller size, where no more than this share of the rows stands apart."""
 MAX_ACCIDENTS, ALIKE = 0.4, 0.5
 """Maximum share of accidents, and what an arm of their own leaves at least: less are one side of a play."""
 MIN_TOGETHER = 5
-"""Number of rows that are no accidents if a fit to all explains them: it may follow a few that are."""
+"""Number of rows that are no accidents where a fit meets them: it may follow fewer that are."""
 WEIGHT_TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROBUST_ROUNDS = 8
@@ -82,18 +82,24 @@ def standing_out(problem: Problem, sizes: np.ndarray, share: float = MAX_SHARE) 
 
 
 def accidents(problem: Problem, x: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " rows"]:
-    """Rows that stand out from a robust fit begun at x, but not several that the fit to all rows explains, as
-    of a region where the others tell little; of many only such as have no arm in common."""
-    out = standing_out(problem, sizes := robust_fit(problem, x)[1], MAX_ACCIDENTS)
+    """Rows that stand out from a robust fit begun at x, of many only such as have no arm in common, and that
+    no fit meets with the others: all are included again, the worst left out until those that remain fit."""
+    x, sizes = robust_fit(problem, x)
+    out, limit = standing_out(problem, sizes, MAX_ACCIDENTS), limits(sizes, MAX_ACCIDENTS)
+
+    def own(rows: Bool[np.ndarray, " rows"], leverage: float = 1.0) -> Float[np.ndarray, "rows 3"]:
+        factor = factor_of(problem, problem.with_row_weights(rows.astype(float)).evaluate(x))
+        return row_sizes(problem, x + factor.step(), rows, leverage * factor.root)
+
     if out.mean() > MAX_SHARE:
-        factor = factor_of(problem, problem.with_row_weights(out.astype(float)).evaluate(x))
-        own = row_sizes(problem, x + factor.step(), out, factor.root)[out].max(1)
-        out &= np.median(own) > ALIKE * np.median(sizes[out].max(1))
-    if out.sum() >= MIN_TOGETHER:
-        root = factor_of(problem, problem.evaluate(x)).root
-        explained = row_sizes(problem, x, np.ones(len(out), bool), root).max(1) < ALIKE * sizes.max(1)
-        out &= ~explained | ((out & explained).sum() < MIN_TOGETHER)
-    return out
+        out &= np.median(own(out)[out].max(1)) > ALIKE * np.median(sizes[out].max(1))
+    keep = np.ones(len(out), bool)
+    while count := np.count_nonzero(keep & out):
+        worst = (own(keep, float(count < MIN_TOGETHER)) / limit).max(1)
+        if worst[keep].max() <= 1.0:
+            break
+        keep &= ~out | (worst < 0.5 * worst[keep & out].max())
+    return out & ~keep
 
 
 def row_sizes(

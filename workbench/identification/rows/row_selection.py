@@ -144,10 +144,6 @@ def _of_share(data: Dataset, fraction: float, *, rng: np.random.Generator) -> Bo
     The units (means of their rows) are divided by medians of their widest joint into as many cells as
     are to be held out, session by session; one random unit of each cell is held out. The held-out rows thus
     cover the same joint space as the others, whatever the order of measurement.
-
-    Args:
-        fraction: Part to hold out, 0 ≤ fraction < 1.
-        rng: Chooses the unit of every cell.
     """
     if fraction == 0.0:
         return np.zeros(len(data), bool)
