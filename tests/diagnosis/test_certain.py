@@ -17,7 +17,7 @@ from workbench.diagnosis.claims.accepted_terms import _same_claim
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.search import rounds
 from workbench.diagnosis.search.candidates import Catalogue
-from workbench.diagnosis.search.contributions import explained
+from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.evidence import Term, validated
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
@@ -103,6 +103,11 @@ def test_rows_are_weighed_anew_as_long_as_other_joints_scatter(monkeypatch):
     assert rounds._without_outliers(stage, searched.grams).geometric_problem.noise.joints == ()
 
 
+def explained(searched):
+    whole, without = remaining(searched, [searched.model, ()])
+    return np.sqrt(np.maximum(without**2 - whole**2, 0.0))
+
+
 def test_a_claim_in_fewer_joints_is_the_same_claim():
     """`joint-compliance; or joint-compliance (cannot tell)` was said."""
     both = (Term(Candidate(JointCompliance((1, 2)), np.eye(2), alike=True), 1.0),)
@@ -120,7 +125,7 @@ def test_what_a_cause_explains_is_what_left_out_rows_lose(turned):
     data = replace(case.data, q=q, **({} if turned else {"rotation": None, "sigma": None}))
     searched = searched_with(geometric(replace(case, data=data)), ECCENTRIC)
     grams, model = searched.grams, searched.model
-    ((moved, tilted),) = explained(searched, [model])
+    moved, tilted = explained(searched)
     fall = (validated(grams, ()) - validated(grams, model)).sum()
     sigma = searched.stage.geometric_problem.typical_noise
     parts = [moved / (1e3 * sigma.position)]
@@ -134,7 +139,7 @@ def test_what_a_load_explains_goes_with_its_masses(searched):
     """The same of an effect of load, whose masses act through it: other code than the cross-validation's."""
     last = searched.rounds[-1]
     model = last.model
-    ((moved, tilted),) = explained(last, [model])
+    moved, tilted = explained(last)
     problem = last.stage.problem.with_noise(last.stage.geometric_problem.noise)
     fall = (validated(last.grams, ()) - validated(last.grams, model)).sum()
     share = [moved / 1e3, np.deg2rad(tilted)] / np.array(problem.typical_noise[:2])
