@@ -19,6 +19,9 @@ from workbench.diagnosis.gravity_tilt import MIN_MENTIONED_ERRORS, WIDE_SIGMA, t
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 
+PUSHED_BACK = "the same rows say that drives push back more than the load bends them"
+"""Why an arm that seems to hang need not, as a clause."""
+
 
 @final
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise, laws: Sequenc
             pull = ", ".join(f"{part:.2f}" for part in here.gravity / np.linalg.norm(here.gravity))
             along = f": gravity pulls along ({pull}) of its base" if is_far else ""
             size, *asks = found.text.split(";")
-            yield Cause(
+            cause = Cause(
                 effects=(effect,),
                 odds=min(found.odds, most),
                 contribution_mm=explained,
@@ -82,3 +85,4 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise, laws: Sequenc
                 look_alikes=(),
                 is_added=False,
             )
+            yield cause.doubted(PUSHED_BACK) if found.is_opposite else cause
