@@ -217,10 +217,10 @@ def test_gravity_is_found_from_loads_in_any_direction():
 
 @pytest.mark.slow
 def test_an_arm_that_hangs_is_told_from_one_that_stands():
-    """It was a harmonic or a map; gravity opposite to the file's makes compliances negative."""
+    """It was a harmonic or a map; drives that push back under the file's gravity give the same rows."""
     found = met("ceiling", 6000)
     assert {c.kind for c in found.causes} == {"gravity-direction", "joint-compliance"}
-    assert all(c.confidence is Confidence.CERTAIN for c in found.causes)
+    assert all(c.confidence is Confidence.PROBABLE and "push back" in c.doubt for c in found.causes)
     assert found.calibrated.gravity[2] > 9.8
     assert "gravity pulls along" in found.message
 

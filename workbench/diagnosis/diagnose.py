@@ -22,7 +22,7 @@ from workbench.data.measuring_order import with_directions
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
-from workbench.diagnosis.drivers.driver import driver_of
+from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, next_poses
@@ -174,6 +174,8 @@ def _diagnosis(
         causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
     followed, correction = _followed(search, causes, remaining)
     tilted = gravity_direction_causes(saved.fit, given, remaining.noise, causes)
+    for doubt in {t.doubt for t in tilted} - {""}:
+        causes = tuple(c.doubted(doubt) if c.driver is Driver.LOAD else c for c in causes)
     found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
     causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
     residual_map = _residual_map(search, saved, causes)

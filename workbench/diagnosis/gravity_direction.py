@@ -14,6 +14,7 @@ from workbench.base.advice import beside
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.claims.claimed_causes import MIN_NOISE_SHARE
+from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.drivers.driver import Driver
 from workbench.diagnosis.gravity_tilt import MIN_MENTIONED_ERRORS, WIDE_SIGMA, tilts_of_gravity
 from workbench.identification.fit import Fit
@@ -45,8 +46,7 @@ class GravityDirection(AbstractEffect):
 @beside("notes on the direction of gravity", ())
 def standing_notes(fit: Fit, given: Robot) -> list[str]:
     """Notes on arms tilted significantly, but within the file's tolerance or against the measuring frame."""
-    found = tilts_of_gravity(fit, given)
-    clear = (s for s in found if s.size > MIN_MENTIONED_ERRORS * s.error)
+    clear = (s for s in tilts_of_gravity(fit, given) if s.size > MIN_MENTIONED_ERRORS * s.error)
     return [s.text for s in clear if s.is_upright or not s.is_contradicted]
 
 
@@ -76,9 +76,10 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise, laws: Sequenc
             size, *asks = found.text.split(";")
             yield Cause(
                 effects=(effect,),
-                odds=min(found.odds, most),
+                odds=min(found.odds, most, PROBABLE if found.is_opposite else most),
                 contribution_mm=explained,
                 text=";".join([capital(size + along), *asks]),
                 look_alikes=(),
+                doubt="the same rows say that drives push back more than loads bend them" * found.is_opposite,
                 is_added=False,
             )

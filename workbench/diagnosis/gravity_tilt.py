@@ -68,6 +68,11 @@ class GravityTilt:
         return self.size > CONTRADICTION * self.tolerance and self.size > MIN_MENTIONED_ERRORS * self.error
 
     @property
+    def is_opposite(self) -> bool:
+        """Whether the arm is as if upside down, where the same rows say that drives push back."""
+        return np.pi - self.size < CONTRADICTION * max(self.tolerance, self.error)
+
+    @property
     def odds(self) -> float:
         """Odds that the file is wrong (module docstring)."""
         wide, narrow = (self.error**2 + width**2 for width in (WIDE_SIGMA, self.tolerance))

@@ -14,7 +14,7 @@ from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.remaining_error import MAX_NOISE_RATIO, RemainingError
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.saved_model import SavedModel
-from workbench.identification.errors.row_errors import Errors, explains_little
+from workbench.identification.errors.row_errors import explains_little
 
 MAX_STATED_CAUSES = 3
 """Maximum number of causes stated in full."""
@@ -74,18 +74,13 @@ def conclude(
         return verdict, f"{warning}{claims}{correction} {capital(left)}."
     if not causes:
         return verdict, f"{warning}{claims}{correction} What remains {rest}."
-    fall = f"{_change(before, after)} the error"
+    pairs = ((before.main, after.main), (before.orientation_deg, after.orientation_deg))
+    falls = {new.mean < old.mean for old, new in pairs if old is not None and new is not None}
+    fall = f"{'changes' if len(falls) > 1 else 'reduces' if True in falls else 'does not reduce'} the error"
     if np.isfinite(after.main.mean):
         fall += f" from {before.text('mean')} to {after.text('mean')}"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding the effects"
     return verdict, f"{warning}{claims} {subject} {fall}; what remains {rest}.{correction}"
-
-
-def _change(before: Errors, after: Errors) -> str:
-    """What becomes of the errors of positions and orientations, as far as they were measured."""
-    pairs = ((before.main, after.main), (before.orientation_deg, after.orientation_deg))
-    falls = {new.mean < old.mean for old, new in pairs if old is not None and new is not None}
-    return "changes" if len(falls) > 1 else "reduces" if True in falls else "does not reduce"
 
 
 @beside("the text of the claims", "")

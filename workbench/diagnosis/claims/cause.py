@@ -11,7 +11,7 @@ from workbench.arm.effects.events import AbstractEvent
 from workbench.base.advice import beside
 from workbench.base.wording import joint_list
 from workbench.diagnosis.claims.named_joints import without_joints
-from workbench.diagnosis.confidence import Confidence
+from workbench.diagnosis.confidence import PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import Driver
 from workbench.identification.errors.row_errors import Errors
 
@@ -65,6 +65,10 @@ class Cause:
     def sentence(self) -> str:
         """Its claim, and why it isn't certain."""
         return f"{self.claim}; {self.doubt}" if self.doubt else self.claim
+
+    def doubted(self, doubt: str) -> "Cause":
+        """The same, at most probable for this reason."""
+        return replace(self, odds=min(self.odds, PROBABLE), doubt=self.doubt or doubt)
 
     @property
     def kind(self) -> str:

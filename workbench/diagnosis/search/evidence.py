@@ -376,7 +376,8 @@ def curved(
     """Hessian of a model's cost in its columns, geometry first, from their inner products."""
     g = grams.geometry
     block = block.copy()
-    block[:g, :g] += grams.tether
+    held = grams.basis.T / grams.reach  # geometry stays near the fit where effects are confounded with it
+    block[:g, :g] += held @ held.T
     block[g:, g:] += precision
     block[np.diag_indices(len(block))] += JITTER
     return block

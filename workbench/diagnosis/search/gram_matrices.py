@@ -69,12 +69,6 @@ class Grams:
     lefts: dict[Any, Float[np.ndarray, "gc1 _"]] = field(default_factory=dict, init=False)
     wholes: dict[Any, Any] = field(default_factory=dict, init=False)
 
-    @cached_property
-    def tether(self) -> Float[np.ndarray, "g g"]:
-        """Precision that keeps geometry near the fit along directions confounded with effects."""
-        held = self.basis.T / self.reach
-        return held @ held.T
-
     @property
     def geometry(self) -> int:
         """Number of geometric directions."""
