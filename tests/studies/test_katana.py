@@ -32,7 +32,7 @@ def test_what_must_agree_agrees(found):
         ("Table 3.3", "mean motion"),
         ("§3.7", "influence based better by"),
     )
-    circle, *_, other = (path.q.mean(axis=0) for path in found.tracking.paths)
+    circle, *_, other = (path.motion.q.mean(axis=0) for path in found.tracking.paths)
     assert np.abs(circle - other).max() > 1.0  # another posture
 
 

@@ -264,6 +264,8 @@ class Identification(AbstractReported, AbstractSplit):
     def _warnings(self) -> Iterator[str | None]:
         own, best = self.identifiability, self.best
         yield self.computed
+        if self.suspects:
+            yield suspect_note(list(self.suspects), best.judged)
         before, after = self.nominal.train, best.train
         off, are_places = best.held_out.position_mm.rms, best.held_out_data.position is not None
         if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:
@@ -271,8 +273,6 @@ class Identification(AbstractReported, AbstractSplit):
         if self.outliers:
             yield _set_apart(self.outliers, after)
             yield self.missed
-        if self.suspects:
-            yield suspect_note(list(self.suspects), best.judged)
         yield self.foreign
         yield implausible_text(best.implausible)
         found = zip(best.fit.parameters, best.fit.x.tolist(), best.fit.std, strict=True)
