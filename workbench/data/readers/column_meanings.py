@@ -164,7 +164,7 @@ def _are_equal(table: Table, *columns: TableColumn) -> bool:
     """Whether columns of several units hold the same numbers in SI, such as joints in deg and in rad."""
     known = [c.conversion.to_si(_numbers(table, [c.index])) for c in columns if c.conversion]
     are_two = len({c.unit for c in columns}) == len(known) == 2
-    return are_two and np.allclose(known[0], known[1], equal_nan=True)
+    return are_two and np.allclose(known[0], known[1], atol=1e-5, equal_nan=True)
 
 
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
