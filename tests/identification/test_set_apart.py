@@ -36,6 +36,17 @@ def test_a_row_that_lacks_a_joint_may_be_excluded_again():
     assert dict(found.excluded)[5] == "lacks q3"
 
 
+def test_reflectors_that_no_heading_names_are_asked_for():
+    rows = rows_of(1)
+    names = np.array(list("ABC"))[np.arange(len(rows)) % 3]
+    places = (
+        rows.position
+        + rows.rotation @ [0.0, 0.0, 1.0] * (0.2 * (names == "B") - 0.3 * (names == "C"))[:, None]
+    )
+    found = identify(load_robot("aria"), replace(rows, position=places, rotation=None, point=names))
+    assert any("'point' 'reflector'" in warning for warning in found.warnings), found.warnings
+
+
 @pytest.mark.parametrize("off", [(0.3, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, -0.002)])
 def test_one_wrong_row_costs_nothing_and_is_named_first(off):
     clean = identify(load_robot("aria"), rows_of(1), algorithms=("opt2",))
