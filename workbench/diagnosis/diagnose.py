@@ -174,8 +174,8 @@ def _diagnosis(
         causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
     followed, correction = _followed(search, causes, remaining)
     tilted = gravity_direction_causes(saved.fit, given, remaining.noise, causes)
-    for doubt in {t.doubt for t in tilted} - {""}:
-        causes = tuple(c.doubted(doubt) if c.driver is Driver.LOAD else c for c in causes)
+    doubt = max((t.doubt for t in tilted), default="")
+    causes = tuple(c.doubted(doubt) if c.driver is Driver.LOAD else c for c in causes)
     found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
     causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
     residual_map = _residual_map(search, saved, causes)

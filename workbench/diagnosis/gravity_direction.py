@@ -14,7 +14,6 @@ from workbench.base.advice import beside
 from workbench.base.wording import capital
 from workbench.diagnosis.claims.cause import Cause
 from workbench.diagnosis.claims.claimed_causes import MIN_NOISE_SHARE
-from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.drivers.driver import Driver
 from workbench.diagnosis.gravity_tilt import MIN_MENTIONED_ERRORS, WIDE_SIGMA, tilts_of_gravity
 from workbench.identification.fit import Fit
@@ -74,12 +73,12 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise, laws: Sequenc
             pull = ", ".join(f"{part:.2f}" for part in here.gravity / np.linalg.norm(here.gravity))
             along = f": gravity pulls along ({pull}) of its base" if is_far else ""
             size, *asks = found.text.split(";")
+            other = "the same rows say that drives push back more than loads bend them" * found.is_opposite
             yield Cause(
                 effects=(effect,),
-                odds=min(found.odds, most, PROBABLE if found.is_opposite else most),
+                odds=min(found.odds, most),
                 contribution_mm=explained,
                 text=";".join([capital(size + along), *asks]),
                 look_alikes=(),
-                doubt="the same rows say that drives push back more than loads bend them" * found.is_opposite,
                 is_added=False,
-            )
+            ).doubted(other)

@@ -67,8 +67,8 @@ class Cause:
         return f"{self.claim}; {self.doubt}" if self.doubt else self.claim
 
     def doubted(self, doubt: str) -> "Cause":
-        """The same, at most probable for this reason."""
-        return replace(self, odds=min(self.odds, PROBABLE), doubt=self.doubt or doubt)
+        """The same, at most probable for this reason, if there is one."""
+        return replace(self, odds=min(self.odds, PROBABLE), doubt=self.doubt or doubt) if doubt else self
 
     @property
     def kind(self) -> str:
