@@ -20,8 +20,9 @@ from workbench.arm.effects.axes import own
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.drivers.driver import SLIPS, Driver, driver_of, path_of
+from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.gravity import LoadsByAxis
+from workbench.diagnosis.drivers.path import SLIPS, path_of
 from workbench.diagnosis.drivers.process import smooth, smooth_plane, wandering
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.search.evidence import Term, _inertia

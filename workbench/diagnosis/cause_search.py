@@ -22,9 +22,10 @@ from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
 from workbench.diagnosis.claims.named_joints import clearness
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
-from workbench.diagnosis.drivers.driver import MIN_MIXED, Driver, driver_of, path_of
+from workbench.diagnosis.drivers.driver import MIN_MIXED, Driver, driver_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
+from workbench.diagnosis.drivers.path import path_of
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, drop

@@ -22,8 +22,9 @@ from workbench.data.measuring_order import with_directions
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
-from workbench.diagnosis.drivers.driver import Driver, driver_of
+from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
+from workbench.diagnosis.drivers.payload import MISSTATED, misstated_payload
 from workbench.diagnosis.gravity_direction import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
@@ -99,11 +100,13 @@ def diagnose(
 
 
 def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError:
-    """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats."""
+    """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats. What a
+    payload that isn't the file's leaves is told once it is right."""
     fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric_problem, search.ready.problem
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None:
-        followed = ask("what the rest follows", lambda: drivers.followed(search.last.model), ())
+        followed = ask("the payload", lambda: misstated_payload(drivers, search.ready.data), ())
+        followed = followed or ask("what the rest follows", lambda: drivers.followed(search.last.model), ())
     noise = noises.beyond_stated(fit.problem, fit.x, fit.factor, in_all=True) or geometric.noise
     return RemainingError(
         noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),
@@ -125,6 +128,8 @@ def _followed(
     laws = {e.names for c in causes if c.is_law for e in c.effects}
     sure = tuple(t for t in search.last.model if t.candidate.names in laws)
     rest, found = remaining.followed, tuple(remaining.followed)
+    if any(f.shape is Shape.CARRIED for f in found):
+        return found, ""
     if sure != search.last.model:
         found = ask("what the error follows", lambda: drivers.followed(sure), ())
     named = [t.candidate.effect for r in search.rounds[-2:] for t in r.model if not is_nameless(t)]
@@ -174,7 +179,8 @@ def _diagnosis(
         causes = find_causes(search.last, saved.fit.arm, remaining.known_noise, saved.std, drivers)
     followed, correction = _followed(search, causes, remaining)
     tilted = gravity_direction_causes(saved.fit, given, remaining.noise, causes)
-    doubt = max((t.doubt for t in tilted), default="")
+    doubts = [f"it is sized by {MISSTATED}" for f in followed if f.shape is Shape.CARRIED]
+    doubt = max((t.doubt for t in tilted), default="") or next(iter(doubts), "")
     causes = tuple(c.doubted(doubt) if c.driver is Driver.LOAD else c for c in causes)
     found = enumerate(largest_first(*causes, *tilted))  # an event says in which state the arm is
     causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)

@@ -104,8 +104,10 @@ def _driver_text(followed: FollowedDriver) -> str:
     """A sentence on a driver without a law, and on laws of it that aren't all."""
     kinds = " or ".join(followed.laws)
     law = f"it isn't simply {kinds}" if kinds else "no known law of it explains the error"
-    if followed.parts[-1].shape is Shape.LAG:
+    if followed.shape is Shape.LAG:
         law = "give joints and places of the same times, or measure at rest"
+    if followed.shape is Shape.CARRIED:
+        law = "check the column 'payload', row by row and its unit"
     return f"The error {followed.text}; {law}."
 
 

@@ -3,7 +3,7 @@
 | driver | of | through |
 |---|---|---|
 | angle | a joint | the joint, its bearing, another joint |
-| | sum and difference of two joints next to each other, so also products | either joint |
+| | sum and difference of two joints next to each other | either joint |
 | load | a joint's moment about its axis, also with its angle, the payload, other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
 | | its moment; the direction of gravity in the link's frame | its link's lengths |
@@ -12,6 +12,7 @@
 | | a joint's last motion | another joint |
 | | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths, any constant |
+| two together | a joint's angle, load or motion, and another joint's angle | the joint, if it scatters |
 | place | where the tool is | frame |
 | | a pull on the tool to a point, in proportion to the way to it, as by a hose | the joint |
 
@@ -24,7 +25,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
-from itertools import pairwise, permutations
+from itertools import pairwise, permutations, product
 
 import numpy as np
 from jaxtyping import Float
@@ -40,8 +41,8 @@ from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
-from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
+from workbench.diagnosis.drivers.path import Path
 from workbench.diagnosis.drivers.process import (
     TIMES,
     DriverProcess,
@@ -60,6 +61,8 @@ ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 
 [rad or m]."""
 LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
 """Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
+FEW = 4
+"""Functions over a number, beside a line, of which each is multiplied with those over another."""
 CARRIED_LENGTH = 0.5
 """Likewise over the payload [in its standard deviation]."""
 MIN_LOAD, MIN_VARIATION = 1e-3, 0.03
@@ -68,8 +71,6 @@ MIN_WARMING = 0.5
 """Range of temperatures below which they drive nothing [K]."""
 MIN_PLACES, MIN_SPREAD = 20, 1e-3
 """Minimum number of places, and their spread [m]: the distance of a few alone fixes the scale."""
-SLIPS = np.array([0.1, 0.3, 1.0])
-"""Ways until joints are wound up, in standard deviations of their positions."""
 MAX_MOTION = 3.0
 """Motions above this are alike [rad or m]."""
 MIN_MIXED = 0.3
@@ -77,15 +78,11 @@ MIN_MIXED = 0.3
 order."""
 TIME, SESSION, SPEED, WAY = "the time", "the session", "the speed of the joints", "the way by which {} came"
 """They in words."""
+UNSTATED = "as under a payload"
 QUICK_TIMES = 26
 """Number of eigenfunctions over time, a period each two, but for constants, which change slowly: `TIMES`."""
 CREEPS = (0.01, 0.03, 0.06, 0.12, 0.2, 0.3, 0.5)
 """Times from which a creep is one by their logarithm, as shares of all."""
-STEADY = 0.3
-"""Distance of a row from the straight way between its neighbours, as a share of a step, up to which rows show
-how fast joints moved."""
-AGREES = 0.9
-"""Share of motions whose directions must be those from the row before for their sizes to be known."""
 
 
 class Driver(StrEnum):
@@ -111,13 +108,14 @@ def driver_of(effect: AbstractEffect) -> Driver:
 
 class Shape(StrEnum):
     """The simplest dependences: in proportion, also under other gravity, on a load's sign alone, on time's
-    logarithm from some time on, or by one delay of all joints."""
+    logarithm from some time on, by one delay of all joints, or as another payload through laws of load."""
 
     LINE = "line"
     CREEP = "creep"
     TURNED = "turned"
     JUMP = "jump"
     LAG = "lag"
+    CARRIED = "carried"
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +196,7 @@ class Follower:
 
 
 def followers(
-    problem: Problem, x: Float[np.ndarray, " p"], path: "Path | None", drivers: Collection[Driver]
+    problem: Problem, x: Float[np.ndarray, " p"], path: Path | None, drivers: Collection[Driver]
 ) -> tuple[Follower, ...]:
     """All processes that the rows of a problem may show.
 
@@ -208,66 +206,11 @@ def followers(
         path: How the joints came to the rows; None if unknown.
         drivers: Which ones are tried.
     """
-    rows = _Rows(problem, x, path)
+    rows = Rows(problem, x, path)
     return tuple(found for driver in drivers for found in _PROCESSES[driver](rows))
 
 
-@dataclass(frozen=True, eq=False)
-class Path:
-    """How joints came to some rows.
-
-    Args:
-        moves: By how far each moved from the row before [rad or m].
-        wound: How far each is wound up, from −1 to 1: a spring that drags a block, which slips after `SLIPS`.
-        speed: How fast each moved in the row, from the rows about it [rad/s or m/s].
-        is_steady: Whether rows are near enough to each other for that to be so.
-    """
-
-    moves: Float[np.ndarray, "rows n"]
-    wound: Float[np.ndarray, "rows n slips"]
-    speed: Float[np.ndarray, "rows n"]
-    is_steady: bool
-
-
-def path_of(data: Dataset, whole: Dataset) -> Path | None:
-    """How the joints came to some rows of a file; None where the file doesn't tell.
-
-    Args:
-        data: Some of its rows.
-        whole: All of them, which came one after the other by their times, or as they stand in the file, if
-            directions agree.
-    """
-    if data.direction is None:
-        return None
-    is_timed = whole.time is not None and bool(np.isfinite(whole.time).all())
-    clock = np.asarray(whole.time if is_timed else whole.row, float)
-    session = np.zeros(len(whole), int)
-    if whole.session is not None:
-        session = np.unique(whole.session, return_inverse=True)[1]
-    order = np.lexsort((clock, session))
-    steps = np.diff(whole.q[order], axis=0, prepend=whole.q[order[:1]])
-    begins = np.diff(session[order], prepend=-1) != 0
-    gaps = np.diff(clock[order], prepend=0.0)[:, None]
-    steps[begins] = gaps[begins] = 0.0
-    ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
-    speed = np.divide(ways, times, out=np.zeros(ways.shape), where=is_timed & (times > 0.0))
-    is_steady = is_timed and ((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum()
-    slips = np.multiply.outer(np.maximum(whole.q.std(0), 1e-9), SLIPS)
-    now, wound = np.zeros(slips.shape), np.zeros((len(whole), *slips.shape))
-    for row, step, is_first in zip(order, steps, begins, strict=True):
-        now = np.zeros(slips.shape) if is_first else np.clip(now + step[:, None], -slips, slips)
-        wound[row] = now / slips
-    moves, speeds = np.empty_like(steps), np.empty_like(steps)
-    moves[order], speeds[order] = steps, speed
-    place = np.argsort(whole.row, kind="stable")
-    mine = place[np.searchsorted(whole.row[place], data.row)]
-    agrees = (np.sign(moves[mine]) == data.direction) | (data.direction == 0.0) | (moves[mine] == 0.0)
-    if agrees.mean() <= AGREES:
-        return None
-    return Path(moves[mine], wound[mine], speeds[mine], bool(is_steady))
-
-
-class _Rows:
+class Rows:
     """Rows of a problem at its solution, with what drives them."""
 
     def __init__(self, problem: Problem, x: np.ndarray, path: Path | None):
@@ -364,7 +307,7 @@ class _Rows:
         return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))), shape, by)
 
 
-def _angles(rows: _Rows) -> Iterator[Follower]:
+def _angles(rows: Rows) -> Iterator[Follower]:
     for j in rows.alive:
         mine = rows.motion.q[:, j]
         what = f"the {'angle' if turns(rows.chain, j) else 'position'} of {{}}"
@@ -385,7 +328,7 @@ def _angles(rows: _Rows) -> Iterator[Follower]:
                 yield rows.follower(Driver.ANGLE, text, both, joints=(j,), by=(j, k))
 
 
-def _hangs(rows: _Rows) -> Iterator[Follower]:
+def _hangs(rows: Rows) -> Iterator[Follower]:
     """What gravity moves by its direction in the frame of the tool or of a link."""
     ends, place = np.unique([*rows.chain.driven, len(rows.chain.elements) - 1], return_inverse=True)
     pull = rows.arm.base.rotation @ rows.arm.gravity
@@ -400,7 +343,7 @@ def _hangs(rows: _Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.LOAD, what, down[:, j], joints=(j,), moved=rows.lengths[j], kind=link)
 
 
-def _loads(rows: _Rows) -> Iterator[Follower]:
+def _loads(rows: Rows) -> Iterator[Follower]:
     yield from _hangs(rows)
     if not len(rows.wrenches):
         return
@@ -438,7 +381,7 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
             free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), leap])
             for shape, features in ((None, free), (Shape.LINE, scaled), (Shape.JUMP, leap)):
                 yield by_load(what, features, joints=(j,), kind=kind, shape=shape)
-    unstated = "the load of {}, as under a payload that isn't stated"
+    unstated = f"the load of {{}}, {UNSTATED} that isn't stated"
     yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
     if rows.motion.payload is not None and (spread := float(np.std(rows.motion.payload))) > 0.0:
         carried = smooth((rows.motion.payload - rows.motion.payload.mean()) / spread, CARRIED_LENGTH)
@@ -446,7 +389,7 @@ def _loads(rows: _Rows) -> Iterator[Follower]:
     yield from _gravities(rows)
 
 
-def _motions(rows: _Rows) -> Iterator[Follower]:
+def _motions(rows: Rows) -> Iterator[Follower]:
     """Motions back and forth act oppositely; without their sizes, only with load or angle."""
     if rows.motion.direction is None:
         return
@@ -477,13 +420,13 @@ def _motions(rows: _Rows) -> Iterator[Follower]:
             yield rows.follower(Driver.MOTION, what, sign[:, j, None] * with_one(shape), joints=(j,))
 
 
-def _times(rows: _Rows) -> Iterator[Follower]:
+def _times(rows: Rows) -> Iterator[Follower]:
     if rows.is_clocked:
         yield from _through_all(rows, Driver.TIME, TIME, wandering(rows.clock, QUICK_TIMES))
         for begin in CREEPS:
             creep = np.log1p(rows.clock / begin)[:, None]
             yield from _through_all(rows, Driver.TIME, TIME, creep, f" {begin}")
-        unsaid = f"{TIME}, as under a payload that changes, in {{}}"
+        unsaid = f"{TIME}, {UNSTATED} that changes, in {{}}"
         yield from _payloads(rows, Driver.TIME, unsaid, wandering(rows.clock))
     if len(names := rows.data.sessions) > 1:
         session = np.column_stack([rows.data.in_session(name) for name in names[1:]])
@@ -492,13 +435,35 @@ def _times(rows: _Rows) -> Iterator[Follower]:
 
 def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
     """A process of all constants of the arm over time, also on a path; none without unknown constants."""
-    rows = _Rows(problem, x, None)
+    rows = Rows(problem, x, None)
     if rows.constants:
         what, wave = f"{TIME}, in the arm's constants", wandering(rows.clock)
         yield rows.follower(Driver.TIME, what, wave, moved=rows.constants)
 
 
-def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
+def products(
+    problem: Problem, x: Float[np.ndarray, " p"], path: Path | None, joints: Sequence[int]
+) -> Iterator[Follower]:
+    """Processes over two quantities together through some joints: each is a function of the one times one of
+    another joint's angle, which neither alone resembles."""
+    rows = Rows(problem, x, path)
+    q, alive = rows.motion.q, rows.alive
+    waves = {k: np.roll(smooth(q[:, k], OTHER_LENGTH), FEW, axis=1)[:, : FEW + 1] for k in alive}
+    factors: dict[str, tuple[Driver, dict[int, Features]]] = {"the angle": (Driver.ANGLE, waves)}
+    if len(rows.wrenches):
+        loads = own(rows.chain, range(rows.chain.dof), rows.wrenches)
+        factors["the load"] = Driver.LOAD, {j: loads[:, j, None] for j in rows.varied(loads[:, :, None])}
+    if rows.motion.direction is not None:
+        sign = np.nan_to_num(rows.motion.direction)
+        factors["the last motion"] = Driver.MOTION, {j: sign[:, j, None] for j in alive}
+    for (what, (driver, of)), j in product(factors.items(), joints):
+        for k in {*alive} - {j} if j in of else ():
+            both = (of[j][:, :, None] * waves[k][:, None]).reshape(len(q), -1)
+            text = f"{what} of joint {j + 1} and the angle of joint {k + 1} together, in {{}}"
+            yield rows.follower(driver, text, both, joints=(j,), by=(j, k))
+
+
+def _payloads(rows: Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
     """A payload more, or with 0 kg the load itself, times some shape over the rows, through soft joints."""
     if rows.arm.has_masses:
         more = rows.wrenches_of(rows.arm, kg) - (rows.wrenches if kg else 0.0)
@@ -508,7 +473,7 @@ def _payloads(rows: _Rows, driver: Driver, phrase: str, shape: Features, kg=1.0)
             yield rows.follower(driver, phrase, heavy * shape, joints=(j,))
 
 
-def _gravities(rows: _Rows) -> Iterator[Follower]:
+def _gravities(rows: Rows) -> Iterator[Follower]:
     """Gravity in any direction acts through soft joints by its components along the axes of the base."""
     mountings = [rows.arm.in_session(name).mounting for name in rows.data.sessions]
     if not rows.arm.has_masses or len({tuple(m.gravity.tolist()) for m in mountings}) > 1:
@@ -524,7 +489,7 @@ def _gravities(rows: _Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.LOAD, what, gives[:, j], joints=(j,), by_load=True, shape=Shape.TURNED)
 
 
-def _temperatures(rows: _Rows) -> Iterator[Follower]:
+def _temperatures(rows: Rows) -> Iterator[Follower]:
     warm = rows.motion.temperature
     if warm is not None and np.isfinite(warm).all() and np.ptp(warm) > MIN_WARMING:
         wave = smooth((warm - warm.min()) / np.ptp(warm), WARM_LENGTH)
@@ -533,7 +498,7 @@ def _temperatures(rows: _Rows) -> Iterator[Follower]:
         yield from _payloads(rows, Driver.TEMPERATURE, softer, wave - wave.mean(0), kg=0.0)
 
 
-def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features, creep="") -> Iterator[Follower]:
+def _through_all(rows: Rows, driver: Driver, name: str, wave: Features, creep="") -> Iterator[Follower]:
     """A driver of all rows through everything that it may move, by any function and by the first feature, or
     by a creep alone."""
     chain = rows.chain
@@ -552,7 +517,7 @@ def _through_all(rows: _Rows, driver: Driver, name: str, wave: Features, creep="
             yield through(f"{name}, in the arm's constants", moved=rows.constants, features=slow)
 
 
-def _places(rows: _Rows) -> Iterator[Follower]:
+def _places(rows: Rows) -> Iterator[Follower]:
     """Measured places: predicted ones would be a function of the residuals."""
     yield from _pulls(rows)
     place = rows.data.position
@@ -565,7 +530,7 @@ def _places(rows: _Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.PLACE, "the tool's place", shape, kind=Insertion.DRIFT)
 
 
-def _pulls(rows: _Rows) -> Iterator[Follower]:
+def _pulls(rows: Rows) -> Iterator[Follower]:
     """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q."""
     ways = geometric_jacobian(rows.arm, rows.motion.q)[:, :3].transpose(0, 2, 1)
     place = tool_poses(rows.arm, rows.motion)[:, :3, 3] / rows.arm.reach

@@ -39,8 +39,9 @@ from workbench.diagnosis.drivers.driver import (
     constants_over_time,
     driver_of,
     followers,
-    path_of,
+    products,
 )
+from workbench.diagnosis.drivers.path import Path, path_of
 from workbench.diagnosis.drivers.process import DriverProcess
 from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.event_search import EVENT_PRIOR_ODDS
@@ -167,6 +168,11 @@ class FollowedDriver:
         return Confidence.of(np.exp(min(self.lead, np.log(MAX_ODDS))))
 
     @property
+    def shape(self) -> Shape | None:
+        """How the last of them depends on it."""
+        return self.parts[-1].shape
+
+    @property
     def joints(self) -> tuple[int, ...]:
         """Joints whose angle, load or motion it is, counted from 0."""
         return tuple(sorted({j for part in self.parts for j in part.followed}))
@@ -199,12 +205,14 @@ class DriverEvidence:
         problem: Its problem, on at most `MAX_ROWS` rows.
         followers: The processes.
         grams: Inner products of the columns of both.
+        path: How the joints came to the rows of the search.
     """
 
     searched: Searched
     problem: Problem
     followers: tuple[Follower, ...]
     grams: Grams
+    path: Path | None
 
     @classmethod
     def of(
@@ -218,12 +226,13 @@ class DriverEvidence:
         """
         stage = searched.stage
         problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
-        found = followers(problem, x, path_of(problem.data, whole), drivers)
+        path = path_of(problem.data, whole)
+        found = followers(problem, x, path, drivers)
         rows = np.unique(np.linspace(0, len(problem.data) - 1, MAX_ROWS).round().astype(int))
         if len(rows) < len(problem.data):
             fewer = problem.again(data=problem.data.take(rows))
             problem = fewer if fewer.names == problem.names else problem
-        return cls(searched, problem, found, _compressed(searched, problem, (), found))
+        return cls(searched, problem, found, compressed(searched, problem, (), found), path)
 
     def challenges(self, groups: Sequence[Model]) -> list[Challenge]:
         """Every claim's terms against processes: alone, with all other claims over its driver, and without
@@ -257,7 +266,7 @@ class DriverEvidence:
         kin = tuple(t for t, e in nameless.items() if driver_of(e) == driver and joints & {*e.joints})
         left = left_of(self.grams, drop(self._model, (*law, *kin)))
         own, most = group_evidence(left, (*law, *kin)), sum(max(len(joints_of(g)), 1) for g in groups)
-        first, is_event = _offered(left, self.followers), len(law) == 1 and law[0].candidate.effect.is_event
+        first, is_event = what_add(left, self.followers), len(law) == 1 and law[0].candidate.effect.is_event
         if is_event:  # it was charged for its pace, so creeps are as well
             creeps = {f: o for f, o in first.items() if f.shape is Shape.CREEP}
             first |= {f: replace(o, gain=o.gain - np.log(len(CREEPS))) for f, o in creeps.items()}
@@ -279,7 +288,7 @@ class DriverEvidence:
         alike = [
             f for f in self._over(driver) if not joints or joints & {*f.joints} or not (f.joints or own_load)
         ]
-        beside = max((o for f in alike if (o := self._beside.get(f))), key=lambda o: o.gain, default=None)
+        beside = max((o for f in alike if (o := self.beside.get(f))), key=lambda o: o.gain, default=None)
         allowed, minimum = MAX_REST, max(MIN_GAIN, MIN_GAIN_SHARE * own)
         if driver is Driver.TIME and not is_step:  # a law that says what comes later
             allowed, minimum = 0.0, float(np.log(PROBABLE))
@@ -300,17 +309,55 @@ class DriverEvidence:
         return self.searched.model
 
     @cached_property
-    def _beside(self) -> dict[Follower, Offer]:
+    def beside(self) -> dict[Follower, Offer]:
         """Contributions of processes to the whole model."""
-        return _offered(left_of(self.grams, self._model), self.followers)
+        return what_add(left_of(self.grams, self._model), self.followers)
+
+    @cached_property
+    def exact(self) -> "DriverEvidence | None":
+        """The same where joint readings are exact: what is taken for their scatter may follow two quantities
+        together; None where none scatter."""
+        joints, stage = np.flatnonzero(self.problem.noise.joints).tolist(), self.searched.stage
+        if not joints:
+            return None
+        whole = stage.problem.with_noise(stage.geometric_problem.noise)
+        found = (*self.followers, *products(whole, stage.fit.x, self.path, joints))
+        problem = self.problem.with_noise(self.problem.typical_noise)
+        return replace(
+            self, problem=problem, followers=found, grams=compressed(self.searched, problem, (), found)
+        )
+
+    def surprise(self, model: Model) -> float:
+        """Negative log likelihood that a model leaves with this noise, and what its own variances cost."""
+        left, problem, log_det = left_of(self.grams, model), self.problem, 0.0
+        for block in problem.blocks:
+            one = np.eye(block.inverse_sigma.shape[1])
+            root = problem.whiten(block, np.repeat(one[None], len(block.rows), axis=0))
+            log_det += np.linalg.slogdet(root + one * (block.inverse_sigma == 0.0)[:, None])[1].sum()
+        own = 0.5 * np.log(self.grams.count) * np.count_nonzero(problem.noise.joints)
+        size = 0.5 * np.log(left.square) - log_det / self.grams.count
+        return float(left.freedom * size + own)
 
     def followed(self, sure: Model) -> tuple[FollowedDriver, ...]:
-        """What the error follows that some terms of the model leave."""
+        """What the error follows that some terms of the model leave: beside the scatter of joint readings,
+        or in its place if that is likelier."""
+        (gain, found), other = self._followed(sure), self.exact
+        if other is None:
+            return found
+        more, instead = other._followed(sure)
+        lead = more - gain - other.surprise(sure) + self.surprise(sure)
+        if not instead or lead < np.log(PROBABLE):
+            return found
+        return tuple(replace(f, lead=min(f.lead, lead)) for f in instead)
+
+    def _followed(self, sure: Model) -> tuple[float, tuple[FollowedDriver, ...]]:
+        """The same with this noise, and its log evidence."""
         laws = (o.gain for o in own_offers(self.grams, sure)) if sure else ()
         minimum = max(MIN_GAIN, MIN_GAIN_SHARE * max(laws, default=0.0))
         left, found, moments = left_of(self.grams, sure), dict[Driver, FollowedDriver](), list[float]()
+        total = 0.0
         for _ in range(MAX_FOLLOWERS):
-            tried = _offered(left, self.followers)
+            tried = what_add(left, self.followers)
             best = max(tried, key=lambda f: tried[f].gain, default=None)
             if best is None or tried[best].gain < minimum:
                 break
@@ -326,15 +373,15 @@ class DriverEvidence:
             if found:  # a second one may be what the smooth function of the first leaves
                 lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
-            shown = best
+            shown, total = best, total + tried[best].gain
             larger = (*left.model, tried[best].term)
             if best.phrase.startswith(TIME):  # a step between two rows, if that is likelier
                 by_step, step, moment = self._stepped(left.model, best, moments)
                 if by_step > tried[best].gain + np.log(PROBABLE):
                     moments.append(moment)
-                    grams = _compressed(self.searched, self.problem, left.model, (*self.followers, step))
+                    grams = compressed(self.searched, self.problem, left.model, (*self.followers, step))
                     shown, left = step, left_of(grams, left.model)
-                    larger = (*left.model, _offered(left, [step])[step].term)
+                    larger = (*left.model, what_add(left, [step])[step].term)
             if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
                 against = min(before.lead, self._against_play(left, best, tried[best]))
                 lag = best.as_lag(self._delay(best, larger))
@@ -342,16 +389,16 @@ class DriverEvidence:
                 break
             found[best.driver] = replace(before, parts=(*before.parts, shown))
             left = with_one_more(left, larger)
-        return tuple(found.values())
+        return total, tuple(found.values())
 
     @property
     def is_lag(self) -> bool:
         """Whether most of the error is that joints and places are of different times: more than any other
         process explains."""
-        best = max(self._beside, key=lambda f: self._beside[f].gain, default=None)
+        best = max(self.beside, key=lambda f: self.beside[f].gain, default=None)
         if best is None or best.shape is not Shape.LAG:
             return False
-        left, lag = left_of(self.grams, self._model), self._beside[best]
+        left, lag = left_of(self.grams, self._model), self.beside[best]
         is_sure = self._against_play(left, best, lag) >= np.log(CERTAIN)
         return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
 
@@ -433,8 +480,8 @@ class DriverEvidence:
 
     def _gains(self, model: Model, some: Sequence[Follower]) -> list[float]:
         """Contributions of processes that have no columns yet."""
-        grams = _compressed(self.searched, self.problem, model, some)
-        found = _offered(left_of(grams, model), some)
+        grams = compressed(self.searched, self.problem, model, some)
+        found = what_add(left_of(grams, model), some)
         return [found[f].gain if f in found else -np.inf for f in some]
 
     def _with(self, parts: Sequence[Follower]) -> Searched:
@@ -495,7 +542,7 @@ class DriverEvidence:
 
         What each of them adds to the whole model doesn't count: it is another error.
         """
-        other = {f: max(o.gain, 0.0) for f, o in self._beside.items()}
+        other = {f: max(o.gain, 0.0) for f, o in self.beside.items()}
         total, chosen = 0.0, list[Follower]()
         while True:
             more = {f: o.gain - other.get(f, 0.0) for f, o in offered.items()}
@@ -507,7 +554,7 @@ class DriverEvidence:
             if len(chosen) >= most:
                 return total, tuple(chosen)
             left = with_one_more(left, (*left.model, offered[best].term))
-            offered = _offered(left, tuple(offered))
+            offered = what_add(left, tuple(offered))
 
     def _share(self, left: Remainder, law: Model, more: Model) -> float:
         """Share of the error of some terms and more of them that is of these: what both may explain is the
@@ -534,15 +581,17 @@ class DriverEvidence:
         return float((more / np.maximum(more + moved, 1e-300)).max(initial=0.0))
 
 
-def _compressed(searched: Searched, problem: Problem, model: Model, some: Sequence[Follower]) -> Grams:
+def compressed(
+    searched: Searched, problem: Problem, model: Model, some: Sequence[Follower], *, masses=False
+) -> Grams:
     """Inner products of the columns of a model, of processes, and of all that the fit has: these give its
     part back."""
     candidates = (*(t.candidate for t in (*searched.model, *model)), *(f.candidate for f in some))
     fold, effects = np.zeros(len(problem.data), np.int64), [c.effect for c in candidates]
-    return compress(problem, searched.stage.fit.x, effects, fold, masses=False)
+    return compress(problem, searched.stage.fit.x, effects, fold, masses=masses)
 
 
-def _offered(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]:
+def what_add(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]:
     """What processes would add to a model."""
     by_candidate = {id(f.candidate): f for f in some}
     return {by_candidate[id(o.term.candidate)]: o for o in offers(left, [f.candidate for f in some])}
@@ -555,7 +604,7 @@ def evidence_of(left: Remainder, some: Sequence[Follower]) -> float:
 
 def _one_by_one(left: Remainder, some: Sequence[Follower]) -> Iterator[tuple[float, Remainder]]:
     """Evidence of the best process beside a model, and what this one leaves, until none follows any more."""
-    while (best := max(_offered(left, some).values(), key=lambda o: o.gain, default=None)) is not None:
+    while (best := max(what_add(left, some).values(), key=lambda o: o.gain, default=None)) is not None:
         if best.gain < MIN_GAIN:
             break
         left = with_one_more(left, (*left.model, best.term))

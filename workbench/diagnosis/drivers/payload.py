@@ -1,0 +1,121 @@
+"""A payload that isn't what the file says, through the laws of load that were found.
+
+All of them see one payload. Where δ kg more hang at the tool than the file says, they move elements by
+s'(m) δ more, s' their derivative, so that few columns tell:
+
+| what the payload is | δ |
+|---|---|
+| a factor of the file's | (f − 1) m |
+| that of the row before, or after | its m − m |
+| more by one mass | 1 |
+| another one for each that the file says | one for each |
+| another one in any row | one for each, of one variance |
+"""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from workbench.arm.effects.effect import Loads
+from workbench.arm.frame import revised
+from workbench.arm.statics.deflection import shift_of
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.confidence import PROBABLE
+from workbench.diagnosis.drivers.driver import UNSTATED, Driver, Follower, Rows, Shape
+from workbench.diagnosis.drivers.evidence import (
+    MIN_GAIN,
+    DriverEvidence,
+    FollowedDriver,
+    compressed,
+    what_add,
+)
+from workbench.diagnosis.search.evidence import Offer, coefficients
+from workbench.diagnosis.search.gram_matrices import Grams
+from workbench.diagnosis.search.reduced_models import left_of
+
+STEP = 0.1
+"""Payload by which the derivative is taken [kg]."""
+MAX_LEVELS, MAX_NAMED = 12, 3
+"""Maximum number of payloads in a file that may each be another one, and of those that are named."""
+MAX_FACTOR = 1.4
+"""Factor up to which masses of links, of which only the ratio to the payload shows, may be wrong instead."""
+MISSTATED = "a payload that isn't what the file says"
+
+
+def _hypotheses(rows: Rows, carried: np.ndarray, whole: Dataset) -> dict[str, Follower]:
+    """Payloads by what they are, as processes; none without a law of load."""
+    arm = rows.arm
+    laws = tuple(e for e in arm.effects if e.loads is not Loads.NONE and not e.is_nameless)
+    if whole.payload is None or not laws or not arm.has_masses:
+        return {}
+    alone = revised(arm, effects=laws)
+    moved = tuple(dict.fromkeys(name for e in laws for name in e.elements(alone.chain)))
+    slope = np.zeros((len(carried), len(moved), 1))
+    for block in rows.problem.blocks:
+        here, motion = alone.in_session(block.session), rows.motion.take(block.rows)
+        less, more = (shift_of(here, replace(motion, payload=carried[block.rows] + m)) for m in (0.0, STEP))
+        slope[block.rows, :, 0] = ((more - less) / STEP)[:, alone.chain.indices(moved)]
+    file = np.argsort(whole.row, kind="stable")
+    place = np.searchsorted(whole.row[file], rows.data.row)
+    before, after = (whole.payload[file[np.clip(place + k, 0, len(file) - 1)]] for k in (-1, 1))
+    levels, level = np.unique(carried, return_inverse=True)
+    shapes = {"factor": carried, "early": before - carried, "late": after - carried}
+    shapes |= {"more": np.ones(len(carried)), "any": np.eye(len(carried))}
+    shapes |= {"each": np.eye(len(levels))[level]} if len(levels) <= MAX_LEVELS else {}
+    joints = tuple(sorted({j for e in laws for j in e.joints}))
+    process = partial(rows.follower, Driver.LOAD, MISSTATED, joints=joints, moved=moved, shape=Shape.CARRIED)
+    together = slope[rows.order]
+    table = {what: shape.reshape(len(carried), -1) for what, shape in shapes.items()}
+    return {what: process(shape, together=together, tag=what) for what, shape in table.items()}
+
+
+def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[FollowedDriver, ...]:
+    """What the payload is, if this explains more than any process beside the laws of load.
+
+    Args:
+        whole: All rows of the file.
+    """
+    searched, rows = drivers.searched, Rows(drivers.problem, drivers.searched.stage.fit.x, None)
+    carried = rows.motion.payload
+    if carried is None or not np.ptp(carried) or not (found := _hypotheses(rows, carried, whole)):
+        return ()
+    model, offered, rivals = searched.model, list[tuple[float, str, Offer, Grams]](), [0.0]
+    for noise in filter(None, (drivers, drivers.exact)):
+        grams = compressed(searched, noise.problem, (), (*found.values(),), masses=True)
+        charge = noise.surprise(model) - drivers.surprise(model)
+        offers = what_add(left_of(grams, model), (*found.values(),))
+        offered += [
+            (offers[f].gain - charge, what, offers[f], grams) for what, f in found.items() if f in offers
+        ]
+        rivals += [o.gain - charge for f, o in noise.beside.items() if UNSTATED not in f.phrase]
+    gain, what, offer, grams = max(offered, key=lambda each: each[0])
+    lead = gain - max(rivals)
+    if gain < MIN_GAIN or lead < np.log(PROBABLE):
+        return ()
+    sizes = coefficients(grams, (*model, offer.term))
+    coefficient = {n: c for e in rows.arm.effects for n, c in zip(e.names, e.coefficients, strict=True)}
+    now, then = np.array([(sizes[n], c) for n, c in coefficient.items() if n in sizes]).T
+    more = np.array([sizes[n] for n in found[what].candidate.names]) * (then @ then) / (now @ then)
+    if what == "factor" and abs(np.log(max(1.0 + float(more[0]), 1e-3))) < np.log(MAX_FACTOR):
+        return ()
+    part = replace(found[what], phrase=f"{MISSTATED}: {_text(what, more, np.unique(carried))}")
+    return (FollowedDriver(Driver.LOAD, (part,), lead, None),)
+
+
+def _text(what: str, more: np.ndarray, levels: np.ndarray) -> str:
+    """What the payload is.
+
+    Args:
+        what: The hypothesis.
+        more: By how much it is more [kg], or its factor less 1.
+        levels: Payloads in the file [kg].
+    """
+    if what == "factor":
+        return f"{1.0 + more[0]:.2g} times as much"
+    if what == "more":
+        return f"{abs(more[0]):.2g} kg {'more' if more[0] > 0.0 else 'less'}"
+    if what == "each":
+        most = np.sort(np.argsort(-np.abs(more))[:MAX_NAMED])
+        return ", ".join(f"{levels[k] + more[k]:.2g} kg where it says {levels[k]:.2g}" for k in most)
+    return "another one in many rows" if what == "any" else f"it is one row {what}"
