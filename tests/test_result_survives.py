@@ -20,7 +20,7 @@ from workbench.session.commands.identify import Identify
 
 DESCRIBING = (
     *("diagnosis/claims/", "diagnosis/coverage.py", "diagnosis/notes.py"),
-    *("diagnosis/event_notes.py", "diagnosis/gravity_direction.py", "diagnosis/next_poses.py"),
+    *("diagnosis/gravity_tilt.py", "diagnosis/next_poses.py"),
     *("diagnosis/remaining_error.py", "diagnosis/report/", "diagnosis/result.py"),
     *("diagnosis/verdict.py", "identification/checks/arm_match.py", "identification/errors/"),
     *("identification/prior.py", "identification/report/", "identification/result.py"),

@@ -14,11 +14,13 @@ from workbench.diagnosis.search.evidence import (
     drop,
     jackknifed,
     left_by,
+    left_of,
+    left_without,
     offer,
     offers,
+    own_offers,
     validated,
 )
-from workbench.diagnosis.search.reduced_models import left_of, left_without, own_offers
 
 FREE = tuple(Candidate(e) for e in EFFECTS)
 SMOOTH = np.exp(-0.5 * (np.subtract.outer(np.arange(16), np.arange(16)) / 2.0) ** 2) + 1e-3 * np.eye(16)

@@ -16,7 +16,7 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.uneven_compliance import UnevenCompliance
 from workbench.arm.gravity import tilted
 from workbench.arm.robot_toml import read_toml
-from workbench.diagnosis import gravity_direction
+from workbench.diagnosis import gravity_tilt
 from workbench.diagnosis.gravity_tilt import GravityTilt
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict, harm_done
@@ -144,9 +144,9 @@ def test_a_tilt_is_not_claimed_where_the_measuring_frame_agrees_with_the_file(mo
     tilt = GravityTilt("", np.array([0.05, 0.0]), 1e-8 * np.eye(2), 1e-3)
     for upright, claims in ((False, 1), (True, 0)):
         found = replace(tilt, is_upright=upright)
-        monkeypatch.setattr(gravity_direction, "tilts_of_gravity", lambda *a, found=found: [found])
+        monkeypatch.setattr(gravity_tilt, "tilts_of_gravity", lambda *a, found=found: [found])
         given = wb.load_robot("aria").under(tilted(wb.load_robot("aria").gravity, np.array([0.05, 0.0])))
-        assert len([*gravity_direction.gravity_direction_causes(fit, given, Noise(0.0, 0.0), ())]) == claims
+        assert len([*gravity_tilt.gravity_direction_causes(fit, given, Noise(0.0, 0.0), ())]) == claims
     assert "state whether the instrument is level" in found.text
 
 

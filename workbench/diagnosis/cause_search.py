@@ -6,30 +6,31 @@ if the joints' speed explains most: then joints and places are of different time
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 
 from workbench.arm.effects.base_drift import mixed_share
-from workbench.arm.effects.events import WarmUp
+from workbench.arm.effects.effect import NO_WRENCHES
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.usable_arm import events_of
+from workbench.base import se3
 from workbench.base.advice import ask
 from workbench.base.progress import progress
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
-from workbench.diagnosis.claims.named_joints import clearness
-from workbench.diagnosis.confidence import CERTAIN, PROBABLE
+from workbench.diagnosis.claims.standard_errors import clearness
+from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
 from workbench.diagnosis.coverage import loads_vary, too_few_rows
-from workbench.diagnosis.drivers.driver import MIN_MIXED, Driver, driver_of
+from workbench.diagnosis.drivers.driver import MIN_MIXED, SESSION, Driver, driver_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.drivers.path import path_of
-from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
-from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, drop
-from workbench.diagnosis.search.reduced_models import left_of
+from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, coefficients, drop, left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
     Searched,
@@ -46,7 +47,10 @@ from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
+from workbench.identification.rows.row_selection import held_as_marked
+from workbench.identification.run import SavedArm
 
+UNDECIDED = "measured at a step: on which side is undecided"
 LAST, MAX_WORSE = 0.25, 1.05
 """Share of the rows that are the last ones, and how much worse a law may make their error."""
 
@@ -113,16 +117,11 @@ class CauseSearch:
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
 
-        The arm after a warm-up that any smooth function of the time explains as well is that function beyond
-        its rows, which nobody knows. What has no name must predict the rows that judge it.
+        What has no name must predict the rows that judge it.
         """
         model, drivers = self.last.model, self.drivers
         if not model or drivers is None:
             return model
-        warm = [t for t in model if isinstance(t.candidate.effect, WarmUp)]
-        caps = [challenge.cap for challenge in drivers.challenges([(t,) for t in warm])]
-        if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
-            return drop(model, lost)
         kept = drivers.lasting(undecided(drivers))
         if gone := [t for t in kept if self._is_over(kept, t)]:
             return drop(kept, gone)
@@ -218,5 +217,46 @@ def _validated_search(
         kept = ask("what lasts", search.lasting, last.model)
         if len(kept) < len(last.model):
             found = (*found, reduced(last, kept))
-        elif (still := ask("a frame at rest", partial(drivers.at_rest, ready.data), None)) is None:
+        elif (still := ask("a frame at rest", partial(_at_rest, drivers, ready.data), None)) is None:
             return search
+
+
+def without_undecided(ready: Prepared, last: Searched) -> Prepared:
+    """The rows without held-out ones between the last row before a step and the first one after it.
+
+    Only these rows themselves could show on which side of the step they lie.
+    """
+    held, fitted = Motion.of(ready.held_out_data), Motion.of(last.stage.problem.data)
+    between = np.zeros(len(ready.held_out_data), bool)
+    for event in events_of(last.stage.fit.arm):
+        here, there = event.clock(held), event.clock(fitted)
+        if event.is_step and (there < event.moment).any():
+            between |= (here > there[there < event.moment].max()) & (here < event.moment)
+    undecided = dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED)
+    return held_as_marked(ready, ready.held_out_data.kept_out(undecided))
+
+
+def _at_rest(drivers: DriverEvidence, rows: Dataset) -> Dataset | None:
+    """Rows of the file as from a measuring frame at rest, where it is on average after all events:
+    without what moves it over time by no law; None if nothing does."""
+    over = [f for f in drivers.followed(drivers.searched.model) if f.driver is Driver.TIME]
+    sure = (p for f in over if f.confidence is not Confidence.OPEN for p in f.parts)
+    parts = [p for p in sure if p.part == "frame" and not p.phrase.startswith(SESSION)]
+    if rows.position is None or not parts:
+        return None
+    arm, whole, (clock, row) = drivers.searched.stage.fit.arm, drivers.with_parts(parts), drivers.clock
+    sizes, motion = coefficients(whole.grams, whole.model), Motion(np.zeros((len(row), arm.dof)), row=row)
+    laws = [(p.candidate.effect.law(arm.chain, motion, NO_WRENCHES), p.candidate.names) for p in parts]
+    known = np.sum([law @ [sizes[name] for name in names] for law, names in laws], axis=0)
+    order, here = np.argsort(clock), clock_of(rows)[0]
+    off = np.stack([np.interp(here, clock[order], part[order]) for part in known.T], 1)
+    base, is_now = np.empty((len(rows), 4, 4)), SavedArm(arm, rows).is_now(rows)
+    is_common = not drivers.problem.frames.base_per_session
+    for name in rows.sessions:
+        mine = rows.in_session(name)
+        base[mine] = arm.in_session(name).base.pose
+        off[mine] -= np.average(off, 0, (mine | is_common) * np.where(is_now, 1.0, 1e-9))
+    turned = base[:, :3, :3] @ se3.rotvec_to_matrix(off[:, 3:])
+    back = base @ se3.inverse(se3.pose(turned, base[:, :3, 3] + off[:, :3]))
+    rotation = None if rows.rotation is None else back[:, :3, :3] @ rows.rotation
+    return replace(rows, position=se3.apply(back, rows.position), rotation=rotation)

@@ -25,7 +25,7 @@ from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
 from workbench.diagnosis.drivers.payload import MISSTATED, misstated_payload
-from workbench.diagnosis.gravity_direction import gravity_direction_causes
+from workbench.diagnosis.gravity_tilt import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.remaining_error import RemainingError
@@ -135,7 +135,9 @@ def _followed(
     named = [t.candidate.effect for r in search.rounds[-2:] for t in r.model if not is_nameless(t)]
     kinds = [(driver_of(e), e.name) for e in named if e.names not in laws]
     found = tuple(replace(f, laws=tuple(dict.fromkeys(k for d, k in kinds if d == f.driver))) for f in found)
-    return found, ask("a correction", lambda: drivers.correction(rest) if rest else "", "")
+    return found, ask(
+        "a correction", lambda: drivers.correction(rest, search.after.judged) if rest else "", ""
+    )
 
 
 def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause]) -> ResidualMap | None:

@@ -10,7 +10,7 @@ from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.coverage import coverage
-from workbench.diagnosis.gravity_direction import standing_notes
+from workbench.diagnosis.gravity_tilt import standing_notes
 from workbench.diagnosis.saved_model import SavedModel
 from workbench.identification.checks.common_errors import instrument_scale, two_places
 from workbench.identification.rows.excluded_outliers import suspect_note

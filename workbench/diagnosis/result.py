@@ -15,7 +15,6 @@ from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.drivers.evidence import FollowedDriver
-from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.identification.errors.row_errors import Errors, Validation
@@ -41,6 +40,25 @@ class Verdict(StrEnum):
     EXPLAINED = "explained"
     PARTLY = "partly explained"
     UNEXPLAINED = "unexplained"
+
+
+@dataclass(frozen=True)
+class Now:
+    """The saved arm: its state after the last event.
+
+    Args:
+        row: The first row of the file in this state.
+        mean_mm: Its mean error on the fitted rows from there on [mm].
+    """
+
+    row: int
+    mean_mm: float
+
+    @property
+    @beside("the note on the last event", "")
+    def sentence(self) -> str:
+        size = f", with a mean error of {self.mean_mm:.3g} mm" if np.isfinite(self.mean_mm) else ""
+        return f"The saved arm is that after the last event, from row {self.row} on{size}."
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,17 +11,14 @@ from jaxtyping import Bool
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import events_of
-from workbench.base.advice import ask
+from workbench.base.advice import ask, beside
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.accepted_terms import distinct, place_of
-from workbench.diagnosis.claims.named_joints import sentence_of
-from workbench.diagnosis.claims.standard_errors import StandardErrors
-from workbench.diagnosis.event_notes import Now, arm_now
+from workbench.diagnosis.claims.standard_errors import StandardErrors, sentence_of
 from workbench.diagnosis.final_fit import fitted_on_all, identified
-from workbench.diagnosis.result import Accepted, Ranked
-from workbench.diagnosis.search.evidence import Offer, Term, drop
-from workbench.diagnosis.search.reduced_models import own_offers
-from workbench.identification.errors.row_errors import UNKNOWN
+from workbench.diagnosis.result import Accepted, Now, Ranked
+from workbench.diagnosis.search.evidence import Offer, Term, drop, own_offers
+from workbench.identification.errors.row_errors import UNKNOWN, row_errors
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import suspects
@@ -130,3 +127,14 @@ def _alternatives(search: CauseSearch, term: Term) -> tuple[Ranked, ...]:
     near = distinct([o for o in place.offers if o.gain > minimum])[:MAX_LISTED_RIVALS]
     whole = ((o, search.errors((*place.left.model, o.term))) for o in near)
     return tuple(Ranked(o.term.candidate.effect, o.gain, errors) for o, errors in whole)
+
+
+@beside("the error after the last event", None)
+def arm_now(final: Fit) -> Now | None:
+    """The saved arm and its errors; None without events."""
+    problem = final.problem
+    saved = SavedArm(final.calibrated, problem.data, {**problem.known, **problem.instrument(final.x)})
+    if not saved.events:
+        return None
+    rows = saved.valid_for(problem.data.take(saved.is_now(problem.data)))
+    return Now(saved.events[-1].row, row_errors(saved.robot, rows, known=saved.known).position_mm.mean)

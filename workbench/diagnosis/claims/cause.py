@@ -10,10 +10,13 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
 from workbench.base.advice import beside
 from workbench.base.wording import joint_list
-from workbench.diagnosis.claims.named_joints import without_joints
+from workbench.diagnosis.claims.standard_errors import without_joints
 from workbench.diagnosis.confidence import PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import Driver
 from workbench.identification.errors.row_errors import Errors
+
+MIN_NOISE_SHARE = 1.0 / 3.0
+"""Minimum share of the noise that a cause must explain."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

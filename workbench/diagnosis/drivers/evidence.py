@@ -15,22 +15,20 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
+from types import MappingProxyType
 
 import numpy as np
 
 from workbench.arm.effects.axes import Insertion
-from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.effects.events import AbstractStep
 from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import shift_of
-from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.confidence import CERTAIN, CERTAIN_LAW, MAX_ODDS, PROBABLE, Confidence
 from workbench.diagnosis.drivers.driver import (
     CREEPS,
-    SESSION,
     TIME,
     WAY,
     Driver,
@@ -53,16 +51,18 @@ from workbench.diagnosis.search.evidence import (
     coefficients,
     drop,
     joints_of,
+    left_of,
     offers,
+    own_offers,
     solve,
+    with_one_more,
 )
 from workbench.diagnosis.search.gram_matrices import Grams, compress
-from workbench.diagnosis.search.reduced_models import left_of, own_offers, with_one_more
 from workbench.diagnosis.search.refit import FLAT
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence
+from workbench.identification.errors.row_errors import NOTHING, Errors
 from workbench.identification.problem import Problem
-from workbench.identification.run import SavedArm
 
 MIN_GAIN = 8.0
 """Log evidence from which an error follows a driver at all [nat]."""
@@ -367,7 +367,7 @@ class DriverEvidence:
             over_time = [f for f in tried if f.phrase.startswith(TIME) and best.driver is Driver.TEMPERATURE]
             if over_time:  # a change of temperature hides a knock, and tells when it was
                 by_step, step, _ = self._stepped(left.model, max(over_time, key=gains.__getitem__))
-                gains[step] = by_step + float(np.log(len(self._clock[0])))
+                gains[step] = by_step + float(np.log(len(self.clock[0])))
             rival = max((f for f in gains if f.driver != best.driver), key=gains.__getitem__, default=None)
             lead = gains[best] - (0.0 if rival is None else max(gains[rival], 0.0))
             if found:  # a second one may be what the smooth function of the first leaves
@@ -426,7 +426,8 @@ class DriverEvidence:
         unsure = [t for t in model if is_nameless(t) or t in undecided]
         over = [f for d in (Driver.TIME, Driver.TEMPERATURE) for f in self._over(d)]
         over += [f for f in self._over(Driver.PLACE) if not f.joints]  # pulls are the arm's own
-        for gain, larger in islice(_one_by_one(left, over), MAX_FOLLOWERS if unsure else 0):
+        steps = _one_by_one(left, what_add(left, over))
+        for gain, _, larger in islice(steps, MAX_FOLLOWERS if unsure else 0):
             left, most = larger, max(most, gain)
         alone, beside = (own_offers(self.grams, m) for m in (model, left.model))
         gains = zip(model, alone, beside, strict=False)
@@ -439,7 +440,7 @@ class DriverEvidence:
         return kept if reduced(before, after) else others
 
     @cached_property
-    def _clock(self) -> tuple[np.ndarray, np.ndarray]:
+    def clock(self) -> tuple[np.ndarray, np.ndarray]:
         """Clock and number of every row, in the file's order."""
         data = self.searched.stage.problem.data
         order = np.argsort(data.row, kind="stable")
@@ -452,7 +453,7 @@ class DriverEvidence:
         for candidate, moment in steps.items():
             clocked = [f for f in self.followers if f.phrase.startswith(TIME)]  # not what sessions do
             tried = [f for f in clocked if f.shape is None] or constants_over_time(stage.problem, stage.fit.x)
-            found = [f.as_step(*self._clock, moment) for f in tried]
+            found = [f.as_step(*self.clock, moment) for f in tried]
             gains = np.array(self._gains(model, found)) - np.log(candidate.tries)
             yield from zip(gains.tolist(), found, strict=True)
 
@@ -461,7 +462,7 @@ class DriverEvidence:
     ) -> tuple[float, Follower, float]:
         """The best step of what a process over time moves, beside a model, and its moment: one that is known,
         or another, less the log number of places."""
-        clock, row = self._clock
+        clock, row = self.clock
         moments = np.unique(clock)[MIN_SIDE:-MIN_SIDE]
         places, apart, best = np.log(max(len(moments), 1)), len(moments) + 1, (-np.inf, process, np.nan)
 
@@ -484,7 +485,7 @@ class DriverEvidence:
         found = what_add(left_of(grams, model), some)
         return [found[f].gain if f in found else -np.inf for f in some]
 
-    def _with(self, parts: Sequence[Follower]) -> Searched:
+    def with_parts(self, parts: Sequence[Follower]) -> Searched:
         """The search with processes in its model, on all its rows."""
         model, stage, some = self._model, self.searched.stage, [part.candidate for part in parts]
         problem = stage.problem.with_noise(stage.geometric_problem.noise)
@@ -493,36 +494,18 @@ class DriverEvidence:
         more = (o.term for o in offers(left_of(grams, model), some))
         return replace(self.searched, grams=grams, model=(*model, *more))
 
-    def correction(self, followed: Sequence[FollowedDriver]) -> str:
-        """What processes would reduce beside the saved model, cross-validated, in a sentence, if anything."""
-        whole = self._with([part for each in followed for part in each.parts])
-        change = reduced(*remaining(whole, [self._model, whole.model]).tolist())
-        return f" A correction from your rows would reduce {change}." if change else ""
+    def correction(self, followed: Sequence[FollowedDriver], left: Errors) -> str:
+        """What processes would reduce beside the saved model, in a sentence, if anything.
 
-    def at_rest(self, rows: Dataset) -> Dataset | None:
-        """Rows of the file as from a measuring frame at rest, where it is on average after all events:
-        without what moves it over time by no law; None if nothing does."""
-        over = [f for f in self.followed(self._model) if f.driver is Driver.TIME]
-        sure = (p for f in over if f.confidence is not Confidence.OPEN for p in f.parts)
-        parts = [p for p in sure if p.part == "frame" and not p.phrase.startswith(SESSION)]
-        if rows.position is None or not parts:
-            return None
-        arm, whole, (clock, row) = self.searched.stage.fit.arm, self._with(parts), self._clock
-        sizes, motion = coefficients(whole.grams, whole.model), Motion(np.zeros((len(row), arm.dof)), row=row)
-        laws = [(p.candidate.effect.law(arm.chain, motion, NO_WRENCHES), p.candidate.names) for p in parts]
-        known = np.sum([law @ [sizes[name] for name in names] for law, names in laws], axis=0)
-        order, here = np.argsort(clock), clock_of(rows)[0]
-        off = np.stack([np.interp(here, clock[order], part[order]) for part in known.T], 1)
-        base, is_now = np.empty((len(rows), 4, 4)), SavedArm(arm, rows).is_now(rows)
-        is_common = not self.problem.frames.base_per_session
-        for name in rows.sessions:
-            mine = rows.in_session(name)
-            base[mine] = arm.in_session(name).base.pose
-            off[mine] -= np.average(off, 0, (mine | is_common) * np.where(is_now, 1.0, 1e-9))
-        turned = base[:, :3, :3] @ se3.rotvec_to_matrix(off[:, 3:])
-        back = base @ se3.inverse(se3.pose(turned, base[:, :3, 3] + off[:, :3]))
-        rotation = None if rows.rotation is None else back[:, :3, :3] @ rows.rotation
-        return replace(rows, position=se3.apply(back, rows.position), rotation=rotation)
+        Args:
+            left: Errors of that model; what processes leave of them is cross-validated.
+        """
+        whole = self.with_parts([part for each in followed for part in each.parts])
+        before, after = remaining(whole, [self._model, whole.model])
+        turned = left.spreads.get("orientation_deg", NOTHING)
+        means = np.array([left.position_mm.mean, turned.mean])
+        change = reduced(means.tolist(), (means * after / before).tolist())
+        return f" A correction from your rows would reduce {change}." if change else ""
 
     def _over(self, driver: Driver) -> list[Follower]:
         return [f for f in self.followers if f.driver == driver]
@@ -543,18 +526,8 @@ class DriverEvidence:
         What each of them adds to the whole model doesn't count: it is another error.
         """
         other = {f: max(o.gain, 0.0) for f, o in self.beside.items()}
-        total, chosen = 0.0, list[Follower]()
-        while True:
-            more = {f: o.gain - other.get(f, 0.0) for f, o in offered.items()}
-            best = max(more, key=more.__getitem__, default=None)
-            if best is None or more[best] <= 0.0:
-                return total, tuple(chosen)
-            total += more[best]
-            chosen.append(best)
-            if len(chosen) >= most:
-                return total, tuple(chosen)
-            left = with_one_more(left, (*left.model, offered[best].term))
-            offered = what_add(left, tuple(offered))
+        steps = [*islice(_one_by_one(left, offered, 0.0, other), most)]
+        return sum(gain for gain, *_ in steps), tuple(f for _, f, _ in steps)
 
     def _share(self, left: Remainder, law: Model, more: Model) -> float:
         """Share of the error of some terms and more of them that is of these: what both may explain is the
@@ -599,16 +572,24 @@ def what_add(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]
 
 def evidence_of(left: Remainder, some: Sequence[Follower]) -> float:
     """Evidence of processes beside a model, taken in one after the other."""
-    return sum(gain for gain, _ in _one_by_one(left, some))
+    return sum(gain for gain, *_ in _one_by_one(left, what_add(left, some)))
 
 
-def _one_by_one(left: Remainder, some: Sequence[Follower]) -> Iterator[tuple[float, Remainder]]:
-    """Evidence of the best process beside a model, and what this one leaves, until none follows any more."""
-    while (best := max(what_add(left, some).values(), key=lambda o: o.gain, default=None)) is not None:
-        if best.gain < MIN_GAIN:
-            break
-        left = with_one_more(left, (*left.model, best.term))
-        yield best.gain, left
+def _one_by_one(
+    left: Remainder,
+    offered: Mapping[Follower, Offer],
+    minimum: float = MIN_GAIN,
+    less: Mapping[Follower, float] = MappingProxyType({}),
+) -> Iterator[tuple[float, Follower, Remainder]]:
+    """Evidence of the best process beside a model, less some, it, and what it leaves, while there is one."""
+    while True:
+        gains = {f: o.gain - less.get(f, 0.0) for f, o in offered.items()}
+        best = max(gains, key=gains.__getitem__, default=None)
+        if best is None or gains[best] <= minimum:
+            return
+        left = with_one_more(left, (*left.model, offered[best].term))
+        yield gains[best], best, left
+        offered = what_add(left, tuple(offered))
 
 
 def is_nameless(term: Term) -> bool:

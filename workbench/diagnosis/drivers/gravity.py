@@ -16,8 +16,7 @@ from workbench.base.types import Vector3
 from workbench.diagnosis.confidence import CERTAIN
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
-from workbench.diagnosis.search.evidence import JITTER, drop, factored
-from workbench.diagnosis.search.reduced_models import left_of
+from workbench.diagnosis.search.evidence import JITTER, drop, factored, left_of
 from workbench.diagnosis.search.stepwise_search import group_evidence
 
 TURNS = 30

@@ -30,9 +30,8 @@ from workbench.diagnosis.drivers.evidence import (
     compressed,
     what_add,
 )
-from workbench.diagnosis.search.evidence import Offer, coefficients
+from workbench.diagnosis.search.evidence import Offer, coefficients, left_of
 from workbench.diagnosis.search.gram_matrices import Grams
-from workbench.diagnosis.search.reduced_models import left_of
 
 STEP = 0.1
 """Payload by which the derivative is taken [kg]."""

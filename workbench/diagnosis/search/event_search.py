@@ -31,9 +31,8 @@ from workbench.arm.effects.events import (
 )
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, Remainder, projection
+from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, Remainder, left_of, projection
 from workbench.diagnosis.search.gram_matrices import MIN_COLUMN_LENGTH, Grams
-from workbench.diagnosis.search.reduced_models import left_of
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 

@@ -51,8 +51,8 @@ class Grams:
         history: Inner products of U further columns, which events may change, with all columns and with each
             other, within each piece of time; None unless requested.
         validated: Cache of `evidence.without_each_fold` by model …
-        lefts: … of what the last ones explain (`reduced_models.left_of`) …
-        wholes: … and of the last one from which terms were removed (`reduced_models.left_without`).
+        lefts: … of what the last ones explain (`evidence.left_of`) …
+        wholes: … and of the last one from which terms were removed (`evidence.left_without`).
     """
 
     names: tuple[str, ...]
