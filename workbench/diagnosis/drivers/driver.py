@@ -61,7 +61,7 @@ ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 
 [rad or m]."""
 LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
 """Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
-FEW = 4
+FEW = 6
 """Functions over a number, beside a line, of which each is multiplied with those over another."""
 CARRIED_LENGTH = 0.5
 """Likewise over the payload [in its standard deviation]."""
@@ -459,7 +459,7 @@ def products(
     for (what, (driver, of)), j in product(factors.items(), joints):
         for k in {*alive} - {j} if j in of else ():
             both = (of[j][:, :, None] * waves[k][:, None]).reshape(len(q), -1)
-            text = f"{what} of joint {j + 1} and the angle of joint {k + 1} together, in {{}}"
+            text = f"{what} of joint {j + 1} together with the angle of joint {k + 1}, in {{}}"
             yield rows.follower(driver, text, both, joints=(j,), by=(j, k))
 
 
