@@ -14,7 +14,7 @@ from workbench.base.types import frozen
 from workbench.data.observations.tilt import reading, seen_from, upward
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate
-from workbench.diagnosis.search.candidate_columns import candidate_columns
+from workbench.diagnosis.search.candidates import candidate_columns
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem

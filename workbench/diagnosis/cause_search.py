@@ -24,7 +24,7 @@ from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
 from workbench.diagnosis.claims.standard_errors import clearness
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
-from workbench.diagnosis.coverage import loads_vary, too_few_rows
+from workbench.diagnosis.coverage import too_few_rows
 from workbench.diagnosis.drivers.driver import MIN_MIXED, SESSION, Driver, driver_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
@@ -35,7 +35,6 @@ from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
     Searched,
     Stage,
-    Tried,
     description_length,
     geometry_first,
     reduced,
@@ -135,19 +134,17 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     progress(0.3, "fitting the geometry, excluding outliers")
     first = geometry_first(ready.problem)
     too_few = too_few_rows(first.fit)
-    tried = Tried.ALL if too_few is None else Tried.NONE
-    if too_few is not None and loads_vary(first.fit.problem.data):
-        tried, too_few = Tried.LOADS, None
+    tried = too_few is None
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
     if too_few is None and path is not None and path.is_steady:
-        alone = validated(rounds(first, rng, tried=Tried.NONE))
+        alone = validated(rounds(first, rng, tried=False))
         if ask("a lag", lambda: alone.drivers is not None and alone.drivers.is_lag, False):
             return alone
     try:
         found = _rounds_with_sure_events(first, rng, tried)
     except np.linalg.LinAlgError:  # models beyond rounding, of rows that are far from any arm
-        found = rounds(first, rng, tried=Tried.NONE)
+        found = rounds(first, rng, tried=False)
     progress(0.8, "judging the result")
     search = validated(found)
     drivers = search.drivers
@@ -156,7 +153,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         gain = description_length(search.last) - description_length(turned.last)
         search = turned if gain > np.log(CERTAIN) and _shows_gravity(turned) else search
     if explains_little(search.nominal.train, search.after.train, robot.reach):
-        search = validated(rounds(first, rng, tried=Tried.NONE))
+        search = validated(rounds(first, rng, tried=False))
     return search
 
 
@@ -176,7 +173,7 @@ def _shows_gravity(search: CauseSearch) -> bool:
     return group_evidence(left, laws) > evidence_of(left, drivers.pulls) + np.log(CERTAIN)
 
 
-def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: Tried) -> tuple[Searched, ...]:
+def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: bool) -> tuple[Searched, ...]:
     """The search for events and effects, taken up again without uncertain events and drifts.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of

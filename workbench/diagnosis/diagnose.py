@@ -24,10 +24,10 @@ from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
-from workbench.diagnosis.drivers.payload import MISSTATED, misstated_payload
 from workbench.diagnosis.gravity_tilt import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
+from workbench.diagnosis.payload import MISSTATED, misstated_payload
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model

@@ -20,7 +20,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers
+from workbench.diagnosis.search.candidates import candidate_columns, carriers
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import observed_kinds
 from workbench.plate.exchange import by_determinant, covariance_of

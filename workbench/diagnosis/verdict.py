@@ -95,8 +95,7 @@ def _claims_text(
     sentences += doubts(laws)
     sentences += [_driver_text(f) for f in followed]
     if residual_map is not None:
-        in_full = residual_map.beside_causes or not causes  # else the decrease is stated for both together
-        sentences.append(f"{residual_map.sentence if in_full else residual_map.claim}.")
+        sentences.append(f"{residual_map.sentence}.")
     return " ".join(sentences)
 
 

@@ -145,13 +145,6 @@ class ResidualMap:
         return self.after.main.mean < self.before.main.mean
 
     @property
-    def claim(self) -> str:
-        """Statement that it names no cause."""
-        where = f" of {joint_list(self.joints)}" if self.joints else ""
-        does = "predicts" if self.is_better else "fits"
-        return f"A residual map{where} {does} the rest, but names no cause"
-
-    @property
     def sentence(self) -> str:
         where = f" of {joint_list(self.joints)}" if self.joints else ""
         without = " with the causes alone" if self.beside_causes else ""

@@ -6,7 +6,6 @@
 | | sum and difference of two joints next to each other | either joint |
 | load | a joint's moment about its axis, also with its angle, the payload, other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
-| | its moment; the direction of gravity in the link's frame | its link's lengths |
 | | the direction of gravity in its frame | the tool |
 | motion | a joint's last motion, also with its load, its angle or the time | the joint |
 | | a joint's last motion | another joint |
@@ -25,12 +24,12 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
-from itertools import pairwise, permutations, product
+from itertools import permutations, product
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.chain import Axis, Chain, frames
+from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import Insertion, across, driven_names, inserted_names, own, turns
 from workbench.arm.effects.base_drift import mixed_share
@@ -53,7 +52,7 @@ from workbench.diagnosis.drivers.process import (
     wandering,
     with_one,
 )
-from workbench.diagnosis.search.candidate_columns import known_wrenches
+from workbench.diagnosis.search.candidates import known_wrenches
 from workbench.identification.problem import Problem
 
 ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.8, 0.5
@@ -236,14 +235,6 @@ class Rows:
         return tuple(p.name for p in self.problem.parameters if p.is_geometry and p.name in self.chain.index)
 
     @cached_property
-    def lengths(self) -> dict[int, tuple[str, ...]]:
-        """Lengths of the link after every joint that has some; the tool is that of the last."""
-        elements, places = self.chain.elements, self.chain.driven.tolist()
-        links = enumerate(elements[first + 1 : last] for first, last in pairwise(places))
-        own = {j: tuple(e.name for e in link if Axis.TX <= e.axis <= Axis.TZ) for j, link in links}
-        return {j: names for j, names in own.items() if names}
-
-    @cached_property
     def wrenches(self) -> np.ndarray:
         """Through every joint in every row; empty where neither masses nor torques are known."""
         return self.wrenches_of(self.arm)
@@ -329,18 +320,14 @@ def _angles(rows: Rows) -> Iterator[Follower]:
 
 
 def _hangs(rows: Rows) -> Iterator[Follower]:
-    """What gravity moves by its direction in the frame of the tool or of a link."""
-    ends, place = np.unique([*rows.chain.driven, len(rows.chain.elements) - 1], return_inverse=True)
+    """What gravity moves by its direction in the frame of the tool."""
     pull = rows.arm.base.rotation @ rows.arm.gravity
-    turned = frames(rows.chain, rows.motion.q, ends)[:, place, :3, :3]
-    down = np.einsum("rfij,i->rfj", turned, pull / max(float(np.linalg.norm(pull)), 1e-300))
-    what = "the direction of gravity in the frame of the "
-    both, tool = np.column_stack([down[:, -1], np.sign(down[:, -1])]), Insertion.SLIP
-    for moved, features in (tool.frame[:3], down[:, -1]), ((), both):
-        yield rows.follower(Driver.LOAD, f"{what}tool, in it", features, moved=moved, kind=tool)
-    what, link = f"{what}link after {{}}, in its lengths", Insertion.BEND
-    for j in rows.lengths.keys() & rows.varied(down):
-        yield rows.follower(Driver.LOAD, what, down[:, j], joints=(j,), moved=rows.lengths[j], kind=link)
+    turned = tool_poses(rows.arm, rows.motion)[:, :3, :3]
+    down = np.einsum("rij,i->rj", turned, pull / max(float(np.linalg.norm(pull)), 1e-300))
+    what = "the direction of gravity in the frame of the tool, in it"
+    both, tool = np.column_stack([down, np.sign(down)]), Insertion.SLIP
+    for moved, features in (tool.frame[:3], down), ((), both):
+        yield rows.follower(Driver.LOAD, what, features, moved=moved, kind=tool)
 
 
 def _loads(rows: Rows) -> Iterator[Follower]:
@@ -357,10 +344,6 @@ def _loads(rows: Rows) -> Iterator[Follower]:
         simple = (Shape.LINE, load[:, None]), (Shape.JUMP, leap)
         for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
             yield by_load("the load of {}", found, joints=(j,), shape=shape, tag=f" {k}")
-        if j in rows.lengths:
-            what = "the load of {}, in the lengths of its link"
-            free = np.column_stack([load, np.abs(load), leap])
-            yield by_load(what, free, joints=(j,), moved=rows.lengths[j], kind=Insertion.BEND)
     turning = [j for j in range(chain.dof) if turns(chain, j)]
     beside = across(chain, turning, rows.wrenches)
     for k in rows.varied(beside):

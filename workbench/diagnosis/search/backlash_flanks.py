@@ -26,7 +26,7 @@ from workbench.arm.effects.axes import own_components
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import load_regressor
 from workbench.base.types import Outcome
-from workbench.diagnosis.search.candidate_columns import acting
+from workbench.diagnosis.search.candidates import acting
 from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Problem

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from workbench.diagnosis.search.candidate_columns import candidate_columns
+from workbench.diagnosis.search.candidates import candidate_columns
 from workbench.diagnosis.search.evidence import Model, without_each_fold
 from workbench.diagnosis.search.gram_matrices import Coefficients
 from workbench.diagnosis.search.rounds import Searched

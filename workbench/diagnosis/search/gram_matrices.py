@@ -21,7 +21,7 @@ from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.diagnosis.search.candidate_columns import candidate_columns, carriers, known_wrenches
+from workbench.diagnosis.search.candidates import candidate_columns, carriers, known_wrenches
 from workbench.identification.column_products import Columns, joined
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise

@@ -6,7 +6,6 @@ the fit with the shortest description length is kept.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -50,14 +49,6 @@ FOLDS = 5
 
 MAX_EVENT_ROUNDS = 4
 """Maximum number of searches at one fit, each with the best event times given the last one's result."""
-
-
-class Tried(Enum):
-    """Effects that rows suffice for: all; those of a load that changes at the same postures; none."""
-
-    ALL = "all"
-    LOADS = "loads"
-    NONE = "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +131,7 @@ def rounds(
     stage: Stage,
     rng: np.random.Generator,
     *,
-    tried: Tried,
+    tried: bool,
     events: Sequence[Candidate] | None = None,
     without: Collection[str] = (),
 ) -> tuple[Searched, ...]:
@@ -148,7 +139,7 @@ def rounds(
 
     Args:
         stage: The geometry, alone or with some effects.
-        tried: Effects to try; events only beside all of them.
+        tried: Whether rows suffice for effects.
         events: Possible events; searched if None.
         without: Names of effects that are not tried.
 
@@ -245,17 +236,15 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 
 def _search(
-    stage: Stage, fold: np.ndarray, tried: Tried, events: Sequence[Candidate] | None, without: Collection[str]
+    stage: Stage, fold: np.ndarray, tried: bool, events: Sequence[Candidate] | None, without: Collection[str]
 ) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
-    if tried is Tried.NONE:
+    if not tried:
         alone = compress(stage.problem, stage.fit.x, [], fold[stage.keep])
         return Searched(stage, Catalogue((), ()), alone, (), fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
     kept = tuple(c for c in offered.candidates if c.effect.name not in without)
     offered = replace(offered, candidates=kept)
-    if tried is Tried.LOADS:
-        offered, events = offered.of_loads, ()
     kinds = changeable(stage.problem) if events is None else ()
     line = Timeline.of(
         stage.problem.data,

@@ -103,18 +103,12 @@ def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[Followed
 
 
 def _text(what: str, more: np.ndarray, levels: np.ndarray) -> str:
-    """What the payload is.
-
-    Args:
-        what: The hypothesis.
-        more: By how much it is more [kg], or its factor less 1.
-        levels: Payloads in the file [kg].
-    """
-    if what == "factor":
-        return f"{1.0 + more[0]:.2g} times as much"
-    if what == "more":
-        return f"{abs(more[0]):.2g} kg {'more' if more[0] > 0.0 else 'less'}"
-    if what == "each":
-        most = np.sort(np.argsort(-np.abs(more))[:MAX_NAMED])
-        return ", ".join(f"{levels[k] + more[k]:.2g} kg where it says {levels[k]:.2g}" for k in most)
-    return "another one in many rows" if what == "any" else f"it is one row {what}"
+    """What the payload is, by how much it is more [kg], or its factor less 1, and what the file says [kg]."""
+    said = [(old + new, old) for old, new in zip(levels, more, strict=False)]
+    most = sorted(said, key=lambda pair: -abs(pair[0] - pair[1]))[:MAX_NAMED]
+    return {
+        "factor": f"{1.0 + more[0]:.2g} times as much",
+        "more": f"{abs(more[0]):.2g} kg {'more' if more[0] > 0.0 else 'less'}",
+        "each": ", ".join(f"{new:.2g} kg where it says {old:.2g}" for new, old in most),
+        "any": "another one in many rows",
+    }.get(what, f"it is one row {what}")
