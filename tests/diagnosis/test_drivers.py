@@ -10,6 +10,7 @@ from unittest import mock
 import numpy as np
 import pytest
 from arms import make
+from laws import Effect, poses
 from real_arms import load
 from slow import slow
 
@@ -162,6 +163,12 @@ FOLLOWED = {
     "the angles of joints 2 and 3, in joint 3": lambda q, direction, speed: (
         -4e-4 * np.sin(3.0 * (q[:, 1:2] + q[:, 2:3])) * np.eye(6)[2]
     ),
+    "the angle of joint 2 together with the angle of joint 5, in joint 2": lambda q, direction, speed: (
+        -6e-4 * (np.sin(2.0 * q[:, 1]) * np.cos(1.5 * q[:, 4]))[:, None] * np.eye(6)[1]
+    ),
+    "the last motion of joint 2 together with the angle of joint 5, in joint 2": lambda q, direction, speed: (
+        -6e-4 * (direction[:, 1] * np.sin(q[:, 4]))[:, None] * np.eye(6)[1]
+    ),
     "the time, in joint 3 (certain)": lambda q, direction, speed: (
         -4e-4 * np.sin(np.arange(len(q)) / 4.0)[:, None] * np.eye(6)[2]
     ),
@@ -189,6 +196,32 @@ def test_a_joint_may_give_way_only_under_a_payload():
     q[:, 1] -= 1.5e-3 * load / np.abs(load).max() * (payload > 0.0)
     found = diagnose(case.robot, replace(data, q=q), held_out=0.0)
     assert "follows the load of joint 2 and the payload (certain)" in found.message
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        (lambda m: m, ""),
+        (lambda m: 2.2 * m, "kg where it says"),
+        (lambda m: np.roll(m, 1), "its column is one row late"),
+        slow(lambda m: m + 1.5, "[01][.]?[0-9]* kg less"),
+        slow(lambda m: np.where(np.arange(len(m)) % 3 == 0, 0.0, m), "kg where it says 0,"),
+    ],
+)
+def test_a_payload_that_is_not_what_the_file_says_is_no_size_of_joints(told, said):
+    """Joints gave way by half of the truth, "certain", 19 standard errors off."""
+    case, rng = make("none", 0), np.random.default_rng(5)
+    state = replace(case.state, payload=0.5 * rng.integers(0, 5, len(case.data)))
+    soft = [Effect("joint-compliance", (1,), (2e-5,)), Effect("joint-compliance", (2,), (1.3e-4,))]
+    points = poses(case.actual, soft, state)[:, :3, 3] + rng.normal(0.0, 5e-5, (len(case.data), 3))
+    data = replace(case.data, position=points, rotation=None, payload=told(state.payload))
+    found = diagnose(case.robot, data, held_out=0.0)
+    (cause,) = found.causes
+    assert cause.confidence is (Confidence.PROBABLE if said else Confidence.CERTAIN)
+    assert bool(found.followed) is bool(said)
+    assert re.search(
+        f"follows a payload that isn't what the file says: .*{said}" if said else "", found.message
+    )
 
 
 def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():

@@ -111,4 +111,4 @@ def _text(what: str, more: np.ndarray, levels: np.ndarray) -> str:
         "more": f"{abs(more[0]):.2g} kg {'more' if more[0] > 0.0 else 'less'}",
         "each": ", ".join(f"{new:.2g} kg where it says {old:.2g}" for new, old in most),
         "any": "another one in many rows",
-    }.get(what, f"it is one row {what}")
+    }.get(what, f"its column is one row {what}")

@@ -67,10 +67,7 @@ def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
     scores, expected = np.zeros((count, len(root))), problem.prior.T @ problem.prior
     for block, piece in problem.pieces(fit.x):
         label = np.repeat(place[block.rows], len(piece.residual) // len(block.rows))
-        order = np.argsort(label, kind="stable")
-        starts = np.flatnonzero(np.diff(label[order], prepend=-1))
-        products = (piece.jacobian * piece.residual[:, None])[order]
-        scores[label[order][starts]] += np.add.reduceat(products, starts)
+        np.add.at(scores, label, piece.jacobian * piece.residual[:, None])
     inner = np.eye(root.shape[1]) - root.T @ expected @ root  # of the rows alone: rootᵀ A root is 1
     mine = scores @ root
     shared = mine.T @ mine * count / (count - 1.0) - variance * inner

@@ -342,9 +342,8 @@ class DriverEvidence:
             return found
         more, instead = other._followed(sure)
         lead = more - gain - other.surprise(sure) + self.surprise(sure)
-        if not instead or lead < np.log(PROBABLE):
-            return found
-        return tuple(replace(f, lead=min(f.lead, lead)) for f in instead)
+        instead = tuple(replace(f, lead=min(f.lead, lead)) for f in instead)
+        return max((found, instead), key=lambda some: max((f.lead for f in some), default=np.log(PROBABLE)))
 
     def _followed(self, sure: Model) -> tuple[float, tuple[FollowedDriver, ...]]:
         """The same with this noise, and its log evidence."""

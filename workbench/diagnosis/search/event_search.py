@@ -127,12 +127,9 @@ def crowded(
     marked: Bool[np.ndarray, " rows"], data: Dataset, *, within: int, fewest: int
 ) -> Bool[np.ndarray, " rows"]:
     """Marked rows of which at least `fewest` lie among `within` consecutive ones."""
-    order = np.lexsort((np.asarray(data.row), clock_of(data)[0]))
-    places = np.flatnonzero(marked[order])
-    out = np.zeros(len(marked), bool)
-    for first, last in zip(places, places[fewest - 1 :], strict=False):
-        if last - first < within:
-            out[order[first : last + 1]] = True
+    order, window = np.lexsort((np.asarray(data.row), clock_of(data)[0])), np.ones(within)
+    many, out = np.convolve(marked[order], window) > fewest - 0.5, np.zeros(len(marked), bool)
+    out[order] = np.convolve(many, window)[within - 1 : within - 1 + len(marked)] > 0.5
     return out & marked
 
 

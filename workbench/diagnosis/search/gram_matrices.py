@@ -206,8 +206,8 @@ def compress(
         for f in np.unique(fold[rows]):
             columns.add_inner(fold[rows] == f, sums[f])
         if pieces is not None:
-            for piece, mine in _together(pieces[rows]):
-                some = columns.some(mine)
+            for piece in np.unique(pieces[rows]):
+                some = columns.some(np.flatnonzero(pieces[rows] == piece))
                 history[piece] += some[:, :ahead].T @ some
     length = np.sqrt(np.maximum(np.diagonal(sums, axis1=1, axis2=2).sum(0), 0.0))[first:-1]
     scale = np.where(length > MIN_COLUMN_LENGTH, length, 1.0)
@@ -237,13 +237,6 @@ def compress(
 def among(inner: Float[np.ndarray, "gc1 gc1"], used: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n n"]:
     """Inner products of some columns with each other."""
     return inner[used[:, None], used]
-
-
-def _together(labels: Int[np.ndarray, " m"]) -> Iterator[tuple[int, Int[np.ndarray, " k"]]]:
-    order = np.argsort(labels, kind="stable")
-    starts = np.flatnonzero(np.diff(labels[order], prepend=-1))
-    for mine in np.split(order, starts[1:]):
-        yield int(labels[mine[0]]), mine
 
 
 def _bounds(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> list[float]:
