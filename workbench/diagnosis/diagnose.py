@@ -102,20 +102,21 @@ def diagnose(
 def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError:
     """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats. What a
     payload that isn't the file's leaves is told once it is right."""
-    fit, geometric, problem = search.last.stage.fit, search.last.stage.geometric_problem, search.ready.problem
+    fit, geometric, ready = search.last.stage.fit, search.last.stage.geometric_problem, search.ready
+    rows = np.union1d(ready.train_rows, ready.held_out_rows)
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None:
-        followed = ask("the payload", lambda: misstated_payload(drivers, search.ready.data), ())
+        followed = ask("the payload", lambda: misstated_payload(drivers, ready.data), ())
         followed = followed or ask("what the rest follows", lambda: drivers.followed(search.last.model), ())
     noise = noises.beyond_stated(fit.problem, fit.x, fit.factor, in_all=True) or geometric.noise
     return RemainingError(
         noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),
-        known_noise=noises.stated(problem) or known or noises.from_repeats(problem.data),
+        known_noise=noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data),
         joint_noise=ask(
             "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
         ),
         followed=followed,
-        places="" if followed else two_places(fit, fit.problem.data),
+        places="" if followed else two_places(fit, ready.data.take(rows)),
     )
 
 

@@ -47,7 +47,7 @@ def notes(
     if saved.suspects.any():
         yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), search.after.judged)
     yield from [saved.note] if saved.note is not None else []
-    rows = ready.data.take(np.union1d(ready.train_rows, outliers))
+    rows = ready.data.take(np.union1d(ready.train_rows, np.r_[outliers, ready.held_out_rows]))
     yield "" if effects else two_places(search.first.fit, rows)  # an effect may be what parts them
     yield instrument_scale(ready.aligned, fit.problem.data)
     yield from standing_notes(saved.fit, given)

@@ -65,8 +65,7 @@ def _hypotheses(rows: Rows, carried: np.ndarray, whole: Dataset) -> dict[str, Fo
     joints = tuple(sorted({j for e in laws for j in e.joints}))
     process = partial(rows.follower, Driver.LOAD, MISSTATED, joints=joints, moved=moved, shape=Shape.CARRIED)
     together = slope[rows.order]
-    table = {what: shape.reshape(len(carried), -1) for what, shape in shapes.items()}
-    return {what: process(shape, together=together, tag=what) for what, shape in table.items()}
+    return {what: process(s.reshape(len(s), -1), together=together, tag=what) for what, s in shapes.items()}
 
 
 def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[FollowedDriver, ...]:

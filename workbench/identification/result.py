@@ -216,8 +216,8 @@ class Identification(AbstractReported, AbstractSplit):
         """Which column parts the rows, or else which of them lie off the others together; empty if none."""
         if self.identifiability.is_limited:
             return ""
-        fit, rows = self.best.fit, self.data.take(np.union1d(self.train_rows, self.outlying))
-        said = parted_by_column(fit, rows) or worse_by_column(fit, self.data)
+        fit, used = self.best.fit, np.union1d(self.train_rows, np.r_[self.outlying, self.held_out_rows])
+        said = parted_by_column(fit, rows := self.data.take(used)) or worse_by_column(fit, self.data)
         return said or ("" if fit.arm.effects else two_places(fit, rows))
 
     @cached_property

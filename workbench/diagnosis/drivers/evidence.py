@@ -161,7 +161,7 @@ class FollowedDriver:
 
     @property
     def confidence(self) -> Confidence:
-        return Confidence.of(np.exp(min(self.lead, np.log(MAX_ODDS))))
+        return Confidence.of(round(float(np.exp(min(self.lead, np.log(MAX_ODDS)))), 6))  # 20 is 20
 
     @property
     def shape(self) -> Shape | None:
@@ -331,8 +331,7 @@ class DriverEvidence:
             root = problem.whiten(block, np.repeat(one[None], len(block.rows), axis=0))
             log_det += np.linalg.slogdet(root + one * (block.inverse_sigma == 0.0)[:, None])[1].sum()
         own = 0.5 * np.log(self.grams.count) * np.count_nonzero(problem.noise.joints)
-        size = 0.5 * np.log(left.square) - log_det / self.grams.count
-        return float(left.freedom * size + own)
+        return float(left.freedom * (0.5 * np.log(left.square) - log_det / self.grams.count) + own)
 
     def followed(self, sure: Model) -> tuple[FollowedDriver, ...]:
         """What the error follows that some terms of the model leave: beside the scatter of joint readings,
@@ -343,7 +342,8 @@ class DriverEvidence:
         more, instead = other._followed(sure)
         lead = more - gain - other.surprise(sure) + self.surprise(sure)
         instead = tuple(replace(f, lead=min(f.lead, lead)) for f in instead)
-        return max((found, instead), key=lambda some: max((f.lead for f in some), default=np.log(PROBABLE)))
+        known = max((f.lead for f in found), default=np.log(PROBABLE))
+        return instead if max((f.lead for f in instead), default=known) > known else found
 
     def _followed(self, sure: Model) -> tuple[float, tuple[FollowedDriver, ...]]:
         """The same with this noise, and its log evidence."""
