@@ -2,25 +2,18 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
-from workbench.base.wording import capital, first_of, plural
-from workbench.diagnosis.confidence import Confidence
+from workbench.base.wording import first_of, plural
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.report.document import before_after, errors_table
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
-from workbench.report.chart import Bar, Bars
-from workbench.report.colours import CALIBRATED, NOMINAL, UNNAMED
 from workbench.report.numbers import readable_unit, short, signed, with_error
 from workbench.report.result_display import blocks_of
 
 TONES = {Verdict.EXPLAINED: Tone.GOOD, Verdict.NO_EFFECT: Tone.STRONG, Verdict.PARTLY: Tone.CAREFUL}
-SAID = {Confidence.OPEN: "one of several"}
-"""Beside a bar, in place of a confidence."""
 MAX_NAMED_OUTLIERS = 15
 """Maximum number of outliers named."""
 MAX_LISTED_COEFFICIENTS = 6
@@ -59,25 +52,7 @@ def models(result: Diagnosis) -> Iterator[Block]:
     """Errors of the nominal arm, with the geometry alone, and with the effects."""
     found = [("nominal", result.nominal), ("geometry", result.before)]
     yield errors_table(found + [("with effects", result.after)] * bool(result.effects))
-    yield budget_bars(result)
     yield before_after(result.identification())
-
-
-def budget_bars(found: Diagnosis) -> Bars:
-    """Size at the tool of each cause, of the unnamed part, and of the remaining error after the geometry."""
-    after = found.after.judged
-    rows = [
-        Bar(capital(cause.plain), cause.contribution_mm, CALIBRATED, SAID.get(c := cause.confidence, c))
-        for cause in found.causes
-        if np.isfinite(cause.contribution_mm)
-    ]
-    if (mapped := found.residual_map) is not None:
-        unnamed = mapped.before.position_mm.mean**2 - after.position_mm.mean**2
-        rows += [Bar("Predicted, unnamed", float(np.sqrt(unnamed)), UNNAMED)] if unnamed > 0.0 else []
-    if np.isfinite(after.position_mm.mean):
-        turned = "" if after.orientation_deg is None else f"{after.orientation_deg.mean:.3g}°"
-        rows.append(Bar("Remaining", after.position_mm.mean, NOMINAL, turned))
-    return Bars(rows, "What each explains, adding in squares: causes rms, the rest mean", testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:

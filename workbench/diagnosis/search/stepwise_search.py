@@ -41,6 +41,10 @@ MIN_FALL = 0.005
 """Minimum share of a fold's square that an effect must explain when fitted to the others."""
 MIN_JOINT_EVIDENCE = 2.0
 """Minimum log evidence of each joint in an effect of several."""
+MAX_LAWS_FOR_MAP = 2
+"""Maximum number of laws of a joint's position that may together replace its map …"""
+MIN_MAP_EVIDENCE_GAP = 20.0
+"""… and the log evidence by which they must be better: an unnamed error can resemble two of them."""
 MIN_EXCHANGE_GAIN = 0.5
 """Minimum gain in log evidence of an exchange."""
 
@@ -147,7 +151,27 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
             return trimmed(grams, (*rest, best.term))
         if same and best is not None and not np.isclose(best.term.precision, group[0].precision, rtol=0.7):
             return (*rest, best.term)
-    return None
+    maps = (t for t in model if t.candidate.shrunk and t.candidate.effect.maps_joint)
+    return next((named for t in maps if (named := _named_laws(grams, candidates, model, t))), None)
+
+
+def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, term: Term) -> Model | None:
+    """The model with a few laws in the place of a joint's map, if the rows prefer them together.
+
+    The map enters first if no single law explains enough, and exchanges of one for one never bring two in its
+    place. Laws that leave a significant map are parts of an unnamed error.
+    """
+    left = left_without(grams, model, (term,))
+    present = group_evidence(left, (term,))
+    joints = term.candidate.effect.joints
+    laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
+    for _ in range(MAX_LAWS_FOR_MAP):
+        best = max(offers(left, compatible(laws, left.model)), key=lambda o: o.gain, default=None)
+        if best is None or best.gain <= 0.0:
+            return None
+        left, present = with_one_more(left, (*left.model, best.term)), present - best.gain
+    rest = offer(left, term.candidate)
+    return left.model if present < -MIN_MAP_EVIDENCE_GAP and (rest is None or rest.gain <= 0.0) else None
 
 
 def _groups(model: Model) -> list[Model]:
