@@ -1,11 +1,11 @@
-"""Loads that vary at a few postures: the sign of their torques, and that they are too few for a diagnosis."""
+"""Loads that vary at a few postures: the sign of their torques is told."""
 
 from dataclasses import replace
 
 import numpy as np
 from generator import move, turn
 
-from workbench import Dataset, Robot, diagnose
+from workbench import Dataset, Robot
 from workbench.identification.meaning.nominal_fit import with_holding_torques
 
 COMPLIANCE, OWN, LENGTHS = 8e-5, 4.0, (0.4, 0.35)
@@ -49,8 +49,3 @@ def test_torques_of_the_load_are_read_as_those_that_hold_it():
         read = with_holding_torques(ARM, shown)
         np.testing.assert_array_equal(read.torque, rows.torque)
         assert "sign of the load" in read.notes[-1]
-
-
-def test_loads_at_few_postures_leave_too_few_directions():
-    found = diagnose(ARM, swept())
-    assert (found.is_tried, found.verdict) == (False, "unexplained")

@@ -58,15 +58,11 @@ def test_what_is_left_is_compared_with_the_noise_that_rows_state(soft):
     assert found.verdict is Verdict.EXPLAINED
     assert found.is_good
     assert not replace(found, harm="the effects make it worse").is_good
-    doubted = diagnose(robot, replace(rows, sigma=rows.sigma / 3.0))
+    together = replace(rows, sigma=rows.sigma / 3.0, group=np.full(len(rows), "all"))
+    doubted = diagnose(robot, together, held_out=0.0)
+    assert named(doubted) == [("joint-compliance", (1,))]
     assert doubted.verdict is Verdict.PARTLY
     assert "times what the known noise" in doubted.message
-
-
-def test_rows_of_one_group_are_still_explained(soft):
-    robot, rows = soft
-    found = diagnose(robot, replace(rows, group=np.full(len(rows), "all")), held_out=0.0)
-    assert named(found) == [("joint-compliance", (1,))]
 
 
 def test_no_effect_is_added_where_the_geometry_explains_little(soft):
