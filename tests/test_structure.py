@@ -43,7 +43,7 @@ BUDGETS = {
     "data": 5_053,
     "plate": 4_875,
     "identification": 9_030,
-    "diagnosis": 6_644,
+    "diagnosis": 6_643,
     "exports": 316,
     "session": 6_175,
     "views": 6_873,

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from arms import make
 from claims import claims
@@ -10,8 +9,6 @@ from slow import slow
 
 from workbench import Noise, diagnose
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.drivers.driver import Driver
-from workbench.diagnosis.drivers.evidence import FollowedDriver
 
 
 def test_a_dent_is_a_map_and_no_cause():
@@ -58,7 +55,6 @@ def test_what_geometry_takes_back_is_no_coupling(kind, seed, arm):
 def test_words_are_odds():
     words = {1e6: "certain", 1000.0: "certain", 999.0: "probable", 19.0: "cannot tell"}
     assert {odds: str(Confidence.of(odds)) for odds in words} == words
-    assert FollowedDriver(Driver.LOAD, (), float(np.log(20.0)), None).confidence == "probable"
 
 
 @pytest.mark.parametrize(
