@@ -22,7 +22,7 @@ from workbench.arm.frame import revised
 from workbench.arm.statics.deflection import shift_of
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import PROBABLE
-from workbench.diagnosis.drivers.driver import UNSTATED, Driver, Follower, Rows, Shape
+from workbench.diagnosis.drivers.driver import UNSTATED, DrivenRows, Driver, Follower, Shape
 from workbench.diagnosis.drivers.evidence import (
     MIN_GAIN,
     DriverEvidence,
@@ -42,7 +42,7 @@ MAX_FACTOR = 1.4
 MISSTATED = "a payload that isn't what the file says"
 
 
-def _hypotheses(rows: Rows, carried: np.ndarray, whole: Dataset) -> dict[str, Follower]:
+def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[str, Follower]:
     """Payloads by what they are, as processes; none without a law of load."""
     arm = rows.arm
     laws = tuple(e for e in arm.effects if e.loads is not Loads.NONE and not e.is_nameless)
@@ -74,7 +74,7 @@ def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[Followed
     Args:
         whole: All rows of the file.
     """
-    searched, rows = drivers.searched, Rows(drivers.problem, drivers.searched.stage.fit.x, None)
+    searched, rows = drivers.searched, DrivenRows(drivers.problem, drivers.searched.stage.fit.x, None)
     carried = rows.motion.payload
     if carried is None or not np.ptp(carried) or not (found := _hypotheses(rows, carried, whole)):
         return ()

@@ -205,12 +205,12 @@ def followers(
         path: How the joints came to the rows; None if unknown.
         drivers: Which ones are tried.
     """
-    rows = Rows(problem, x, path)
+    rows = DrivenRows(problem, x, path)
     return tuple(found for driver in drivers for found in _PROCESSES[driver](rows))
 
 
-class Rows:
-    """Rows of a problem at its solution, with what drives them."""
+class DrivenRows:
+    """DrivenRows of a problem at its solution, with what drives them."""
 
     def __init__(self, problem: Problem, x: np.ndarray, path: Path | None):
         self.problem, self.x, self.path, self.data = problem, x, path, problem.data
@@ -298,7 +298,7 @@ class Rows:
         return Follower(driver, phrase, joints, Candidate(effect, np.eye(len(effect.names))), shape, by)
 
 
-def _angles(rows: Rows) -> Iterator[Follower]:
+def _angles(rows: DrivenRows) -> Iterator[Follower]:
     for j in rows.alive:
         mine = rows.motion.q[:, j]
         what = f"the {'angle' if turns(rows.chain, j) else 'position'} of {{}}"
@@ -319,7 +319,7 @@ def _angles(rows: Rows) -> Iterator[Follower]:
                 yield rows.follower(Driver.ANGLE, text, both, joints=(j,), by=(j, k))
 
 
-def _hangs(rows: Rows) -> Iterator[Follower]:
+def _hangs(rows: DrivenRows) -> Iterator[Follower]:
     """What gravity moves by its direction in the frame of the tool."""
     pull = rows.arm.base.rotation @ rows.arm.gravity
     turned = tool_poses(rows.arm, rows.motion)[:, :3, :3]
@@ -330,7 +330,7 @@ def _hangs(rows: Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.LOAD, what, features, moved=moved, kind=tool)
 
 
-def _loads(rows: Rows) -> Iterator[Follower]:
+def _loads(rows: DrivenRows) -> Iterator[Follower]:
     yield from _hangs(rows)
     if not len(rows.wrenches):
         return
@@ -372,7 +372,7 @@ def _loads(rows: Rows) -> Iterator[Follower]:
     yield from _gravities(rows)
 
 
-def _motions(rows: Rows) -> Iterator[Follower]:
+def _motions(rows: DrivenRows) -> Iterator[Follower]:
     """Motions back and forth act oppositely; without their sizes, only with load or angle."""
     if rows.motion.direction is None:
         return
@@ -403,7 +403,7 @@ def _motions(rows: Rows) -> Iterator[Follower]:
             yield rows.follower(Driver.MOTION, what, sign[:, j, None] * with_one(shape), joints=(j,))
 
 
-def _times(rows: Rows) -> Iterator[Follower]:
+def _times(rows: DrivenRows) -> Iterator[Follower]:
     if rows.is_clocked:
         yield from _through_all(rows, Driver.TIME, TIME, wandering(rows.clock, QUICK_TIMES))
         for begin in CREEPS:
@@ -418,7 +418,7 @@ def _times(rows: Rows) -> Iterator[Follower]:
 
 def constants_over_time(problem: Problem, x: Float[np.ndarray, " p"]) -> Iterator[Follower]:
     """A process of all constants of the arm over time, also on a path; none without unknown constants."""
-    rows = Rows(problem, x, None)
+    rows = DrivenRows(problem, x, None)
     if rows.constants:
         what, wave = f"{TIME}, in the arm's constants", wandering(rows.clock)
         yield rows.follower(Driver.TIME, what, wave, moved=rows.constants)
@@ -429,7 +429,7 @@ def products(
 ) -> Iterator[Follower]:
     """Processes over two quantities together through some joints: each is a function of the one times one of
     another joint's angle, which neither alone resembles."""
-    rows = Rows(problem, x, path)
+    rows = DrivenRows(problem, x, path)
     q, alive = rows.motion.q, rows.alive
     waves = {k: np.roll(smooth(q[:, k], OTHER_LENGTH), FEW, axis=1)[:, : FEW + 1] for k in alive}
     factors: dict[str, tuple[Driver, dict[int, Features]]] = {"the angle": (Driver.ANGLE, waves)}
@@ -446,7 +446,7 @@ def products(
             yield rows.follower(driver, text, both, joints=(j,), by=(j, k))
 
 
-def _payloads(rows: Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
+def _payloads(rows: DrivenRows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
     """A payload more, or with 0 kg the load itself, times some shape over the rows, through soft joints."""
     if rows.arm.has_masses:
         more = rows.wrenches_of(rows.arm, kg) - (rows.wrenches if kg else 0.0)
@@ -456,7 +456,7 @@ def _payloads(rows: Rows, driver: Driver, phrase: str, shape: Features, kg=1.0) 
             yield rows.follower(driver, phrase, heavy * shape, joints=(j,))
 
 
-def _gravities(rows: Rows) -> Iterator[Follower]:
+def _gravities(rows: DrivenRows) -> Iterator[Follower]:
     """Gravity in any direction acts through soft joints by its components along the axes of the base."""
     mountings = [rows.arm.in_session(name).mounting for name in rows.data.sessions]
     if not rows.arm.has_masses or len({tuple(m.gravity.tolist()) for m in mountings}) > 1:
@@ -472,7 +472,7 @@ def _gravities(rows: Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.LOAD, what, gives[:, j], joints=(j,), by_load=True, shape=Shape.TURNED)
 
 
-def _temperatures(rows: Rows) -> Iterator[Follower]:
+def _temperatures(rows: DrivenRows) -> Iterator[Follower]:
     warm = rows.motion.temperature
     if warm is not None and np.isfinite(warm).all() and np.ptp(warm) > MIN_WARMING:
         wave = smooth((warm - warm.min()) / np.ptp(warm), WARM_LENGTH)
@@ -481,7 +481,7 @@ def _temperatures(rows: Rows) -> Iterator[Follower]:
         yield from _payloads(rows, Driver.TEMPERATURE, softer, wave - wave.mean(0), kg=0.0)
 
 
-def _through_all(rows: Rows, driver: Driver, name: str, wave: Features, creep="") -> Iterator[Follower]:
+def _through_all(rows: DrivenRows, driver: Driver, name: str, wave: Features, creep="") -> Iterator[Follower]:
     """A driver of all rows through everything that it may move, by any function and by the first feature, or
     by a creep alone."""
     chain = rows.chain
@@ -500,7 +500,7 @@ def _through_all(rows: Rows, driver: Driver, name: str, wave: Features, creep=""
             yield through(f"{name}, in the arm's constants", moved=rows.constants, features=slow)
 
 
-def _places(rows: Rows) -> Iterator[Follower]:
+def _places(rows: DrivenRows) -> Iterator[Follower]:
     """Measured places: predicted ones would be a function of the residuals."""
     yield from _pulls(rows)
     place = rows.data.position
@@ -513,7 +513,7 @@ def _places(rows: Rows) -> Iterator[Follower]:
         yield rows.follower(Driver.PLACE, "the tool's place", shape, kind=Insertion.DRIFT)
 
 
-def _pulls(rows: Rows) -> Iterator[Follower]:
+def _pulls(rows: DrivenRows) -> Iterator[Follower]:
     """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q."""
     ways = geometric_jacobian(rows.arm, rows.motion.q)[:, :3].transpose(0, 2, 1)
     place = tool_poses(rows.arm, rows.motion)[:, :3, 3] / rows.arm.reach
