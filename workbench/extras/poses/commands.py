@@ -56,15 +56,11 @@ def poses(
 def cluster(
     robot: opt.RobotOption,
     region: Annotated[str, option("A plate whose region to use.")] = "table2",
-    plate: Annotated[
-        str | None, option("A plate whose region to use and whose orientations to stay close to.")
-    ] = None,
     cube: Annotated[str | None, option("--side", "Side of the cubes; the plate's if not given.")] = None,
     number: Annotated[int, option("Number of poses.")] = 10,
     index: Annotated[
         str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
     ] = "I",
-    cone: Annotated[str, option("With --plate: maximum angle from its orientations.")] = "60deg",
     out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -76,22 +72,10 @@ def cluster(
     opt.check_writable(None if out is None else plate_path(out))
     arm = wb.load_robot(robot)
     side: dict[str, Any] = {} if cube is None else {"cube": cube}  # texts are read where they are used
-    fixture = None if plate is None else wb.load_plate(plate)
-    cuboid = wb.load_plate(region).region if fixture is None else fixture.region
+    cuboid = replace(wb.load_plate(region).region, **side)
     with opt.progress_bar("cluster"):
-        found = cluster_region(
-            arm,
-            replace(cuboid, **side),
-            number=number,
-            index=index,
-            towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
-            solid=fixture,
-            seed=seed,
-            cone=cone,
-        )
+        found = cluster_region(arm, cuboid, number=number, index=index, seed=seed)
     opt.show(cluster_blocks(found))
-    made = found.plate(fixture)
-    opt.say_notes(made.notes)
     if out is not None:
-        opt.say(f"plate: {wb.write_plate(made, out)}")
+        opt.say(f"plate: {wb.write_plate(found.plate(), out)}")
     opt.write_result(cluster_json(found))

@@ -21,9 +21,7 @@ from workbench.arm.robot import Robot
 from workbench.base.arguments import Angle, Length, admit
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.plate.collision import solid_clear
 from workbench.plate.optimiser.meshes import arm_shape
-from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
 from workbench.plate.region import Region
 
@@ -45,7 +43,6 @@ class PoseLimits:
         dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
         spread: Minimum distance between the tool's places in two poses [m].
         clearance: Minimum distance of the arm from itself and its table [m]; not checked if None.
-        solid: A plate whose solid the arm must not touch; none if None.
 
     Raises:
         OptionError: a cone that is 0, or anything negative.
@@ -58,7 +55,6 @@ class PoseLimits:
     dexterity: NotNegative = 0.0
     spread: Length = 0.0
     clearance: Length | None = None
-    solid: Plate | None = None
 
     def __post_init__(self):
         admit(self)
@@ -93,8 +89,6 @@ class PoseLimits:
             found["distance from singular postures"] = lambda q: self._is_dexterous(robot, q)
         if self.clearance is not None:
             found["clearance of the arm and the table"] = lambda q: self._is_clear(robot, q)
-        if (solid := self.solid) is not None:
-            found[f"clearance of plate '{solid.name}'"] = lambda q: solid_clear(robot, solid, q)
         return found
 
     def _in_cone(self, turns: np.ndarray, towards: np.ndarray) -> np.ndarray:
