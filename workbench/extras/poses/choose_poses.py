@@ -44,7 +44,7 @@ def choose_poses(
         index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5`, `A`, `D` of the whole set, or `I`: the
             predicted error in the limits' region.
         candidates: A file of measurements or joint rows to choose from.
-        limits: Region, orientation cone, room and spread.
+        limits: Region, orientation cone and room.
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the random starts.

@@ -24,7 +24,6 @@ def poses(
     ] = None,
     cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
-    spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
     clearance: Annotated[str | None, option("Minimum distance from itself and the table.")] = None,
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
@@ -35,7 +34,7 @@ def poses(
     from workbench.extras.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
-    margins: dict[str, Any] = {"cone": cone, "margin": margin, "spread": spread, "clearance": clearance}
+    margins: dict[str, Any] = {"cone": cone, "margin": margin, "clearance": clearance}
     limits = PoseLimits(
         region=None if region is None else wb.load_plate(region).region,
         towards=None if towards is None else wb.load_plate(towards).poses[:, :3, :3],

@@ -1,8 +1,7 @@
-"""Limits on chosen poses: position and orientation of the tool, margins, distances between tools.
+"""Limits on chosen poses: position and orientation of the tool, margins.
 
-Region, orientation cone and margins concern each pose alone, the spread concerns every two of them. Margins
-are what an arm with manufacturing errors needs to reach a pose too: a distance from its joint limits, and one
-from singular postures.
+Margins are what an arm with manufacturing errors needs to reach a pose too: a distance from its joint limits,
+and one from singular postures.
 
 Candidates are folded: of all full turns of a joint the one nearest to the middle of its limits is taken,
 which changes no pose and shortens the travel.
@@ -41,7 +40,6 @@ class PoseLimits:
         cone: Maximum angle between the tool's orientation and the nearest of them [rad].
         margin: Minimum distance of a turning joint from its limits [rad].
         dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
-        spread: Minimum distance between the tool's places in two poses [m].
         clearance: Minimum distance of the arm from itself and its table [m]; not checked if None.
 
     Raises:
@@ -53,7 +51,6 @@ class PoseLimits:
     cone: Angle = np.pi
     margin: Angle = 0.0
     dexterity: NotNegative = 0.0
-    spread: Length = 0.0
     clearance: Length | None = None
 
     def __post_init__(self):
@@ -105,12 +102,6 @@ class PoseLimits:
         shape, table = arm_shape(robot, self.clearance), min(0.0, -float(robot.base.xyz[2]))
         found = shape.clearances(shape.placements(q), floor=table, minimum=self.clearance)
         return found.min(1) >= self.clearance
-
-    def clash(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "rows rows"]:
-        """Which poses must not be chosen together: those with the tools too near, or the same one."""
-        places = in_base(robot, q)[:, :3, 3]
-        gaps = np.linalg.norm(places[:, None] - places[None], axis=2)
-        return (gaps < self.spread) | np.eye(len(places), dtype=bool)
 
 
 def folded(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
