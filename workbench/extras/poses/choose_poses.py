@@ -41,7 +41,7 @@ def choose_poses(
     Args:
         robot: Nominal arm with limits.
         number: Number of poses.
-        index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5`, `A`, `D` of the whole set, or `I`: the
+        index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5` of the whole set, or `I`: the
             predicted error in the limits' region.
         candidates: A file of measurements or joint rows to choose from.
         limits: Region, orientation cone and room.

@@ -140,7 +140,7 @@ def cluster_region(
         robot: Nominal arm.
         region: The cuboid; its `cube` is the side L of the cubes.
         number: How many poses.
-        index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`, the predicted error.
+        index: What is made large among sets with equal O: `O1` … `O5`, or `I`, the predicted error.
         seed: Of the random candidates.
     """
     goal: str | np.ndarray = index

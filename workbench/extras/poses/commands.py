@@ -15,7 +15,7 @@ def poses(
     robot: opt.RobotOption,
     number: Annotated[int, option("Number of poses.")],
     index: Annotated[
-        str, option("Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
+        str, option("Index to maximise: O, O1 … O5, or I (predicted error in the region).")
     ] = "O1",
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
     region: Annotated[str | None, option("Region for the tool: that of this plate.")] = None,
@@ -58,7 +58,7 @@ def cluster(
     cube: Annotated[str | None, option("--side", "Side of the cubes; the plate's if not given.")] = None,
     number: Annotated[int, option("Number of poses.")] = 10,
     index: Annotated[
-        str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
+        str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5.")
     ] = "I",
     out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
     seed: opt.SeedOption = 0,

@@ -69,7 +69,7 @@ def informative_poses(
     """Choose joint positions with a large observability index.
 
     Args:
-        index: `O`, `O1` … `O5`, `A`, `D`, or `I`: the predicted error at `evaluation_poses`.
+        index: `O`, `O1` … `O5`, or `I`: the predicted error at `evaluation_poses`.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously if there are no limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
