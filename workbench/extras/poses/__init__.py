@@ -11,5 +11,4 @@ PARTS = Parts(
         "PoseLimits": "workbench.extras.poses.pose_limits:PoseLimits",
         "choose_poses": "workbench.extras.poses.choose_poses:choose_poses",
     },
-    pose_choices=("workbench.extras.poses.informative_poses:Informative",),
 )

@@ -12,7 +12,6 @@ order with short moves.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -27,8 +26,7 @@ from workbench.extras.poses.measurement_order import measuring_order
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.exchange import Exchanged, by_determinant, of_information
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.observability import INDICES, O, goal_index
-from workbench.plate.poses.sampling import AbstractPoseChoice
+from workbench.plate.observability import O, goal_index
 
 CANDIDATES = 300
 """Number of random candidates for a set …"""
@@ -186,16 +184,3 @@ def _climbed(climb: PoseClimb, parts: list[np.ndarray]) -> tuple[np.ndarray, Out
         if ended is Outcome.CANCELLED:
             return np.concatenate([*found, *parts[k + 1 :]]), outcome
     return np.concatenate(found), outcome
-
-
-@final
-class Informative(AbstractPoseChoice):
-    """Of simulated measurements."""
-
-    name = "informative"
-    indices = INDICES
-
-    def choose(
-        self, robot: Robot, number: int, *, index: str, rng: np.random.Generator
-    ) -> Float[np.ndarray, "number n"]:
-        return informative_poses(robot, number, index=index, rng=rng).q
