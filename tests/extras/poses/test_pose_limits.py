@@ -1,13 +1,10 @@
-"""Poses that keep limits in pairs and one by one, orders with short ways, conflicts that are named."""
+"""Poses that keep limits in pairs and one by one, conflicts that are named."""
 
 import tomllib
-from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.random import default_rng as rng
 from points_and_tilts import frames
 from refusals import refuses
@@ -15,7 +12,6 @@ from refusals import refuses
 from workbench import Motion, PoseLimits, load_robot, tool_poses
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.poses.informative_poses import informative_poses
-from workbench.extras.poses.measurement_order import measuring_order
 from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
@@ -52,21 +48,6 @@ def test_poses_for_a_free_base_and_tool(aria):
     assert found.after > found.before > 0.0
     with refuses(OptionError, "at least 5 poses", option="number", found=4):
         informative_poses(aria, 4, names=names, rng=rng(8))
-
-
-@settings(max_examples=25)
-@given(seed=st.integers(0, 1000), rows=st.integers(1, 7))
-def test_orders_against_all_permutations(seed, rows):
-    q = rng(seed).uniform(-2, 2, (rows, 3))
-    order = measuring_order(q)
-    assert sorted(order) == list(range(rows))
-
-    def travels(q):
-        return np.abs(np.diff(q, axis=0)).max(1)
-
-    shortest = min(travels(q[list(p)]).sum() for p in permutations(range(rows)))
-    assert travels(q[order]).sum() <= travels(q).sum() + 1e-12
-    assert travels(q[order]).sum() <= 1.15 * shortest + 1e-12
 
 
 def test_an_arm_keeps_above_the_table_that_it_stands_on():

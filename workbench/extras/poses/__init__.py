@@ -1,4 +1,4 @@
-"""Poses to measure at without a plate: the most informative within limits, in a short order."""
+"""Poses to measure at without a plate: the most informative within limits."""
 
 from workbench.parts import Parts
 

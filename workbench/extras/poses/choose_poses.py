@@ -36,7 +36,7 @@ def choose_poses(
     tool: bool | None = None,
     seed: Seed = 0,
 ) -> PoseSet:
-    """Joint positions with a large observability index, in measuring order.
+    """Joint positions with a large observability index.
 
     Args:
         robot: Nominal arm with limits.

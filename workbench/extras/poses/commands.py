@@ -29,7 +29,7 @@ def poses(
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """Informative poses for a calibration, with a large observability index, ordered for short travel."""
+    """Informative poses for a calibration, with a large observability index."""
     from workbench.extras.poses.choose_poses import choose_poses, poses_blocks, poses_json, write_poses
     from workbench.extras.poses.pose_limits import PoseLimits
 

@@ -6,8 +6,7 @@ kept: with one start for all, the maxima would be ten times the same pose. For t
 as a whole, poses are chosen greedily out of many candidates and exchanged for better ones, and the set is
 then moved continuously within the joint limits. The result is never worse than the start.
 
-Poses with limits are exchanged for neighbours that keep them instead. At the end all poses are put in an
-order with short moves.
+Poses with limits are exchanged for neighbours that keep them instead.
 """
 
 from collections.abc import Sequence
@@ -22,7 +21,6 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of, progress
 from workbench.base.types import Outcome, frozen
 from workbench.extras.poses.climb import PoseClimb
-from workbench.extras.poses.measurement_order import measuring_order
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.exchange import Exchanged, by_determinant, of_information
 from workbench.plate.free_constants import visible_basis
@@ -41,7 +39,8 @@ class PoseSet:
     """A set of joint positions and its index.
 
     Args:
-        q: Joint positions [rad or m], inside the limits, in an order of measuring with short moves.
+        q: Joint positions [rad or m], inside the limits, in no order: a short way through them would tie
+            posture to time, and a drift of the instrument would look like an error of the arm.
         before: The index at the random start.
         after: The index of q, never below `before`.
     """
@@ -99,9 +98,8 @@ def informative_poses(
         q, outcome = _climbed(climb, np.split(q, number) if is_single else [q])
     elif candidates is None and not is_single:
         q, outcome = _exchanged_nearby(climb, q, limits, rng)
-    ordered = q[measuring_order(q)]
     progress(1.0, "done")
-    return PoseSet(frozen(ordered), climb.index.name, before, climb.value(ordered), outcome)
+    return PoseSet(frozen(q), climb.index.name, before, climb.value(q), outcome)
 
 
 def _check_enough(number: int, parameters: int) -> None:
