@@ -39,7 +39,7 @@ def test_gradient_of_an_index_by_the_joint_positions(aria):
 
 
 def test_poses_with_limits(run, tmp_path):
-    options = ("--region", "table2", "--towards", "table2", "--cone", "80deg")
+    options = ("--region", "table2", "--margin", "5deg")
     more = ("--unknown", "base", "--out", "q.csv", "--json", "q.json")
     status, _, _ = run("poses", "--robot", "aria", "--number", "8", *options, *more)
     assert status == 0

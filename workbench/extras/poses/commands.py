@@ -19,10 +19,6 @@ def poses(
     ] = "O1",
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
     region: Annotated[str | None, option("Region for the tool: that of this plate.")] = None,
-    towards: Annotated[
-        str | None, option("Preferred tool orientations: those of this plate's targets.")
-    ] = None,
-    cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
     clearance: Annotated[str | None, option("Minimum distance from itself and the table.")] = None,
     unknown: opt.UnknownOption = None,
@@ -34,12 +30,8 @@ def poses(
     from workbench.extras.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
-    margins: dict[str, Any] = {"cone": cone, "margin": margin, "clearance": clearance}
-    limits = PoseLimits(
-        region=None if region is None else wb.load_plate(region).region,
-        towards=None if towards is None else wb.load_plate(towards).poses[:, :3, :3],
-        **margins,
-    )
+    margins: dict[str, Any] = {"margin": margin, "clearance": clearance}
+    limits = PoseLimits(region=None if region is None else wb.load_plate(region).region, **margins)
     base, tool = opt.unknown_frames(unknown)
     opt.check_writable(out)
     with opt.progress_bar("poses"):

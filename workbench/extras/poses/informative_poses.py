@@ -71,7 +71,7 @@ def informative_poses(
             them. Without, random ones, and the result is improved continuously if there are no limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
             robot's default free ones if None.
-        limits: Region, orientation cone and room.
+        limits: Region and room.
         evaluation_poses: Evaluation poses for the index `I` [rad or m].
     """
     limits, basis = limits or PoseLimits(), visible_basis(robot, names)

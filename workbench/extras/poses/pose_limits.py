@@ -1,4 +1,4 @@
-"""Limits on chosen poses: position and orientation of the tool, margins.
+"""Limits on chosen poses: position of the tool, margins.
 
 Margins are what an arm with manufacturing errors needs to reach a pose too: a distance from its joint limits,
 and one from singular postures.
@@ -18,7 +18,6 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Angle, Length, admit
-from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
@@ -36,29 +35,21 @@ class PoseLimits:
 
     Args:
         region: Region for the tool; anywhere if None.
-        towards: Orientations of the tool at the axis of the cone; any orientation if None.
-        cone: Maximum angle between the tool's orientation and the nearest of them [rad].
         margin: Minimum distance of a turning joint from its limits [rad].
         dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
         clearance: Minimum distance of the arm from itself and its table [m]; not checked if None.
 
     Raises:
-        OptionError: a cone that is 0, or anything negative.
+        OptionError: anything negative.
     """
 
     region: Region | None = None
-    towards: Float[np.ndarray, "orientations 3 3"] | None = None
-    cone: Angle = np.pi
     margin: Angle = 0.0
     dexterity: NotNegative = 0.0
     clearance: Length | None = None
 
     def __post_init__(self):
         admit(self)
-        if not self.cone > 0:
-            raise OptionError("cone must be positive, got 0", option="cone", found=self.cone)
-        if self.towards is not None and not len(self.towards):
-            raise OptionError("towards must have an orientation at least, got none", option="towards")
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which poses keep every limit of single poses."""
@@ -74,9 +65,6 @@ class PoseLimits:
         if (region := self.region) is not None:
             box = f"region {region.min.tolist()} to {region.max.tolist()} m"
             found[box] = lambda q: region.contains(in_base(robot, q)[:, :3, 3])
-        if (towards := self.towards) is not None:
-            cone = f"orientation cone of {np.rad2deg(self.cone):.3g}°"
-            found[cone] = lambda q: self._in_cone(in_base(robot, q)[:, :3, :3], towards)
         if self.margin > 0:
             low, high = robot.limits[~sliding(robot)].T + np.array([[self.margin], [-self.margin]])
             found[f"margin of {np.rad2deg(self.margin):.3g}° to the joint limits"] = lambda q: (
@@ -87,11 +75,6 @@ class PoseLimits:
         if self.clearance is not None:
             found["clearance of the arm and the table"] = lambda q: self._is_clear(robot, q)
         return found
-
-    def _in_cone(self, turns: np.ndarray, towards: np.ndarray) -> np.ndarray:
-        # the angle θ of Rᵀ R_k has trace 1 + 2 cos θ
-        traces = np.einsum("rij,kij->rk", turns, towards).max(1)
-        return traces >= 1.0 + 2.0 * np.cos(min(self.cone, np.pi)) - 1e-9
 
     def _is_dexterous(self, robot: Robot, q: np.ndarray) -> np.ndarray:
         jacobian = geometric_jacobian(robot, q) / np.repeat([robot.reach, 1.0], 3)[:, None]
