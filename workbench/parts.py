@@ -45,7 +45,6 @@ class Parts:
     layouts: Sequence[Any] = ()
     joins: Sequence[Any] = ()
     sources: Sequence[Any] = ()
-    pose_choices: Sequence[Any] = ()
     robot_checks: Sequence[Any] = ()
     exports: Sequence[Any] = ()
     plate_exports: Sequence[Any] = ()

@@ -11,7 +11,6 @@ PARTS = Parts(
         "workbench.extras.workshop.outputs:CSV",
         "workbench.extras.workshop.outputs:DXF",
         "workbench.extras.workshop.outputs:PDF",
-        "workbench.extras.workshop.outputs:STEP",
         "workbench.extras.workshop.outputs:STL",
     ),
 )
