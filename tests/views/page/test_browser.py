@@ -95,7 +95,7 @@ def test_drag_changes_numbers_and_arm(app, look):
     assert screen.text("O") != before["O"]
     assert screen.text("predicted") != before["predicted"]
     assert not np.allclose(screen.node("/arm/nominal/body2"), before["arm"], atol=1e-3)
-    screen.press("Undo")
+    screen.press("Undo: move target 1")
     screen.wait_text("O", before["O"])
     assert np.allclose(screen.node("/arm/nominal/body2"), before["arm"], atol=1e-6)
 

@@ -15,7 +15,7 @@ def test_cubes_are_coloured_and_cut_and_stand_before_no_handle(app, look):
     screen.until(lambda session: session.drag is not None)
     screen.page.mouse.up()
     first = screen.until(lambda session: session.drag is None).history.past[0].plate
-    screen.press("Undo")
+    screen.press("Undo: move target 1")
     screen.until(lambda session: session.plate is first)
     screen.choose("Slice", "one layer of z")
     region = screen.until(lambda session: session.region.view.cut == 2).plate.region

@@ -14,6 +14,7 @@ from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.comparison import MAX_TIMES, MIN_TIMES, Comparison, ModelStage, Overlay, compare
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
+from workbench.session.stages import suspects
 from workbench.session.state import Focus, Session
 
 
@@ -73,12 +74,11 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
 def _set_apart(session: Session) -> set[int]:
     """Numbers of the rows that no arm explains."""
     found, diagnosis = session.results.identification, session.results.diagnosis
-    rows: set[int] = set()
+    rows = set(suspects(session))
     if found is not None:
-        rows |= {outlier.row for outlier in found.outliers} | set(found.suspects)
+        rows |= {outlier.row for outlier in found.outliers}
     if diagnosis is not None:
         rows |= set(diagnosis.data.row[diagnosis.outliers].tolist())
-        rows |= set(diagnosis.held_out_data.row[diagnosis.suspects].tolist())
     return rows
 
 

@@ -57,6 +57,7 @@ class GrabTarget(AbstractChange):
     client: int = NOBODY
 
     title = computed(lambda self: f"Grab target {self.target + 1}")
+    undone = computed(lambda self: f"Move target {self.target + 1}")
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)

@@ -8,13 +8,15 @@ from workbench.base.wording import first_of, plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
 from workbench.identification.report.document import models, parameter_blocks
 from workbench.identification.result import Identification
-from workbench.report.blocks import lines
+from workbench.report.blocks import Sentence, Tone, lines
 from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.judgement import arm_judgement
+from workbench.session.next_step import BEYOND_NOISE
 from workbench.session.page_state import Tab
+from workbench.session.stages import share_of_noise
 from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
 from workbench.views.page.panels.form import Control, Make, Shown
@@ -35,6 +37,7 @@ LEVELLED = (
     "The z axis of the measuring frame is vertical, so that the base's orientation in it determines the "
     "direction of gravity."
 )
+IF_NOISE = "± of the constants hold if the error that is left is noise; find its cause first."
 SEEN, MAX_OUT = 2, 8
 """Warnings that are not folded, and rows that are named in one."""
 
@@ -86,7 +89,7 @@ class FitDetailsPanel(AbstractPanel):
     """Algorithms side by side, and every parameter; folded."""
 
     tab, order = Tab.CALIBRATE, 40
-    depends = ("results.identification", "results.fit")
+    depends = ("results.identification", "results.fit", "results.diagnosis")
 
     def build(self, gui: viser.GuiApi) -> None:
         with self.folder("Details", is_open=False, visible=lambda s: s.results.identification is not None):
@@ -94,7 +97,7 @@ class FitDetailsPanel(AbstractPanel):
             fits = self.dropdown(
                 "Shown fit", _fits, "The fit that is shown and saved.", lambda s: s.results.fit
             )
-            self.html(_of_fit(lambda found, s: _details(found, s.results.fit)))
+            self.html(_of_fit(_details))
         self.form(ShowFit, fits)
 
 
@@ -143,8 +146,10 @@ def _warnings(found: Identification) -> str:
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 
 
-def _details(found: Identification, shown: str) -> str:
+def _details(found: Identification, session: Session) -> str:
     """Every parameter, and what is to be known of the rows."""
+    is_open = not share_of_noise(session, found) <= BEYOND_NOISE and session.results.diagnosis is None
+    before = [Sentence(IF_NOISE, tone=Tone.CAREFUL)] * is_open
     remarks = [*lines("not identifiable", found.unidentifiable), *lines("note", found.notes)]
-    made = as_html([*parameter_blocks(found.runs[shown].fit), *remarks])
+    made = as_html([*before, *parameter_blocks(found.runs[session.results.fit].fit), *remarks])
     return block(made, testid="parameters", style="margin-bottom:10px")

@@ -87,7 +87,8 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     error_change = change(now.position, before.position) if is_moved else ""
     index_change = change(index, last, is_verdict=False) if is_moved else ""
     pairs = (now.position, before.position), (index, last)
-    is_told = is_moved and not any(isclose(*pair, rel_tol=UNCHANGED) for pair in pairs)
+    is_told = is_moved and now.measurable == before.measurable  # else it is told that a target is lost
+    is_told = is_told and not any(isclose(*pair, rel_tol=UNCHANGED) for pair in pairs)
     differ = is_told and (now.position > before.position) == (index > last)
     below = OTHERWISE if differ else _about(session)
     errors, indices = zip(*trace, strict=True) if trace else ((), ())

@@ -1,4 +1,4 @@
-"""The selected target: its pose, state, branch and lock; undo and redo."""
+"""The selected target: its pose, state, branch and lock."""
 
 import numpy as np
 import viser
@@ -8,7 +8,7 @@ from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarget, LockTarget, free_place
-from workbench.session.commands.undo import Redo, RestoreBest, Undo
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.session.target_postures import branches_to, clearance
@@ -51,14 +51,11 @@ class TargetsPanel(AbstractPanel):
             {
                 "Add": lambda: AddTarget(free_place(self._worker.session)),
                 "Delete": lambda: DeleteTarget(chosen.typed),
+                "Best": RestoreBest,
             },
-            "Add a target like the selected one in a free place of the region, or delete the selected one.",
+            "Add a target like the selected one in a free place of the region, or delete the selected one; "
+            "go back to the plate with the lowest predicted error so far.",
             visible=lambda s: s.shows_plate,
-        )
-        self.buttons(
-            "Steps",
-            {"Undo": Undo, "Redo": Redo, "Best": RestoreBest},
-            "Undo or redo the last step, or go back to the plate with the lowest predicted error so far.",
         )
 
 
