@@ -63,6 +63,15 @@ def test_one_wrong_row_costs_nothing_and_is_named_first(off):
     assert row not in run.data.row[np.concatenate([run.train_rows, run.held_out_rows])]
 
 
+@pytest.mark.parametrize("count", [1, 9, 15, 20])
+def test_held_out_rows_stay_so_whichever_others_are_excluded(count):
+    robot, rows = load_robot("aria"), rows_of(1)
+    held = identify(robot, rows).held_out_data.row.tolist()
+    fewer = identify(robot, rows, exclude=held[:count], set_apart=False)
+    assert {*held[count:]} < {*fewer.held_out_data.row.tolist()}
+    assert len(fewer.held_out_data) == round(0.2 * (len(rows) - count))
+
+
 def test_clean_rows_are_left_alone():
     fits = (identify(load_robot("aria"), rows_of(seed), algorithms=("opt2",)) for seed in range(20))
     assert sum(len(fit.outliers) for fit in fits) <= 2  # one in a hundred fits
