@@ -14,7 +14,12 @@ from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import with_holding_torques, with_planes, with_wires
+from workbench.identification.meaning.nominal_fit import (
+    with_holding_torques,
+    with_planes,
+    with_tool_points,
+    with_wires,
+)
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
@@ -57,7 +62,7 @@ def as_read(
     if how == "given" or data.readings is not None:
         return robot, data.said
     arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
-    return arm, with_holding_torques(arm, _with_orientation(arm, rows))
+    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows)))
 
 
 @lru_cache(maxsize=2)
