@@ -264,7 +264,7 @@ def test_what_takes_long_to_load_is_loaded_when_it_is_used():
 
 
 IMPORTED_AS = {"coal": "pin", "pinocchio": "pin", "PIL": "pillow", "rerun": "rerun-sdk", "tomli_w": "tomli-w",
-               "cv2": "opencv-python-headless"}  # fmt: skip
+               "cv2": "opencv-python-headless", "OCP": "cadquery-ocp-novtk"}  # fmt: skip
 """Distributions that are called otherwise than what is imported of them."""
 
 

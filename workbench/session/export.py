@@ -110,7 +110,7 @@ plate.toml     the plate for workbench: targets, their branches, the region
 targets.csv    poses of the tool at the targets, robot's base; as made: 'workbench plate as-measured'
 poses.csv      joint positions to measure each target with, in this order
 *.pdf, *.dxf   drawings with tolerances, for the workshop
-*.stl          the plate and its blocks as solids
+*.step, *.stl  the plate and its blocks as solids
 """
 """What is in the archive."""
 

@@ -15,7 +15,10 @@ from workbench.extras.workshop.fixture import fixture_of
 from workbench.plate.export import PlateFile, export_plate, formats_named
 from workbench.session.export import fixture_zip
 
-FILES = {*("plate.stl", "block-A.stl", "plate.toml", "plate.dxf", "plate.pdf", "targets.csv")}
+FILES = {
+    *(f"{part}.{end}" for part in ("plate", "block-A") for end in ("stl", "step")),
+    *("plate.toml", "plate.dxf", "plate.pdf", "targets.csv"),
+}
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +41,7 @@ def test_every_format_is_written(tmp_path, run, small):
 
 
 def test_the_page_packs_them_all(first, small, monkeypatch):
-    """With what was decided about the plate."""
+    """STEP, too, with what was decided about the plate."""
     _, content, notes = fixture_zip(replace(first, plate=small, states=first.states[:1]))
     packed = zipfile.ZipFile(io.BytesIO(content))
     assert set(packed.namelist()) == {f"fixture/{name}" for name in (*FILES, "poses.csv", "README.txt")}
@@ -66,13 +69,14 @@ def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):
 @pytest.mark.slow
 def test_what_can_be_written_is_written(tmp_path, monkeypatch, run):
     """Without optional libraries the lists are there, and what is missing is said."""
-    monkeypatch.setitem(sys.modules, "manifold3d", None)
+    for library in ("manifold3d", "OCP.BRepAlgoAPI"):
+        monkeypatch.setitem(sys.modules, library, None)
     assert run("plate", "export", "table2", "--out", "asked", "--formats", "csv,stl")[0] == 2
     assert run("plate", "export", "table2", "--out", "none", "--formats", "stl")[0] == 1
     assert not (tmp_path / "none").exists()
     status, out, _ = run("plate", "export", "table2", "--out", "made")
     assert status == 0
-    assert mentions(out, "stl")
+    assert mentions(out, "stl", "step")
     names = {path.name for path in (tmp_path / "made").iterdir()}
     assert names == {"plate.toml", "targets.csv", "plate.dxf", "plate.pdf"}
 

@@ -11,6 +11,7 @@ PARTS = Parts(
         "workbench.extras.workshop.outputs:CSV",
         "workbench.extras.workshop.outputs:DXF",
         "workbench.extras.workshop.outputs:PDF",
+        "workbench.extras.workshop.outputs:STEP",
         "workbench.extras.workshop.outputs:STL",
     ),
 )

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.extras.workshop.drawing import dxf_of, pdf_of, plate_drawing
 from workbench.extras.workshop.fixture import fixture_of
-from workbench.extras.workshop.solids import stl_of
+from workbench.extras.workshop.solids import step_of, stl_of
 from workbench.plate.export import PlateFile
 from workbench.plate.plate import Plate
 
@@ -39,4 +39,10 @@ DXF = PlateFile(
 PDF = PlateFile("pdf", lambda plate: {"plate.pdf": pdf_of(plate_drawing(parts_of(plate)))})
 STL = PlateFile(
     "stl", lambda plate: {f"{name}.stl": stl_of(part) for name, part in parts_of(plate).made.items()}
+)
+STEP = PlateFile(
+    "step",
+    lambda plate: {
+        f"{name}.step": step_of(part, f"{plate.name} {name}") for name, part in parts_of(plate).made.items()
+    },
 )
