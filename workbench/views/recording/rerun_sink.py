@@ -16,7 +16,7 @@ from workbench.views.drawables.sink import AbstractSink, Item, differences, is_s
 from workbench.views.recording.canvas import Canvas
 
 LABEL = (15, 23, 42)
-"""Dark, as the grounds of labels are: light ones in a light viewer, half clear ones over the light scene else."""
+"""Dark: the ground of a label is light, or half clear over the scene, which is light."""
 THIN = 0.0015
 """Radius of lines and arrows [m]."""
 
