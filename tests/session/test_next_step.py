@@ -143,6 +143,16 @@ def fallen_short(session: Session, **change) -> Session:
     return replace(session, history=history).with_part(trial)
 
 
+def with_a_wrong_row(session: Session) -> Session:
+    """Held out, so that no fit has set it apart: it must not shape the mean."""
+    wrong = with_noise(session, 7.0)
+    found = wrong.results.identification
+    k = int(np.argmax(found.best.held_out.position))
+    vars(found)["suspects"] = (int(found.held_out_data.row[k]),)
+    assert stages(wrong)[1].error == pytest.approx(1e3 * np.delete(found.best.held_out.position, k).mean())
+    return wrong
+
+
 def with_another_robot(session: Session) -> Session:
     """On the plate that it begins on, while undo leads back to the robot before."""
     history = replace(session.history, done=(session.history.best,))
@@ -203,6 +213,7 @@ STATES = [
     ("identified", lambda s: without_request(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),
     ("identified", lambda s: with_noise(s, None), "?", PLAIN, CAUSE, TAKE),
     ("identified", few_rows, "too few", CAREFUL, MORE, COMPARE),
+    ("identified", with_a_wrong_row, "mm without row", CAREFUL, CAUSE, LeaveRowsOut),
     ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, ADD, POSES),
     ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, CORRECT, POSES),
     ("diagnosed", unsure, "one of several", CAREFUL, ADD, POSES),

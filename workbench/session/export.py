@@ -101,16 +101,6 @@ def report_zip(session: Session) -> File:
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 
-README = """\
-plate.toml     the plate for workbench: targets, their branches, the region
-targets.csv    poses of the tool at the targets, robot's base; as made: 'workbench plate as-measured'
-poses.csv      joint positions to measure each target with, in this order
-*.pdf, *.dxf   drawings with tolerances, for the workshop
-*.step, *.stl  the plate and its blocks as solids
-"""
-"""What is in the archive."""
-
-
 def fixture_zip(session: Session) -> NotedFile:
     """Everything that a workshop needs to make the current plate, as a folder in a ZIP file.
 
@@ -133,7 +123,6 @@ def fixture_zip(session: Session) -> NotedFile:
     def write(folder: Path) -> ExportedPlate:
         made = export_plate(plate, folder)
         (folder / "poses.csv").write_bytes(poses.encode())
-        (folder / "README.txt").write_text(README, encoding="utf-8")
         return made
 
     content, made = _written("fixture", write)

@@ -108,11 +108,11 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen = look()
     page = screen.page
     screen.tab("Calibrate")
-    screen.wait_text("result", "Needs measurements")
+    screen.wait_text("hint", "Nothing has been measured yet")
     screen.tab("Measure")
     screen.give("Load measurements", path)
     screen.wait_text("preview", "60")
-    assert "orientation of the tool" in screen.text("preview")
+    assert "rotation" in screen.text("preview")
     screen.tab("Calibrate")
     screen.press("Identify")
     screen.wait_text("result", "held-out poses")

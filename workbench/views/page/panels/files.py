@@ -23,7 +23,6 @@ from workbench.session.stages import file_errors, without_suspects
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.result_card import former
 
 PARTS = "STL, the targets, joint positions to measure them with; STEP, drawings where [cad] is installed."
 FORMATS = (
@@ -98,7 +97,6 @@ class FilesPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
             self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
-            self.html(lambda s: former(s, s.results.identification))
             self.html(_errors)
             save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
             self.press_one("Save", SAVED, save, FORMATS, visible=_is_identified)
