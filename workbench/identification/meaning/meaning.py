@@ -4,7 +4,6 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Int
 
 from workbench.base.remedy import remedy as at_entrance
 from workbench.identification.meaning.bounds import flange_poses
@@ -39,7 +38,7 @@ class RowMeaning:
         turned: The joints as given with other orientations, or poses inverted, if clearly theirs.
         told: Of rows that nothing explains, which fit the arm by themselves, or with which constant of its
             table changed all do; `cure`: what to do about those that don't.
-        kept: Numbers of the rows that fit, where the others don't and a column tells them; None otherwise.
+        kept: Heading and value of the rows that fit, where the others don't and a column tells; else empty.
     """
 
     best: RowReading
@@ -53,7 +52,7 @@ class RowMeaning:
     turned: RowReading | None = None
     told: str = ""
     cure: str = ""
-    kept: Int[np.ndarray, " k"] | None = None
+    kept: tuple[str, ...] = ()
 
     @property
     def is_found(self) -> bool:
