@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from tests.session.direct_commands import done
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
+from workbench.base.assets import assets
 from workbench.data.readers.mapping import understood_as, with_column
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
@@ -74,6 +76,9 @@ def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_
     assert do(Undo()).results.identification is None
     assert do(Redo()).results.identification is before.results.identification
     assert "one.csv" in LoadData("two.csv", file).removes(before)
+    rows = before.measurements.loaded
+    demo = replace(rows, file=replace(rows.file, content=(assets() / "samples" / "ur10.csv").read_bytes()))
+    assert not LoadData("two.csv", file).removes(before.updated("measurements", loaded=demo))
     for other in (LoadData("two.csv", file), MeasureVirtualArm(3), ForgetData()):
         session = do(other)
         assert session.results.identification is None

@@ -175,7 +175,7 @@ def test_a_click_on_a_row_of_the_chart_puts_the_arm_there(app, look):
     screen = look()
     screen.tab("Measure")
     screen.press("Measure a virtual arm")
-    screen.wait_text("preview", "10 targets")
+    screen.wait_text("preview", "10 of 10")
     screen.tab("Calibrate")
     screen.press("Identify")
     screen.wait_text("result", "40 held-out poses")
