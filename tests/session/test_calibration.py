@@ -21,7 +21,6 @@ from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtual
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
-from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
@@ -83,7 +82,7 @@ def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_
         session = do(other)
         assert session.results.identification is None
         assert session.history.done[-1].by == other.title
-        back = do(Undo(), Dismiss())
+        back = do(Undo())
         assert back.measurements.loaded is before.measurements.loaded
         assert back.results.identification is before.results.identification
 

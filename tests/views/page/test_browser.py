@@ -107,8 +107,6 @@ def test_file_identify_overlay_save(app, look, tmp_path):
 
     screen = look()
     page = screen.page
-    screen.tab("Calibrate")
-    screen.wait_text("hint", "Nothing has been measured yet")
     screen.tab("Measure")
     screen.give("Load measurements", path)
     screen.wait_text("preview", "60")
