@@ -45,7 +45,7 @@ BUDGETS = {
     "identification": 9_030,
     "diagnosis": 6_644,
     "exports": 316,
-    "session": 6_170,
+    "session": 6_163,
     "views": 6_872,
     "cli": 1_433,
     "extras": 1,
