@@ -1,25 +1,23 @@
-"""Initial alignment of base and tool, before anything else is known: closed forms, then a short fit.
-
-With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) both come from `hand_eye`.
-With points alone the base (Arun's rigid fit) and the tool point (linear) are found alternately.
-"""
+"""Initial alignment of base and tool, before anything else is known: `place`, then a short fit."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm import chain as chains
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.base.hand_eye import mean_base
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.meaning.placement import place
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
-MAX_ALTERNATIONS, MAX_STEPS = 20, 100
-"""Alternations between base and tool for points, each a closed form; and steps of a search."""
+MAX_STEPS = 100
+"""Maximum steps of a search."""
+MIN_PLACED = 3
+"""Minimum number of rows of a session that tell the tool."""
 MAX_ALIGNED_ROWS = 500
 """Maximum number of rows for the closed forms; all rows take part in the final fit."""
 MAX_FIRST_ROWS = 1_500
@@ -99,43 +97,31 @@ def spread_rows(data: Dataset, count: int) -> np.ndarray:
 def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
     """Starting points: the robot as given, then with base and tool from the closed forms."""
     yield robot
-    if not freedom.base or data.position is None:
+    points, turns, tool = data.position, data.rotation, robot.tool.pose
+    if points is None and data.markers is not None:  # one of them is a point of the tool
+        points = data.markers[:, np.isfinite(data.markers).all(2).sum(0).argmax()]
+    if not freedom.base or points is None:
         return
     arm = chains.poses(robot.bare.chain, data.q)
-    seen = np.isfinite(data.position).all(-1)
+    seen = np.isfinite(points).all(-1)
     groups = [np.flatnonzero(seen & data.in_session(name)) for name in data.sessions]
-    groups = [g for g in groups if len(g)]
-    if not freedom.base_per_session:
-        groups = [np.concatenate(groups)] if groups else []
-    if not groups:
+    groups = groups if freedom.base_per_session else [np.concatenate(groups)]
+    if not all(map(len, groups)):
         return
-    rotations = data.rotation
-    if rotations is not None and np.isfinite(rotations[seen]).all():
-        largest = max(groups, key=len)
-        tool = robot.tool.pose
-        if freedom.tool and len(largest) >= 3:
-            tool = hand_eye(arm[largest], se3.pose(rotations[largest], data.position[largest]))
-        bases = [mean_base(arm[g] @ tool, se3.pose(rotations[g], data.position[g])) for g in groups]
-        yield _with_frames(robot, data, freedom, bases, tool)
-        return
-    point = _tool_point(robot, data, arm, groups, freedom)
-    bases = [se3.best_fit(se3.apply(arm[g], point[None]), data.position[g]) for g in groups]
-    yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
-
-
-def _tool_point(robot, data, arm, groups, freedom) -> Float[np.ndarray, "3"]:
-    """Initial guess of the tool point from points alone."""
-    if not freedom.tool:
-        return robot.tool.xyz
-    point = np.array(robot.tool.xyz)
-    for _ in range(MAX_ALTERNATIONS):
-        rows, right = [], []
-        for g in groups:
-            base = se3.best_fit(se3.apply(arm[g], point[None]), data.position[g])
-            rows.append((base[:3, :3] @ arm[g, :3, :3]).reshape(-1, 3))
-            right.append((data.position[g] - se3.apply(base, arm[g, :3, 3])).ravel())
-        point = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0]
-    return point
+    if turns is not None and not np.isfinite(turns[seen]).all():
+        turns = None
+    rows = max(groups, key=len)
+    if (freedom.tool or data.position is None) and len(rows) >= MIN_PLACED:
+        rotations = None if turns is None else turns[rows][None]
+        tool = place(robot.bare, data.q[rows][None], points[rows][None], rotations, robust=False).tool[0]
+        if turns is None:
+            tool[:3, :3] = robot.tool.rotation
+    reached = arm @ tool
+    if turns is None:
+        bases = [se3.best_fit(reached[g, :3, 3], points[g]) for g in groups]
+    else:
+        bases = [mean_base(reached[g], se3.pose(turns[g], points[g])) for g in groups]
+    yield _with_frames(robot, data, freedom, bases, tool)
 
 
 def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool) -> Robot:

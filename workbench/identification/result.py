@@ -288,10 +288,7 @@ class Identification(AbstractReported, AbstractSplit):
             if explains_little(before, after, self.nominal_robot.reach):
                 left = f"{after.text('rms')} of {before.text('rms')} remain"
                 left += ", and no constant was corrected" if best.deviation < ROUNDING else ""
-                labels = {} if (point := self.data.point) is None else {*point.tolist()} - {""}
-                several = ", or call the column 'point' 'reflector' if it names several of the tool"
-                more = several * (1 < len(labels) < len(self.data) / 4)
-                yield f"the geometry explains little: {left}; check robot, frames and sessions{more}"
+                yield f"the geometry explains little: {left}; check robot, frames and sessions"
             yield self.parted
             yield self.scale
         yield from own.doubts

@@ -14,11 +14,15 @@ from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import with_holding_torques, with_planes, with_wires
+from workbench.identification.meaning.nominal_fit import (
+    with_holding_torques,
+    with_planes,
+    with_tool_points,
+    with_wires,
+)
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
-from workbench.identification.meaning.unexplained import told_by_column
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
@@ -57,22 +61,20 @@ def as_read(
     if how == "given" or data.readings is not None:
         return robot, data.said
     arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
-    return arm, with_holding_torques(arm, _with_orientation(arm, rows))
+    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows)))
 
 
-@lru_cache(maxsize=2)
-def _meaning(robot: Robot, data: Dataset) -> RowMeaning | None:
-    """What rows mean, kept: what fits, what judges the fit, and the page ask it of the same ones."""
-    meaning = read_rows(robot, data)
-    return meaning if meaning is None or data.missing_units else told_by_column(robot, data, meaning)
+_meaning = lru_cache(maxsize=2)(read_rows)
+"""Kept: what fits, what judges the fit, and the page ask it of the same rows."""
 
 
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
     meaning = _meaning(robot, data)
-    if meaning is None or meaning.kept is None:
+    if meaning is None or not meaning.kept:
         return data, meaning
-    lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
+    heading, value = meaning.kept
+    lost = np.flatnonzero(data.included & (data.unread[heading] != value)).tolist()
     kept = data.kept_out(dict.fromkeys(lost, "is told by a column not to fit"))
     return understood(robot, _with_notes(kept, f"{plural(len(lost), 'row')} left out: {meaning.told}"))
 
