@@ -4,13 +4,9 @@ An array of rows is a column, or several: joints `q1 …`, places `x y z`, quate
 their entries. Their units, and the order of a quaternion, are told by the rows like those of any table.
 """
 
-import io
-import json
 import re
-import zipfile
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +15,7 @@ import numpy as np
 
 from workbench.base.errors import FileError
 from workbench.base.units import parse_heading
+from workbench.data.readers.blocks import arrays_in, block
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
 from workbench.data.readers.headings import (
     is_commanded,
@@ -30,66 +27,33 @@ from workbench.data.readers.headings import (
 )
 from workbench.data.readers.table import Grid, grid_of
 
-MAX_BYTES = 256 * 2**20
-"""Maximum size of unpacked arrays."""
 _JOINTS = re.compile("q|joints?|joint_(?:positions|angles|states)|angles")
 _PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
 _MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
 
 
-def unpacked_arrays(data: bytes, limit: int) -> dict[str, np.ndarray]:
-    """The arrays of an .npz by name; a ValueError if they unpack to more bytes than the limit."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if sum(entry.file_size for entry in archive.infolist()) > limit:
-            raise ValueError(f"it unpacks to more than {limit >> 20} MiB")
-    with np.load(io.BytesIO(data), allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
-
-
-def read_npz(data: bytes, path: Path) -> Grid:
-    """The arrays of an .npz as a table."""
-    try:
-        arrays = unpacked_arrays(data, MAX_BYTES)
-    except (ValueError, OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
-        raise FileError(f"its arrays can't be read ({error}); {TABLE}", path=str(path)) from None
-    return table_of(arrays, path, "these are arrays of NumPy")
-
-
-def read_json(data: bytes, path: Path) -> Grid:
-    """JSON of arrays, of one object a row, or of one object a line, as a table."""
-    return table_of(arrays_of_json(data), path, "this is JSON")
-
-
-def arrays_of_json(data: bytes) -> dict[str, Any]:
-    """Rows of each name."""
-    found = None
-    with suppress(ValueError, RecursionError):  # text that isn't UTF-8 is a ValueError, too
-        text = data.decode("utf-8-sig")
-        try:
-            found = json.loads(text)
-        except json.JSONDecodeError:
-            found = [json.loads(line) for line in text.splitlines() if line.strip()]
-    lists = [v for v in (found.values() if isinstance(found, dict) else [found]) if isinstance(v, list) and v]
-    lists = [rows for rows in lists if all(isinstance(row, dict) for row in rows)]
-    if len(lists) == 1:
-        rows = [_leaves("", row) for row in lists[0]]
-        found = {name: [row.get(name) for row in rows] for name in rows[0]}
-    return found if isinstance(found, dict) else {}
-
-
-def _leaves(name: str, value: Any) -> dict[str, Any]:
-    """Values of an object by their paths: `pose_position_x`."""
-    if not isinstance(value, dict):
-        return {name: value}
-    inside = (_leaves(f"{name}_{key}".lstrip("_"), inner) for key, inner in value.items())
-    return {path: leaf for leaves in inside for path, leaf in leaves.items()}
+def read_arrays(path: Path) -> Grid | None:
+    """The arrays of a file, or of the numbered files of a folder, as a table; None of a folder without."""
+    found = arrays_in({"": path})
+    if path.is_dir() and not found.numbers:
+        return None
+    if [*found.arrays] == [""] and (rows := found.arrays[""]).ndim == 2:  # whose columns have no names
+        return Grid(source=str(path), rows=rows.astype(str).tolist(), lines=list(range(1, len(rows) + 1)))
+    grid = table_of(
+        found.arrays, path, "these are arrays, or JSON" if path.is_file() else "these are numbered files"
+    )
+    lines = [0, *found.numbers] if len(found.numbers) == len(grid.rows) - 1 else grid.lines
+    return replace(grid, lines=lines, notes=(*found.notes, *grid.notes))
 
 
 def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     """Arrays as long as the joints, or as most are, side by side; without `what`, under their whole names."""
     columns, left_out = dict[str, list[str]](), list[str]()
-    upright = {str(name): _array(values) for name, values in arrays.items()}
+    upright = {
+        str(name): own if own.ndim else np.zeros(0)
+        for name, own in zip(arrays, map(block, arrays.values()), strict=True)
+    }
     rows, upright = _upright(upright) if what else (max(map(len, upright.values())), upright)
     for name, array in upright.items():
         shape = array.shape[1:-1] if array.shape[2:] == (1,) else array.shape[1:]
@@ -158,14 +122,6 @@ def _is_known(name: str, shape: tuple[int, ...]) -> bool:
     names = [normalised(heading) for heading in _headings(name, shape)[:17]]  # more are alike
     together = known_together(dict.fromkeys(names, ()))
     return len(names) in (12, 16) or any(map(meaning_of, names)) or bool(together)
-
-
-def _array(values: Any) -> np.ndarray:
-    """Numbers or labels as an array; an empty one where they are none, or a single one."""
-    with suppress(ValueError):
-        if (array := np.asarray(values)).ndim and array.dtype.kind in "fiubUS":
-            return array
-    return np.zeros(0)
 
 
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:

@@ -11,9 +11,9 @@ from PIL import Image, ImageOps
 
 from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
+from workbench.data.readers.blocks import PICTURES
 from workbench.extras.camera.rig import Rig
 
-ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
 MAX_PIXELS = 250_000_000
 """Larger pictures are refused, as a small file may unpack to gigabytes; sensors have 150 million at most."""
 
@@ -29,7 +29,7 @@ def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
     for name in names:
         own = folder if len(names) == 1 else folder / name
         inside = (own.iterdir(), own.rglob("*")) if own.is_dir() else ()
-        pictures = ([p for p in some if p.suffix.lower() in ENDINGS] for some in inside)
+        pictures = ([p for p in some if p.suffix.lower() in PICTURES] for some in inside)
         every = (sorted(part, key=lambda p: (len(p.stem) * p.stem.isdigit(), p.name)) for part in pictures)
         found = next(filter(None, every), [])
         files = [path.name for path in found]
@@ -39,7 +39,7 @@ def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
                 f"has '{again}' in several folders; give every picture its own name", path=str(own)
             )
         if not found:
-            raise FileError(f"has no pictures ({', '.join(ENDINGS[:4])} …)", path=str(own))
+            raise FileError(f"has no pictures ({', '.join(PICTURES[:4])} …)", path=str(own))
         yield from ((name, path) for path in found)
 
 

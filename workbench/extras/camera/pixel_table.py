@@ -54,7 +54,8 @@ def read_pixels(
     Raises:
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
-    beside = None if joints is None else read_fields(joints).said
+    beside = None if joints is None else read_fields(joints)
+    beside = beside and (beside.likely if Path(joints or "").is_dir() else beside.said)
     if Path(source).is_dir():
         if beside is None:
             text = f"pictures need the joints at which they were taken; {_give_joints()}"
