@@ -69,19 +69,6 @@ class Fields:
             raise UnitError(self.missing_units, unit="")
         return self
 
-    @property
-    def likely(self) -> "Fields":
-        """These columns in the likeliest units where the file, a program's, lacks them."""
-        kinds = (
-            {"deg": "angles", "rad": "angles", "mm": "lengths", "m": "lengths"} if self.missing_units else {}
-        )
-        read = (
-            f"{kinds[unit]} are read as {unit}"
-            for unit in dict.fromkeys(self.units.values())
-            if unit in kinds
-        )
-        return replace(self, notes=(*self.notes, *read), missing_units="")
-
     def stacked(
         self, keys: Sequence[str], *, missing: float | None = None
     ) -> Float[np.ndarray, "rows columns"] | None:

@@ -1,13 +1,12 @@
 """Corners of boards and tags found in a folder of pictures.
 
 A ChArUco board's inner corners are found beside its markers and refined to parts of a pixel; so are the
-corners of single tags. Boards that OpenCV before 4.6 printed with an even number of rows have the other
-pattern: whichever shows more corners is taken, and noted. A picture without the target gets the reason.
+corners of single tags. A picture without the target gets the reason.
 """
 
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
@@ -50,8 +49,7 @@ def dictionary(name: str) -> Any:
     return opencv().aruco.getPredefinedDictionary(number)
 
 
-def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
-    """A board as OpenCV has it; `legacy`: in the pattern of versions before 4.6, white square first."""
+def opencv_board(board: Charuco) -> Any:
     across, down = board.squares
     if board.markers.stop > len(dictionary(board.dictionary).bytesList):
         after = f" from {board.first_marker} on" if board.first_marker else ""
@@ -62,9 +60,7 @@ def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
             found=board.dictionary,
         )
     prints, own = dictionary(board.dictionary), np.array(board.markers)
-    found = opencv().aruco.CharucoBoard(board.squares, board.square, board.marker, prints, own)
-    found.setLegacyPattern(legacy)
-    return found
+    return opencv().aruco.CharucoBoard(board.squares, board.square, board.marker, prints, own)
 
 
 def markers_in(picture: Picture, name: str) -> Markers:
@@ -108,26 +104,22 @@ class BoardFinder:
 
     Args:
         targets: What is looked for, each with its dictionary.
-        legacy: Names of the boards with the pattern of OpenCV before 4.6.
         notes: What was decided about them.
     """
 
     targets: tuple[PictureTarget, ...]
-    legacy: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
         """The finder of targets; what nobody gave of them is what shows most in pictures."""
-        even = [t for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
-        legacy = [t.name for t in even if cls((t,), (t.name,)).shown(pictures) > cls((t,)).shown(pictures)]
-        notes = ["the board has the pattern of OpenCV before 4.6 (setLegacyPattern)"] if legacy else []
+        notes = list[str]()
         unsaid = [t for t in targets if not t.prints]
         if unsaid:
             name = max(COMMON_NAMES, key=lambda name: cls(_printed(unsaid, name)).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
             targets = [t if t.prints else _printed([t], name)[0] for t in targets]
-        return cls(tuple(targets), tuple(legacy), tuple(notes))
+        return cls(tuple(targets), tuple(notes))
 
     def find(self, picture: Picture) -> tuple[Corners, str]:
         """All corners in a picture, and the reason where there are none."""
@@ -146,7 +138,7 @@ class BoardFinder:
             if target.charuco is None:
                 tags.setdefault(target.dictionary, []).append(target)
                 continue
-            board = opencv_board(target.charuco, legacy=target.name in self.legacy)
+            board = opencv_board(target.charuco)
             uv, names, *_ = opencv().aruco.CharucoDetector(board).detectBoard(picture)
             if names is not None:
                 ids = names.ravel() + target.ids[0]
@@ -176,15 +168,16 @@ def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[Picture
     return tuple(replace(target, dictionary=dictionary) for target in targets)
 
 
-def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
+def find_corners(folder: Path | str, rig: Rig, named: Collection[str] = ()) -> PixelRows:
     """Corners in all pictures of a folder; with several cameras, of a folder each inside it, by their names.
 
     Args:
         folder: Of the pictures.
         rig: Cameras and target.
+        named: Pictures that are meant of several with one stem.
     """
     folder = Path(folder)
-    files = list(picture_files(folder, rig))
+    files = list(picture_files(folder, rig, named))
     sizes = {camera.name: camera.size for camera in rig.cameras}
     few = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]
     finder = BoardFinder.of(rig.targets, list(readable(few, sizes)))

@@ -15,7 +15,7 @@ from pathlib import Path
 from workbench.base.errors import FileError
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
-from workbench.data.readers.blocks import BLOCKS, PICTURES, arrays_in
+from workbench.data.readers.arrays import BLOCKS, PICTURES, arrays_in
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.pixel_table import read_pixels
 from workbench.extras.camera.rig import Rig, read_rig

@@ -2,7 +2,7 @@
 
 import contextlib
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from PIL import Image, ImageOps
 
 from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
-from workbench.data.readers.blocks import PICTURES
+from workbench.data.readers.arrays import PICTURES
 from workbench.extras.camera.rig import Rig
 
 MAX_PIXELS = 250_000_000
@@ -21,8 +21,9 @@ Image.MAX_IMAGE_PIXELS = MAX_PIXELS
 Picture = UInt8[np.ndarray, "height width"]
 
 
-def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
-    """Name of the camera and path of every picture, in the order of their names: 2 before 10."""
+def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterator[tuple[str, Path]]:
+    """Name of the camera and path of every picture, in the order of their names: 2 before 10; of several with
+    one stem the named one, if any is."""
     if not folder.is_dir():
         raise FileError("is not a folder of pictures", path=str(folder))
     names = [camera.name for camera in rig.cameras] or ["camera"]
@@ -32,6 +33,8 @@ def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
         pictures = ([p for p in some if p.suffix.lower() in PICTURES] for some in inside)
         every = (sorted(part, key=lambda p: (len(p.stem) * p.stem.isdigit(), p.name)) for part in pictures)
         found = next(filter(None, every), [])
+        stems = {path.stem for path in found if path.name in named}  # of 0.jpg beside a depth 0.png
+        found = [path for path in found if path.name in named or path.stem not in stems]
         files = [path.name for path in found]
         if len(set(files)) < len(files):
             again = next(file for file in files if files.count(file) > 1)

@@ -55,16 +55,20 @@ def read_pixels(
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
     beside = None if joints is None else read_fields(joints)
-    beside = beside and (beside.likely if Path(joints or "").is_dir() else beside.said)
+    if beside is not None and beside.missing_units and Path(joints or "").is_dir():  # as programs write
+        note = f"numbers without units are read in {', '.join(dict.fromkeys(beside.units.values()))}"
+        beside = replace(beside, missing_units="", notes=(*beside.notes, note))
+    beside = beside and beside.said
     if Path(source).is_dir():
         if beside is None:
             text = f"pictures need the joints at which they were taken; {_give_joints()}"
             raise FileError(text, path=str(source))
+        named = beside.values.get("image", np.zeros(0, str)).tolist()
         if not rig.cameras:
-            files = list(picture_files(Path(source), rig))
+            files = list(picture_files(Path(source), rig, named))
             sizes = [each.shape[::-1] for each in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
             rig = with_assumed(rig, [""], max(sizes, key=sizes.count), CENTRE_SIGMA)
-        return pixel_data(find_corners(Path(source), rig), rig, beside, dof=dof)
+        return pixel_data(find_corners(Path(source), rig, named), rig, beside, dof=dof)
     fields = read_fields(source, layout="plain").said
     return pixel_data(_rows(fields), rig, beside or _one_a_picture(fields), dof=dof)
 

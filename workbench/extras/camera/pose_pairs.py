@@ -20,9 +20,8 @@ from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
-from workbench.data.readers.arrays import table_of
+from workbench.data.readers.arrays import TURN, arrays_in, block, table_of
 from workbench.data.readers.assemble import excluded_rows
-from workbench.data.readers.blocks import TURN, arrays_in
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
 from workbench.data.readers.headings import split_ending
@@ -40,7 +39,7 @@ MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$
 VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 """OpenCV's names of what a camera sees, where nothing else says whose they are."""
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
-JOINT = re.compile(r".*joint.*|q\d+", re.I)
+JOINT, NO_QUATERNION = (re.compile(rf".*joint.*|q({count})", re.I) for count in (r"\d+", r"[05-9]|\d\d+"))
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
 _OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
@@ -56,7 +55,8 @@ WANTED = (
     "give the robot's and the target's pose in each row (x[m] … qw, target_x[m] … target_qw), samples of "
     "easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
 )
-SIDES = ("robot", "target")
+SIDES, WIDTHS = ("robot", "target"), (1, 3, 4, 6, 7, 8, 9, 12, 16)
+"""Whose poses are paired, and how many numbers a pose or a part of one has."""
 
 Poses = Float[np.ndarray, "rows 4 4"]
 
@@ -104,10 +104,16 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
 def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     """Arrays under names that say whose poses they are: where no name is of what a camera sees, those that
     are of no robot; the halves of a lone one without a name."""
-    if [*arrays] == [""] and np.ndim(both := arrays[""]) == 2 and both.shape[1] in (12, 14, 24, 32):
+    if [*arrays] == [""] and (both := arrays[""]).shape[1:] in ((12,), (14,), (24,), (32,)):
         notes.append("the robot's poses are the first half of each row, the target's the second")
         return dict(zip(SIDES, np.hsplit(both, 2), strict=True))
-    named = {_LETTER.sub(lambda found: LETTERS[found[0]], name): own for name, own in arrays.items()}
+    if [*arrays] == [""] and both.shape[1:] == (4, 4) and len(both) % 2 == 0:  # which turn alike
+        ways = {"one after the other": np.vsplit(both, 2), "in turns": (both[::2], both[1::2])}
+        how = min(ways, key=lambda k: np.ptp([_turned(side) for side in ways[k]], axis=0).sum())
+        notes.append(f"robot's and target's poses stand {how}, the robot's first")
+        return dict(zip(SIDES, ways[how], strict=True))
+    whole = {n: own for n, own in arrays.items() if block(own)[:1].size in WIDTHS}
+    named = {_LETTER.sub(lambda found: LETTERS[found[0]], name): own for name, own in whole.items()}
     kinds = {name: _is_seen(name) for name in named}
     unknown = [name for name, kind in kinds.items() if kind is None and len(named[name]) > 2]
     if True in kinds.values() or not unknown:
@@ -116,6 +122,12 @@ def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
         text = f"nothing tells whether {listed(unknown)} are the robot's or the target's"
         raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
     return {f"target_{name}" if name in unknown else name: own for name, own in named.items()}
+
+
+def _turned(poses: Poses) -> Float[np.ndarray, " rows"]:
+    """By which each pose is turned from the first [rad]."""
+    turns = poses[:, :3, :3]
+    return np.linalg.norm(se3.matrix_to_rotvec(turns[0].T @ turns), axis=1)
 
 
 def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -142,10 +154,13 @@ def _is_seen(name: str) -> bool | None:
 
 
 def _poses(grid: Grid, seen: bool) -> tuple[Dataset, re.Pattern[str] | None]:
-    """One side of a table, and which way round names say that its poses are, if they do. What names no side
-    is the robot's."""
+    """One side of a table, and which way round names say that its poses are, if they do. Where none is said
+    to be the robot's, all others are."""
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
-    own = [c for c in head if bool(_is_seen(c)) is seen and not JOINT.fullmatch(parse_heading(c).name)]
+    kinds = {c: _is_seen(c) for c in head}
+    kinds |= {} if False in kinds.values() else {c: bool(kind) for c, kind in kinds.items()}
+    joint = JOINT if "q5" in {parse_heading(c).name for c in head} else NO_QUATERNION
+    own = [c for c, kind in kinds.items() if kind is seen and not joint.fullmatch(parse_heading(c).name)]
     names = tuple(_heading(c, head) if c in own else c if c == "exclude" else IGNORED for c in head)
     fields = fields_of(replace(with_names(grid, names), headings=tuple(head)))
     position, left_out = fields.stacked(("x", "y", "z")), excluded_rows(fields)
