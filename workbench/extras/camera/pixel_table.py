@@ -26,9 +26,8 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.corner_detection import PixelRows, find_corners
+from workbench.extras.camera.corner_detection import PixelRows, find_corners, picture_files, readable
 from workbench.extras.camera.lens import with_assumed, with_lenses
-from workbench.extras.camera.picture_files import picture_files, readable
 from workbench.extras.camera.resection import with_corners
 from workbench.extras.camera.rig import Rig
 
