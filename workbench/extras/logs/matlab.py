@@ -23,6 +23,8 @@ from workbench.data.readers.table import Grid, grid_of, with_headings
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
+MAX_POINTS = 4
+"""Of a posture, one below another."""
 
 
 @final
@@ -81,6 +83,10 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
             raise OptionError(f"{path}: {names}, which contains {holds}")
         keyed = _named(side, wanted, path)
         how, table = _one_row_each(variables[side.name], side, wanted, len(keyed), rows, path)
+        if not keyed and rows % len(table) == 0 < rows - len(table):  # points of each posture in turn
+            points = rows // len(table)
+            columns["point"] = [str(k % points + 1) for k in range(rows)]
+            table = np.repeat(table, points, axis=0)
         item, rows = wanted[0]._replace(unit=wanted[0].unit or side.unit), len(table)
         keyed = keyed or [(item, f"{item.name.lower()}{k + 1}") for k in range(table.shape[1])]
         heads = [item.heading(key) for item, key in keyed]
@@ -118,6 +124,8 @@ def _one_row_each(
     said = next((item.orientation for item in (side, *wanted) if item.orientation), None)
     ways = {how: a for how, a in (("row", array), ("column", array.T)) if said in (None, how)}
     fit = [(how, a) for how, a in ways.items() if a.shape == (rows or len(a), width or a.shape[1])]
+    several = (each for each in ways.items() if not width and not rows % len(each[1]))
+    fit = fit or [(how, a) for how, a in several if rows <= MAX_POINTS * len(a)]
     shape = " x ".join(map(str, array.shape))
     if said is None and len(fit) != 1:
         asked = f"say whether one measurement is a row or a column of '{side.name}' ({shape})"
