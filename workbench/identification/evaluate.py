@@ -10,7 +10,6 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
-from workbench.base.wording import first_of, in_mm
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_drivers
@@ -18,8 +17,8 @@ from workbench.data.plausibility import checked
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import FrameChoice, choose_frames, warnings_of
 from workbench.identification.meaning.as_read import as_read
-from workbench.identification.result import Evaluation
-from workbench.identification.rows.excluded_outliers import MAX_NAMED_ROWS, MAX_ROUNDS, gross_limit
+from workbench.identification.result import Evaluation, Outlier, set_apart
+from workbench.identification.rows.excluded_outliers import gross_limit
 from workbench.identification.rows.outlying_rows import MAX_SHARE
 
 
@@ -41,32 +40,24 @@ def evaluate(
     used = data.take(data.included)
     if not len(used):
         raise DataError(f"{data.source}: all rows are excluded; there is nothing to evaluate")
-    notes, fitted = [*data.notes, *robot.extrapolation_warnings(used.q, used.row)], 0
-    far = list[str]()
+    notes, fitted, said = [*data.notes, *robot.extrapolation_warnings(used.q, used.row)], 0, list[str]()
     if fit_frames:
         held = {k: f for k in ("base", "tool") if (f := getattr(robot, k)).free is Freedom.FIXED}
         arm = robot.with_frames(**{k: replace(f, free=Freedom.AUTO) for k, f in held.items()})
-        choice, used, far = _with_frames(arm, used)
+        choice, kept = _with_frames(arm, used)
         robot, notes = choice.robot, [*notes, *choice.notes]
         fitted = len(choice.freedom.base) + len(choice.freedom.tool)
+        if len(kept) < len(used):
+            off, far = row_errors(robot, used), ~np.isin(used.row, kept.row)
+            columns = (v[far].tolist() for v in (used.row, off.position, off.rotation, off.position))
+            said, used = [set_apart(tuple(map(Outlier, *columns)), off.take(~far))], kept
     errors = row_errors(robot, used)
-    return Evaluation(robot, used, errors, tuple(notes), (*far, *warnings_of(robot, used, errors, fitted)))
+    return Evaluation(robot, used, errors, tuple(notes), (*said, *warnings_of(robot, used, errors, fitted)))
 
 
-def _with_frames(arm: Robot, data: Dataset) -> tuple[FrameChoice, Dataset, list[str]]:
-    """The arm with the base and tool that fit its rows, these without gross outliers, and which those are."""
-    choice, gross = choose_frames(arm, data, free=()), np.zeros(len(data), bool)
-    for _ in range(MAX_ROUNDS):
-        errors = row_errors(choice.robot, data)
-        new = errors.position > gross_limit(1e-3 * errors.take(~gross).position_mm.median, arm.reach)
-        if (new == gross).all() or new.mean() > MAX_SHARE:
-            break
-        gross = new
-        choice = choose_frames(arm, data.take(~gross), free=())
-    if not gross.any():
-        return choice, data, []
-    off = row_errors(choice.robot, data).position
-    each = [f"{data.row[k]} ({in_mm(off[k])} off)" for k in np.flatnonzero(gross)]
-    which = f"{'row' if len(each) == 1 else 'rows'} {first_of(each, MAX_NAMED_ROWS)} left out"
-    said = f"{which}: base and tool are fitted to the others; measure again, or correct the file"
-    return choice, data.take(~gross), [said]
+def _with_frames(arm: Robot, data: Dataset) -> tuple[FrameChoice, Dataset]:
+    """The arm with the base and tool that fit its rows best, without gross outliers, and these rows."""
+    choice = choose_frames(arm, data, free=())
+    errors = row_errors(choice.robot, data)
+    far = errors.position > gross_limit(1e-3 * errors.position_mm.median, arm.reach)
+    return _with_frames(arm, data.take(~far)) if 0.0 < far.mean() < MAX_SHARE else (choice, data)
