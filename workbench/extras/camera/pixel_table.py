@@ -6,7 +6,7 @@ turns that reach these poses: camera and target can be found, of the arm nothing
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path, PurePath
@@ -19,11 +19,11 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.remedy import remedy
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.base.wording import listed, plural
+from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.fields import Fields
-from workbench.data.readers.headings import PIXEL_LABELS
+from workbench.data.readers.headings import PIXEL_LABELS, is_observed
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.corner_detection import PixelRows, find_corners, picture_files, readable
@@ -210,23 +210,23 @@ def _one_a_picture(fields: Fields) -> Fields:
             off = np.abs(values - values[first][back])
             if (off > SAME_JOINTS).any():
                 raise fields.error("rows of one image have different joints", int(np.argmax(off)), key)
-    skipped = {"u", "v", *PIXEL_LABELS} - {"image"}
-    kept = {key: v for key, v in fields.values.items() if key not in skipped}
-    return replace(fields, values=kept).take(np.sort(first))
+    return fields.take(np.sort(first))
 
 
 def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
-    """The joints; those of an arm of slides and turns where the tool's poses are given, and words for it."""
-    values: Mapping[str, np.ndarray] = {k: v for k, v in joints.values.items() if k not in PIXEL_LABELS}
-    position = joints.stacked(("x", "y", "z"))
-    if joints.numbers(r"q(\d+)") or position is None:
-        return replace(joints, values=values), ()
+    """The joints alone, as poses beside them are the controller's; or, where only the tool's poses are given,
+    those of an arm of slides and turns, and words for it."""
+    own = {k: v for k, v in joints.values.items() if not (k in PIXEL_LABELS or is_observed(k))}
+    if joints.numbers(r"q(\d+)") or (position := joints.stacked(("x", "y", "z"))) is None:
+        beside = [joints.headings.get(key, key) for key in joints.values if is_observed(key)]
+        left = f"{span(beside)} beside the joints are left out: what was measured are the pixels"
+        return replace(joints, values=own, rotation=None, notes=(*joints.notes, *[left] * bool(beside))), ()
     rotation, notes = read_orientation(joints, usable=np.ones(joints.rows, bool))
     if rotation is None:
         wanted = "an orientation too (qw qx qy qz, or roll pitch yaw)"
         raise DataError(f"{joints.source}: tool poses need {wanted}")
     q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
-    kept = {key: v for key, v in values.items() if key in ("session", "group", "time", "exclude", "reason")}
+    kept = {key: v for key, v in own.items() if key in ("session", "group", "time", "exclude", "reason")}
     kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}
     text = "no joints, only tool poses: camera and target are identified, the arm can't be"
     return replace(joints, values=kept, rotation=None, notes=(*joints.notes, *notes)), (text,)
