@@ -49,7 +49,7 @@ BUDGETS = {
     "views": 6_847,
     "cli": 1_431,
     "extras": 1,
-    "extras/camera": 3_469,
+    "extras/camera": 3_468,
     "extras/controllers": 696,
     "extras/hobby": 719,
     "extras/katana": 998,

@@ -118,13 +118,16 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
 
 def numpy_arrays(data: bytes, *, pickled: bool = True) -> dict[str, Any]:
     """The arrays of an .npz or .npy by name, or of a pickle of such, which is read in a child."""
-    if not data.startswith(b"PK"):
-        return by_name(_array_of(io.BytesIO(data), pickled))
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
-            raise ChildError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
-        files = [name for name in archive.namelist() if name.endswith(".npy")]
-        return {name[:-4]: _array_of(io.BytesIO(archive.read(name)), pickled) for name in files}
+    files = {"": data}
+    if data.startswith(b"PK"):
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise ChildError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
+            names = [name for name in archive.namelist() if name.endswith(".npy")]
+            files = {name.removesuffix(".npy"): archive.read(name) for name in names}
+    found = {name: _array_of(io.BytesIO(content), pickled) for name, content in files.items()}
+    found = by_name(found[""]) if [*files] == [""] else found
+    return {name: block(own) for name, own in found.items()}
 
 
 def _array_of(file: io.BytesIO, pickled: bool) -> Any:
@@ -197,9 +200,10 @@ def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
             found[name][-1].append(float(number))
     whole = {name: [row for row in rows if row] for name, rows in found.items()}
     arrays = {name: np.array(rows) for name, rows in whole.items() if len(set(map(len, rows))) == 1}
-    for name, width in [(n, a) for n, a in arrays.items() if n.endswith("cols") and a[0] > 1]:  # of OpenCV
-        if (data := arrays.get(f"{name[:-4]}data", width)).size % width[0] == 0:
-            arrays[f"{name[:-4]}data"] = upright(data.reshape(-1, int(width[0, 0])))
+    for name in [name for name in arrays if name.endswith("cols")]:  # of OpenCV
+        data, width = arrays.get(f"{name[:-4]}data", np.zeros(0)), int(arrays[name].flat[0])
+        if width > 1 and data.size % width == 0:
+            arrays[f"{name[:-4]}data"] = upright(data.reshape(-1, width))
     shapes = {1: (-1,), 9: (-1, 3, 3)}
     return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in arrays.items()}
 

@@ -29,7 +29,7 @@ def board(
 ) -> None:
     """A ChArUco board to print at true size, and its target.toml."""
     from workbench.extras.camera.camera import Mount
-    from workbench.extras.camera.printed import across_down, board_pdf
+    from workbench.extras.camera.corner_detection import across_down, board_pdf
     from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
     check_ending(out, "a board is", ".pdf")

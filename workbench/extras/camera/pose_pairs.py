@@ -1,7 +1,7 @@
 """Pairs of a robot's pose and a target's pose in the camera, as hand–eye tools keep them.
 
-Samples of easy_handeye and MoveIt (YAML or JSON), OpenCV's arrays in an .npz, or a table with both poses in
-a row. Each side becomes a table that is read like one of measurements. Names tell which is which: a camera
+Samples of easy_handeye and MoveIt (YAML or JSON), OpenCV's arrays, numbered files, or a table with both poses
+in a row. Each side becomes a table that is read like one of measurements. Names tell which is which: a camera
 sees one, a robot moves the other. The turn from one pose to another is as large on both sides wherever the
 camera is, which tells what the numbers of orientations mean.
 """
@@ -53,7 +53,7 @@ EASY_HANDEYE = re.compile(rb"\b(hand_world_samples|robot)[\"']?\s*:")
 _LETTER, _GAP = re.compile(r"^(A|B|T1|T2)(?=_|$)"), re.compile(r"[_ ./]+")
 WANTED = (
     "give the robot's and the target's pose in each row (x[m] … qw, target_x[m] … target_qw), samples of "
-    "easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
+    "easy_handeye or MoveIt, arrays (.npz), or numbered files of both (robot_00.txt … target_00.txt …)"
 )
 SIDES, WIDTHS = ("robot", "target"), (1, 3, 4, 6, 7, 8, 9, 12, 16)
 """Whose poses are paired, and how many numbers a pose or a part of one has."""
@@ -80,7 +80,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
     except OptionError:
         raise
     except (ValueError, WorkbenchError) as error:
-        why = re.split("[:;(,]", str(error).split(": ", 1)[-1])[0].strip()  # then comes other files' advice
+        why = re.split("[:;,]", str(error).split(": ", 1)[-1])[0].strip()  # then comes other files' advice
         raise FileError(f"it holds no pairs of poses ({why}); {WANTED}", path=str(path)) from None
     numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)

@@ -14,7 +14,7 @@ from workbench.base.remedy import remedy
 from workbench.data.binary_tables import read_in_child, refusal
 from workbench.data.readers.arrays import table_of
 from workbench.data.readers.column_meanings import interpret_columns
-from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, headings_in_order
+from workbench.data.readers.columns_option import NamedUnit, Naming, group_keys, headings_in_order
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
@@ -75,7 +75,9 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
             option="columns",
         )
     columns, notes, rows = dict[str, list[str]](), list[str](), 0
-    for side, wanted in sorted(naming.pairs, key=_is_by_joint):  # others tell how many rows
+    by_joint = [any(i.name.lower() in BY_JOINT for i in (side, *wanted)) for side, wanted in naming.pairs]
+    for k in np.argsort(by_joint, kind="stable").tolist():  # others tell how many rows
+        side, wanted = naming.pairs[k]
         if len(wanted) == 1 and wanted[0].name in variables:
             side, wanted = wanted[0], (side,)
         elif side.name not in variables:
@@ -93,11 +95,6 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
         columns |= {head: list(map(_text, cells)) for head, cells in zip(heads, table.T, strict=True)}
         notes.append(f"'{side.name}' is read as {heads[0]} … {heads[-1]}, one measurement per {how}")
     return grid_of(list(columns), columns.values(), source=str(path), notes=notes)
-
-
-def _is_by_joint(pair: Pair) -> bool:
-    """Whether it names as many columns as there are joints."""
-    return any(item.name.lower() in BY_JOINT for item in (pair[0], *pair[1]))
 
 
 def _named(side: NamedUnit, wanted: tuple[NamedUnit, ...], path: Path) -> list[tuple[NamedUnit, str]]:
