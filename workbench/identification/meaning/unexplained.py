@@ -79,7 +79,8 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
     return {
         "told": text,
-        "cure": "leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page=""),
+        "cure": "correct them, or leave their columns out"
+        + remedy(", columns='rx=-,…' (--columns)", page=""),
     }
 
 
