@@ -204,7 +204,7 @@ def turned(*moves):
         (lambda rows: lines(Path("hidden.toml"), turned(1, 2, 3)), "all axes"),
         (lambda rows: [row[:9] for row in rows], "columns"),
         (lambda rows: [[*row[:7], "O.1", *row[8:]] for row in rows], "is not a number"),
-        (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "tried in full"),
+        (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "the orientations in another frame"),
         (lambda rows: [HEADS.split(","), *rows], "degrees labelled rad"),
         (
             lambda rows: [HEADS.replace("rad", "deg").split(","), *([*_in_rad(r[:6]), *r[6:]] for r in rows)],

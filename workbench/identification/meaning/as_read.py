@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -167,23 +168,16 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
 
 def _with_units(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
-    slides, found, nearest = np.array(sliding(robot), bool), list[tuple[float, Dataset]](), None
-    is_open = bool(slides.any()) and data.joints == robot.dof
-    for unit, scale in {"m": 1.0, "mm": 1e-3}.items() if is_open else [("", 1.0)]:
-        rows = replace(data, q=data.q * np.where(slides, scale, 1.0)) if is_open else data
-        alone = [] if rows.rotation is None else [replace(rows, rotation=None, written=None)]
-        for some in (rows, *alone):
-            meaning = understood(robot, some)[1]
-            nearest = nearest or meaning
-            if meaning is not None and meaning.is_found and not meaning.best.other:
-                note = f"what slides is in {unit}, as the rows tell"
-                told = _with_notes(as_told(rows, meaning), *[note] * is_open)
-                found.append((meaning.best.score, told))
-                break
-    found.sort(key=lambda pair: pair[0])
-    if not found or (len(found) > 1 and found[1][0] < CLEAR * found[0][0]):
-        raise _unread_units(robot, data, nearest)
-    return found[0][1]
+    slides, nearest = np.array(sliding(robot), bool), None
+    scales = (1.0, 1e-3) if slides.any() and data.joints == robot.dof else (1.0,)
+    for is_turned, scale in product((True, False)[: 1 + (data.rotation is not None)], scales):
+        rows = data if scale == 1.0 else replace(data, q=data.q * np.where(slides, scale, 1.0))
+        meaning = understood(robot, rows if is_turned else replace(rows, rotation=None, written=None))[1]
+        nearest = nearest or meaning
+        if meaning is not None and meaning.is_found and not meaning.best.other:
+            note = f"what slides is in {'m' if scale == 1.0 else 'mm'}, as the rows tell"
+            return _with_notes(as_told(rows, meaning), *[note] * (len(scales) - 1))
+    raise _unread_units(robot, data, nearest)
 
 
 def _unread_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> UnitError:

@@ -77,10 +77,8 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     if rows.rotation is None or not _fits(robot, rows):
         return {}
     text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
-    return {
-        "told": text,
-        "cure": "leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page=""),
-    }
+    cure = "correct them, or leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
+    return {"told": text, "cure": cure}
 
 
 def _most(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
