@@ -57,8 +57,13 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
     if given and not found.is_found and given.rotation < FITS_TURN and given.position < far:
         return given  # an arm may differ from its table by as much
     labelled_wrong = bool(shown.units[0] and best.unit != 1.0)
-    if not found.is_found or best.other or labelled_wrong or best.mirrored or best.on(robot) is None:
-        raise DataError(f"{shown.source}: {found.text()}; {found.remedy}")
+    if found.is_found and best.other:
+        text = f"these rows don't belong to {robot.name}; {best.robot.name} fits to {best.size}"
+        raise DataError(f"{shown.source}: {text}: choose the robot '{best.other}'")
+    if not found.is_found or labelled_wrong or best.mirrored or best.on(robot) is None:
+        said = found if shown.units[0] else replace(found, best=replace(best, unit=1.0))
+        cure = "correct the file" if found.is_found else found.remedy
+        raise DataError(f"{shown.source}: {said.text()}; {cure}")
     return best
 
 

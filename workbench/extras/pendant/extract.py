@@ -41,6 +41,8 @@ UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
 NEGLIGIBLE = 2e-6
 """Standard deviation of rounding [m], [rad] below which what is left is not worth a word."""
+USABLE, BETTER = 3e-5, 0.1
+"""What a model may leave beyond rounding [m], less than arms repeat to; share of what the nominal one leaves."""
 
 
 class ModelVerdict(StrEnum):
@@ -58,14 +60,12 @@ class Extraction(AbstractShown):
     """A controller's model.
 
     Args:
-        robot: The controller's arm, in the frame that it displays and with the tool that is set.
         meaning: What the displayed numbers mean.
         run: The identification.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
         allowed: How much a model may leave.
     """
 
-    robot: Robot
     meaning: DisplayMeaning
     run: Identification
     left: tuple[float, float]
@@ -73,26 +73,37 @@ class Extraction(AbstractShown):
 
     @cached_property
     def verdict(self) -> ModelVerdict:
-        if self.left[1] > self.allowed:
-            return ModelVerdict.MORE
         share, minimum = UNCERTAIN
-        before, after = (each.train.position_mm.rms for each in (self.run.nominal, self.run.best))
-        explained = 1e-3 * np.sqrt(max(before**2 - after**2, 0.0))
-        if self.expected.position > max(share * explained, minimum):
+        before, after = (1e-3 * each.train.position_mm.rms for each in (self.run.nominal, self.run.best))
+        if self.left[1] > self.allowed and before < USABLE and after > BETTER * before:
+            return ModelVerdict.NOMINAL
+        if self.left[1] > self.allowed and after > min(USABLE, BETTER * before):
+            return ModelVerdict.MORE
+        if self.expected.position > max(share * np.sqrt(max(before**2 - after**2, 0.0)), minimum):
             return ModelVerdict.UNCERTAIN
         return ModelVerdict.NOMINAL if self.left[0] < self.allowed else ModelVerdict.EXTRACTED
 
+    @property
+    def robot(self) -> Robot:
+        """The controller's arm, in the frame that it displays and with the tool that is set."""
+        is_nominal = self.verdict is ModelVerdict.NOMINAL
+        return self.run.aligned if is_nominal else self.run.best.calibrated
+
     @cached_property
     def expected(self) -> Expected:
-        """Error of the extracted model over all postures within the joint limits [m], [rad]."""
-        return self.run.best.transfer.anywhere
+        """Error of the extracted model over all postures within the joint limits [m], [rad]; of readings that
+        it meets less than to their digits, in proportion."""
+        found = self.run.best.transfer.anywhere
+        size = self.left[1] if self.left[1] > self.allowed else 1.0
+        return found._replace(position=size * found.position, rotation=size * found.rotation)
 
     @property
     def sentence(self) -> str:
         nominal, after = (1e-3 * e.train.position_mm.mean for e in (self.run.nominal, self.run.best))
         if self.verdict is ModelVerdict.NOMINAL:
-            name = self.run.nominal_robot.name
-            return f"your controller is nominal: {name} agrees with it to the display's digits"
+            name, digits = self.run.nominal_robot.name, "the display's digits"
+            size = digits if self.left[0] < self.allowed else f"{in_mm(nominal)} on average"
+            return f"your controller is nominal: {name} agrees with it to {size}"
         if self.verdict is ModelVerdict.MORE:
             return (
                 "your controller compensates more than geometry, such as sag, or joints and pose were not "
@@ -106,9 +117,13 @@ class Extraction(AbstractShown):
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
                 "with all digits and every joint moved ('workbench poses --number 30' chooses some)"
             )
+        has_frames = self.run.frames.base or self.run.frames.tool
+        aside = ", with the base and tool below" if has_frames else ""
+        more = f"geometry leaves {in_mm(after)}, {self.left[1]:.1f} times the rounding; "
         return (
-            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
-            f"extracted model is expected to be off by {size} (root mean square over all postures)"
+            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average{aside}; "
+            f"{more if self.left[1] > self.allowed else ''}the extracted model is expected to be off by {size} "
+            "(root mean square over all postures)"
         )
 
     @property
@@ -180,14 +195,8 @@ def extract(
     rounded = as_dataset(counted, shown, reading, commanded=False)
     if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
         run, *left, allowed = _fitted(arm, rounded)  # whole degrees that were not commanded
-    nominal, best = left
-    return Extraction(
-        robot=run.aligned if nominal < allowed else run.best.calibrated,
-        meaning=shown.meaning(robot, reading),
-        run=run,
-        left=(nominal, best),
-        allowed=allowed,
-    )
+    meaning, (nominal, best) = shown.meaning(robot, reading), left
+    return Extraction(meaning=meaning, run=run, left=(nominal, best), allowed=allowed)
 
 
 def _fitted(arm: Robot, data: Dataset, set_apart: bool = True) -> tuple[Identification, float, float, float]:
