@@ -26,9 +26,8 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS, is_observed
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.corner_detection import PixelRows, find_corners
+from workbench.extras.camera.corner_detection import PixelRows, find_corners, picture_files, readable
 from workbench.extras.camera.lens import with_assumed, with_lenses
-from workbench.extras.camera.picture_files import picture_files, readable
 from workbench.extras.camera.resection import with_corners
 from workbench.extras.camera.rig import Rig
 
@@ -54,16 +53,21 @@ def read_pixels(
     Raises:
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
-    beside = None if joints is None else read_fields(joints).said
+    beside = None if joints is None else read_fields(joints)
+    if beside is not None and beside.missing_units and Path(joints or "").is_dir():  # as programs write
+        note = f"numbers without units are read in {', '.join(dict.fromkeys(beside.units.values()))}"
+        beside = replace(beside, missing_units="", notes=(*beside.notes, note))
+    beside = beside and beside.said
     if Path(source).is_dir():
         if beside is None:
             text = f"pictures need the joints at which they were taken; {_give_joints()}"
             raise FileError(text, path=str(source))
+        named = beside.values.get("image", np.zeros(0, str)).tolist()
         if not rig.cameras:
-            files = list(picture_files(Path(source), rig))
+            files = list(picture_files(Path(source), rig, named))
             sizes = [each.shape[::-1] for each in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
             rig = with_assumed(rig, [""], max(sizes, key=sizes.count), CENTRE_SIGMA)
-        return pixel_data(find_corners(Path(source), rig), rig, beside, dof=dof)
+        return pixel_data(find_corners(Path(source), rig, named), rig, beside, dof=dof)
     fields = read_fields(source, layout="plain").said
     return pixel_data(_rows(fields), rig, beside or _one_a_picture(fields), dof=dof)
 

@@ -15,14 +15,13 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.units import Quantity, parse_heading
-from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.assemble import ORIENTED, assemble
 from workbench.data.readers.column_meanings import TableColumn, interpret_columns
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of, to_numbers
-from workbench.data.readers.headings import CONTROLLER, meaning_of
+from workbench.data.readers.headings import CONTROLLER
 from workbench.data.readers.orientation import FORMS
 from workbench.data.readers.read import file_layout, read_grid, read_measurements, read_table
 from workbench.data.readers.table import NUMBER, Grid, Table, with_names
@@ -139,12 +138,10 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     cells_of = tuple(tuple(compress(cells, kept)) for cells in table.columns)
     table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
     table = _completed(table, robot.dof)
+    data = assemble(replace(fields_of(table), told_twice=""), joints=names)
+    if data.rotation is None or data.written is None:
+        raise table.error(f"no orientation was found; {WHAT}")
     known = {c.key: c for c in interpret_columns(table)}
-    fields = replace(fields_of(table), told_twice="")
-    data = assemble(fields, joints=names) if {*"xyz"} <= known.keys() else None
-    if data is None or data.rotation is None or data.written is None:
-        unread = f"columns left out: {listed([*fields.unread])}; " if fields.unread else ""
-        raise table.error(f"no position and orientation were found; {unread}{WHAT}")
     joints = [known[f"q{k + 1}"] for k in range(robot.dof)]
     same = {name := data.written.name, name[::-1].lower()}  # of columns in reverse
     entries = [known[key] for form in FORMS if form.convention in same for key in form.keys]
@@ -218,17 +215,11 @@ def _without_headings(grid: Grid, joints: int) -> Table:
 
 def _completed(table: Table, joints: int) -> Table:
     """The table with names for joints before the place, and an orientation behind it, where it has none."""
-    bare = [CONTROLLER.sub("", name) for name in table.names]
-    bare = [
-        b if re.match("[^\\W\\d]", b.strip("_ ")) else name for b, name in zip(bare, table.names, strict=True)
-    ]
-    own = {meaning_of(b) for b, name in zip(bare, table.names, strict=True) if b != name} - {None}
-    kept = zip(bare, table.names, strict=True)  # not what was measured beside what the controller says
-    table = replace(table, names=tuple(IGNORED if b == n and meaning_of(n) in own else b for b, n in kept))
-    columns = interpret_columns(table)
+    bare = tuple(n if n[-1:].isdigit() else CONTROLLER.sub("", n) for n in table.names)
+    columns = interpret_columns(table := replace(table, names=bare))
     places = {c.key: c.index for c in columns}
     if not {*"xyz"} <= places.keys():
-        return table
+        raise table.error(f"no position was found; {WHAT}")
     xyz = [places[axis] for axis in "xyz"]
     first, named = min(xyz) - joints, {}
     if "q1" not in places and first >= 0:

@@ -39,10 +39,9 @@ ROUNDING, CHANCE = 1.5, 1e-3
 numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
-NEGLIGIBLE = 2e-6
-"""Standard deviation of rounding [m], [rad] below which what is left is not worth a word."""
-USABLE, BETTER = 3e-5, 0.1
-"""What a model may leave beyond rounding [m], less than arms repeat to; share of what the nominal one leaves."""
+NEGLIGIBLE = np.repeat([2e-5, 4e-5], 3)
+"""Standard deviation of rounding [m], [rad] below which what is left is not worth a word: with all digits,
+joints and pose of real controllers, read one after the other, differ by 3 to 20 µm."""
 
 
 class ModelVerdict(StrEnum):
@@ -60,12 +59,14 @@ class Extraction(AbstractShown):
     """A controller's model.
 
     Args:
+        robot: The controller's arm, in the frame that it displays and with the tool that is set.
         meaning: What the displayed numbers mean.
         run: The identification.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
         allowed: How much a model may leave.
     """
 
+    robot: Robot
     meaning: DisplayMeaning
     run: Identification
     left: tuple[float, float]
@@ -73,37 +74,26 @@ class Extraction(AbstractShown):
 
     @cached_property
     def verdict(self) -> ModelVerdict:
-        share, minimum = UNCERTAIN
-        before, after = (1e-3 * each.train.position_mm.rms for each in (self.run.nominal, self.run.best))
-        if self.left[1] > self.allowed and before < USABLE and after > BETTER * before:
-            return ModelVerdict.NOMINAL
-        if self.left[1] > self.allowed and after > min(USABLE, BETTER * before):
+        if self.left[1] > self.allowed:
             return ModelVerdict.MORE
-        if self.expected.position > max(share * np.sqrt(max(before**2 - after**2, 0.0)), minimum):
+        share, minimum = UNCERTAIN
+        before, after = (each.train.position_mm.rms for each in (self.run.nominal, self.run.best))
+        explained = 1e-3 * np.sqrt(max(before**2 - after**2, 0.0))
+        if self.expected.position > max(share * explained, minimum):
             return ModelVerdict.UNCERTAIN
         return ModelVerdict.NOMINAL if self.left[0] < self.allowed else ModelVerdict.EXTRACTED
 
-    @property
-    def robot(self) -> Robot:
-        """The controller's arm, in the frame that it displays and with the tool that is set."""
-        is_nominal = self.verdict is ModelVerdict.NOMINAL
-        return self.run.aligned if is_nominal else self.run.best.calibrated
-
     @cached_property
     def expected(self) -> Expected:
-        """Error of the extracted model over all postures within the joint limits [m], [rad]; of readings that
-        it meets less than to their digits, in proportion."""
-        found = self.run.best.transfer.anywhere
-        size = self.left[1] if self.left[1] > self.allowed else 1.0
-        return found._replace(position=size * found.position, rotation=size * found.rotation)
+        """Error of the extracted model over all postures within the joint limits [m], [rad]."""
+        return self.run.best.transfer.anywhere
 
     @property
     def sentence(self) -> str:
         nominal, after = (1e-3 * e.train.position_mm.mean for e in (self.run.nominal, self.run.best))
         if self.verdict is ModelVerdict.NOMINAL:
-            name, digits = self.run.nominal_robot.name, "the display's digits"
-            size = digits if self.left[0] < self.allowed else f"{in_mm(nominal)} on average"
-            return f"your controller is nominal: {name} agrees with it to {size}"
+            name = self.run.nominal_robot.name
+            return f"your controller is nominal: {name} agrees with it to {in_mm(nominal)} on average"
         if self.verdict is ModelVerdict.MORE:
             return (
                 "your controller compensates more than geometry, such as sag, or joints and pose were not "
@@ -117,13 +107,10 @@ class Extraction(AbstractShown):
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
                 "with all digits and every joint moved ('workbench poses --number 30' chooses some)"
             )
-        has_frames = self.run.frames.base or self.run.frames.tool
-        aside = ", with the base and tool below" if has_frames else ""
-        more = f"geometry leaves {in_mm(after)}, {self.left[1]:.1f} times the rounding; "
+        aside = ", with the base and tool below" if self.run.frames.base or self.run.frames.tool else ""
         return (
-            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average{aside}; "
-            f"{more if self.left[1] > self.allowed else ''}the extracted model is expected to be off by {size} "
-            "(root mean square over all postures)"
+            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average{aside}; the "
+            f"extracted model is expected to be off by {size} (root mean square over all postures)"
         )
 
     @property
@@ -195,8 +182,14 @@ def extract(
     rounded = as_dataset(counted, shown, reading, commanded=False)
     if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
         run, *left, allowed = _fitted(arm, rounded)  # whole degrees that were not commanded
-    meaning, (nominal, best) = shown.meaning(robot, reading), left
-    return Extraction(meaning=meaning, run=run, left=(nominal, best), allowed=allowed)
+    nominal, best = left
+    return Extraction(
+        robot=run.aligned if nominal < allowed else run.best.calibrated,
+        meaning=shown.meaning(robot, reading),
+        run=run,
+        left=(nominal, best),
+        allowed=allowed,
+    )
 
 
 def _fitted(arm: Robot, data: Dataset, set_apart: bool = True) -> tuple[Identification, float, float, float]:

@@ -29,7 +29,6 @@ class RowMeaning:
         best: The simplest of the readings that fit best.
         plain: The rows as given.
         margin: How many times worse the next one is that moves otherwise, and not only changes more.
-        alike: Readings that move the arm alike.
         blind: Readings of the same points that say more than the best one does.
         equal: The best one and those of the same points that are as likely and mean other arms, of which a
             person has to choose; empty if there are none.
@@ -44,7 +43,6 @@ class RowMeaning:
     best: RowReading
     plain: RowReading | None
     margin: float = np.inf
-    alike: tuple[str, ...] = ()
     blind: tuple[str, ...] = ()
     equal: tuple[RowReading, ...] = ()
     open: tuple[str, ...] = ()
@@ -158,7 +156,6 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         best=best,
         plain=plain,
         margin=min((r.score for r in rivals), default=far) / floor,
-        alike=_texts(alike),
         blind=_texts([r for r in blind if r.mirrored <= best.mirrored and r not in equal]),
         equal=equal,
         open=_texts(sorted((r for r in other if r.score < CLEAR * floor), key=lambda r: r.cost)),
