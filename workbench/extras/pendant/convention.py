@@ -63,7 +63,7 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
         raise DataError(f"{shown.source}: {text}: choose the robot '{best.other}'")
     if not found.is_found or (shown.units[0] and best.unit != 1.0) or best.mirrored or best.on(robot) is None:
         said = found if shown.units[0] else replace(found, best=replace(best, unit=1.0))
-        cure = "correct the file" if found.is_found else found.remedy
+        cure = "correct the file" if found.is_found or found.told else found.remedy
         raise DataError(f"{shown.source}: {said.text()}; {cure}")
     return best
 
