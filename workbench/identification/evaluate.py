@@ -17,7 +17,7 @@ from workbench.data.plausibility import checked
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.frames import FrameChoice, choose_frames, warnings_of
 from workbench.identification.meaning.as_read import as_read
-from workbench.identification.result import Evaluation, Outlier, set_apart
+from workbench.identification.result import Evaluation, Outlier, computed_text, set_apart
 from workbench.identification.rows.excluded_outliers import gross_limit
 from workbench.identification.rows.outlying_rows import MAX_SHARE
 
@@ -52,6 +52,7 @@ def evaluate(
             columns = (v[far].tolist() for v in (used.row, off.position, off.rotation, off.position))
             said, used = [set_apart(tuple(map(Outlier, *columns)), off.take(~far))], kept
     errors = row_errors(robot, used)
+    said += filter(None, [computed_text(robot, errors, data) if robot.calibration is None else ""])
     return Evaluation(robot, used, errors, tuple(notes), (*said, *warnings_of(robot, used, errors, fitted)))
 
 

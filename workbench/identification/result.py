@@ -242,11 +242,7 @@ class Identification(AbstractReported, AbstractSplit):
     @property
     def computed(self) -> str:
         """That rows were computed with the nominal arm and not measured; empty if they may be measured."""
-        off = self.nominal.train.position_mm.rms
-        if not off < 1e3 * COMPUTED * self.nominal_robot.reach:
-            return ""
-        size = f"{off:.1g} mm, as no real arm does"
-        return f"the nominal arm meets these rows to {size}: they were computed with it"
+        return computed_text(self.nominal_robot, self.nominal.train, self.data)
 
     @property
     def unidentifiable(self) -> tuple[str, ...]:
@@ -336,6 +332,14 @@ class Evaluation(AbstractReported):
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""
         return residuals_frame(self.robot, self.data)
+
+
+def computed_text(robot: Robot, errors: Errors, data: Dataset) -> str:
+    """That rows were computed with an arm, and what else their file has; empty if they may be measured."""
+    if not (off := errors.position_mm.rms) < 1e3 * COMPUTED * robot.reach:
+        return ""
+    met = f"the nominal arm meets these rows to {off:.1g} mm, as no real arm does: they were computed with it"
+    return "; ".join((met, *(note for note in data.notes if note.startswith("columns left out"))))
 
 
 def implausible_text(doubts: tuple[str, ...]) -> str:

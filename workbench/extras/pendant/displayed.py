@@ -127,7 +127,7 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     """Poses of a table with or without headings, or of a log, as measurements are read."""
     path, names = Path(path), robot.joint_names
     if file_layout(path) is not None:  # such as a bag, whose numbers are known in full
-        return of_dataset(read_measurements(path, joints=names), robot)
+        return of_dataset(read_measurements(path, columns=columns, joints=names), robot)
     try:
         table = read_table(path, columns=columns, joints=names)
     except FileError:
@@ -139,8 +139,8 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
     table = _completed(table, robot.dof)
     data = assemble(replace(fields_of(table), told_twice=""), joints=names)
-    if data.position is None or data.rotation is None or data.written is None:
-        raise table.error(f"no position and orientation were found; {WHAT}")
+    if data.rotation is None or data.written is None:
+        raise table.error(f"no orientation was found; {WHAT}")
     known = {c.key: c for c in interpret_columns(table)}
     joints = [known[f"q{k + 1}"] for k in range(robot.dof)]
     same = {name := data.written.name, name[::-1].lower()}  # of columns in reverse
@@ -219,7 +219,7 @@ def _completed(table: Table, joints: int) -> Table:
     columns = interpret_columns(table := replace(table, names=bare))
     places = {c.key: c.index for c in columns}
     if not {*"xyz"} <= places.keys():
-        return table
+        raise table.error(f"no position was found; {WHAT}")
     xyz = [places[axis] for axis in "xyz"]
     first, named = min(xyz) - joints, {}
     if "q1" not in places and first >= 0:
