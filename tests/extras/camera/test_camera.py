@@ -114,6 +114,7 @@ def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path, ta
         (BOARDS, 'name = "tag"', "colour = 3", "colour"),
         (CAMERA, "fx = 900.0\n", "", "fx"),
         (CAMERA, '"world"', '"ceiling"', "mounted"),
+        (CAMERA, CAMERA, "image_width: 640\ncamera_name: head\n", "size, fx, fy, cx, cy, distortion"),
     ],
 )
 def test_cameras_and_targets_that_can_not_be_are_refused(tmp_path, text, old, new, named):
@@ -137,6 +138,7 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
     beside = read_pixels(source, rig, joints=table(tmp_path, [*own, "2,45,10,4,5,6,0,1,0"], "own.csv"))
     assert beside.position is beside.rotation is None  # the controller's own
     assert beside.q.tolist() == data.q[:2].tolist()
+    assert any("x, y, z" in note for note in beside.notes)
     more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
     with refuses(DataError, "8 of 10 rows of more.csv", "'3', '4', '5', '6', '7' and 3 more"):
         read_pixels(source, rig, joints=more)

@@ -188,9 +188,7 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     table = read_joint_table(path)
     keys = ("theta_offset", "d", "a", "alpha")
     joints = [{"joint_id": "a1", "joint_type": "prismatic", **dict(zip(keys, r, strict=True))} for r in rows]
-    (tmp_path / "t.json").write_text(
-        json.dumps({"order": ["a1"], "joints": joints}, indent=2)
-    )
+    (tmp_path / "t.json").write_text(json.dumps({"order": ["a1"], "joints": joints}, indent=2))
     listed = dict(zip(keys, zip(*rows, strict=True), strict=True)) | {"type": ["p", "p"]}
     (tmp_path / "lists.json").write_text(json.dumps(listed))
     lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in joint.items()) for joint in joints)

@@ -80,8 +80,7 @@ def _poses(fit: Fit) -> Json:
     """Pose of every camera and of the target in what carries it, standard errors about that one's axes."""
     rig, names = rig_of(fit.problem.data), fit.problem.names
     found: Json = {}
-    sessions = fit.problem.data.sessions
-    owners = {owner_in(part, s): (part, s) for part in rig.posed for s in sessions}
+    owners = {owner_in(part, s): (part, s) for part in rig.posed for s in fit.problem.data.sessions}
     for name, (part, session) in owners.items():
         if f"{name}.x" not in names:
             continue

@@ -215,12 +215,14 @@ def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
     """The joints; those of an arm of slides and turns where the tool's poses are given, and words for it."""
     values: Mapping[str, np.ndarray] = {k: v for k, v in joints.values.items() if k not in PIXEL_LABELS}
     position = joints.stacked(("x", "y", "z"))
-    if joints.numbers(r"q(\d+)") or position is None:  # poses beside joints are the controller's own
-        return replace(joints, values={k: v for k, v in values.items() if not is_observed(k)}), ()
+    if joints.numbers(r"q(\d+)") or position is None:
+        own = [k for k in values if is_observed(k)]
+        told = f"{', '.join(own)} beside the joints are the controller's own: not used"
+        notes = (*joints.notes, *[told] * bool(own))
+        return replace(joints, values={k: v for k, v in values.items() if k not in own}, notes=notes), ()
     rotation, notes = read_orientation(joints, usable=np.ones(joints.rows, bool))
     if rotation is None:
-        wanted = "an orientation too (qw qx qy qz, or roll pitch yaw)"
-        raise DataError(f"{joints.source}: tool poses need {wanted}")
+        raise DataError(f"{joints.source}: tool poses need an orientation (qw qx qy qz, or roll pitch yaw)")
     q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
     kept = {key: v for key, v in values.items() if key in ("session", "group", "time", "exclude", "reason")}
     kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}

@@ -127,7 +127,7 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     """Poses of a table with or without headings, or of a log, as measurements are read."""
     path, names = Path(path), robot.joint_names
     if file_layout(path) is not None:  # such as a bag, whose numbers are known in full
-        return of_dataset(read_measurements(path, joints=names), robot)
+        return of_dataset(read_measurements(path, columns=columns, joints=names), robot)
     try:
         table = read_table(path, columns=columns, joints=names)
     except FileError:

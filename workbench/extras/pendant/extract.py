@@ -223,12 +223,9 @@ def _cause(arm: Robot, data: Dataset) -> str:
     if not arm.has_masses:
         return f"{unknown} ({arm.name} has no masses, so sag can't be separated from the rest)"
     found = diagnose(arm, data, held_out=0.0, reading="given")
-    names = dict.fromkeys(SAG.get(str(e.effect.name), str(e.effect.name)) for e in found.effects)
+    own = (e.effect for e in found.effects)
+    names = dict.fromkeys("sag under gravity" if e.loads else str(e.name) for e in own)
     return f"your controller also compensates {' and '.join(names)}" if names else unknown
-
-
-SAG = dict.fromkeys(("joint-compliance", "bearing-compliance", "link-flexure"), "sag under gravity")
-"""Effects by what a user calls them."""
 
 
 def _pose_text(frame: Frame) -> str:

@@ -20,11 +20,11 @@ from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import FileError, OptionError
-from workbench.base.files import read_bytes
 from workbench.base.units import parse_heading
+from workbench.data.readers.file_kind import read_bytes
+from workbench.data.readers.read import read_grid
 from workbench.data.readers.table import Grid, grid_of
-from workbench.data.readers.text import decode, read_text
-from workbench.data.readers.workbooks import read_excel
+from workbench.data.readers.text import decode
 from workbench.extras.pendant.displayed import SIZES
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
@@ -41,7 +41,6 @@ INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
-MAX_FILE_BYTES = 2**20
 WANTED = "write a table (.csv) with the headings theta, d, a, alpha and a line for each joint"
 
 
@@ -85,13 +84,10 @@ def read_joint_table(path: Path | str) -> JointTable:
 
 def _grid(path: Path) -> Grid:
     """The cells of a table."""
-    data = read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES)
-    if path.suffix.lower() == ".xlsx":
-        return read_excel(data, path, sheet=None)
     if path.suffix.lower() not in (".json", ".yaml", ".yml"):
-        return read_text(data, path)
+        return read_grid(path)
     found = defaultdict[str, list[str]](list)
-    for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(data, path)[0])):
+    for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(read_bytes(path), path)[0])):
         if _constant(key) in (*CONSTANTS, "type"):
             found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
     if len({*map(len, found.values())}) > 1:
