@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.arm.conventions import CONSTANTS, ORDERS
 from workbench.arm.frame import Frame
-from workbench.arm.robot import Robot
+from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import FileError, OptionError
@@ -30,8 +30,7 @@ from workbench.extras.pendant.displayed import SIZES
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 NAMES |= {"joint_type": "type"}
 """Other headings of the constants."""
-KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"}
-KINDS |= {k: k for k in ("revolute", "prismatic", "fixed")}
+KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k): str(k) for k in JointKind}
 KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:\s*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
 """A key and what stands behind it in JSON and YAML."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
@@ -74,8 +73,8 @@ def read_joint_table(path: Path | str) -> JointTable:
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
     rows = [_row(dict(zip(names, cells, strict=False)), grid, k) for k, cells in filled]
-    stands = {name: (head.unit or "").lower() for name, head in zip(names, heads, strict=True)}
-    units = {name: UNITS.get(unit, unit) for name, unit in stands.items() if unit}
+    stands = ((name, (head.unit or "").lower()) for name, head in zip(names, heads, strict=True))
+    units = {name: UNITS.get(unit, unit) for name, unit in stands if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
     units |= {"°": "deg"} if any("°" in c for cells in grid.rows[1:] for c in cells) else {}
     angles = _units(units, ("theta", "alpha", "beta", "°"), ANGLES, grid)
