@@ -58,7 +58,8 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
         return given  # an arm may differ from its table by as much
     labelled_wrong = bool(shown.units[0] and best.unit != 1.0)
     if not found.is_found or best.other or labelled_wrong or best.mirrored or best.on(robot) is None:
-        raise DataError(f"{shown.source}: {found.text()}; {found.remedy}")
+        instead = f"choose the robot '{best.other}'" if best.other else found.remedy  # there is no --force
+        raise DataError(f"{shown.source}: {found.text()}; {instead}")
     return best
 
 

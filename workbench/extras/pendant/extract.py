@@ -224,8 +224,7 @@ def _cause(arm: Robot, data: Dataset) -> str:
     if not arm.has_masses:
         return f"{unknown} ({arm.name} has no masses, so sag can't be separated from the rest)"
     found = diagnose(arm, data, held_out=0.0, reading="given")
-    own = (e.effect for e in found.effects)
-    names = dict.fromkeys("sag under gravity" if e.loads else str(e.name) for e in own)
+    names = dict.fromkeys("sag under gravity" if e.effect.loads else e.effect.name for e in found.effects)
     return f"your controller also compensates {' and '.join(names)}" if names else unknown
 
 
