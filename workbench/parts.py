@@ -50,8 +50,6 @@ class Parts:
     plate_exports: Sequence[Any] = ()
     session_commands: Sequence[Any] = ()
     panels: Sequence[Any] = ()
-    drawables: Sequence[Any] = ()
-    watchers: Sequence[Any] = ()
     companions: Sequence[Any] = ()
 
 

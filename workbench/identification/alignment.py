@@ -97,21 +97,21 @@ def spread_rows(data: Dataset, count: int) -> np.ndarray:
 def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
     """Starting points: the robot as given, then with base and tool from the closed forms."""
     yield robot
-    if not freedom.base or data.position is None:
+    points, turns, tool = data.position, data.rotation, robot.tool.pose
+    if points is None and data.markers is not None:  # one of them is a point of the tool
+        points = data.markers[:, np.isfinite(data.markers).all(2).sum(0).argmax()]
+    if not freedom.base or points is None:
         return
     arm = chains.poses(robot.bare.chain, data.q)
-    seen = np.isfinite(data.position).all(-1)
+    seen = np.isfinite(points).all(-1)
     groups = [np.flatnonzero(seen & data.in_session(name)) for name in data.sessions]
-    groups = [g for g in groups if len(g)]
-    if not freedom.base_per_session:
-        groups = [np.concatenate(groups)] if groups else []
-    if not groups:
+    groups = groups if freedom.base_per_session else [np.concatenate(groups)]
+    if not all(map(len, groups)):
         return
-    points, turns, tool = np.asarray(data.position), data.rotation, robot.tool.pose
     if turns is not None and not np.isfinite(turns[seen]).all():
         turns = None
     rows = max(groups, key=len)
-    if freedom.tool and len(rows) >= MIN_PLACED:
+    if (freedom.tool or data.position is None) and len(rows) >= MIN_PLACED:
         rotations = None if turns is None else turns[rows][None]
         tool = place(robot.bare, data.q[rows][None], points[rows][None], rotations, robust=False).tool[0]
         if turns is None:

@@ -271,7 +271,7 @@ class Identification(AbstractReported, AbstractSplit):
         if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:
             yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
-            yield _set_apart(self.outliers, after)
+            yield set_apart(self.outliers, after)
             yield self.missed
         yield self.foreign
         yield implausible_text(best.implausible)
@@ -345,7 +345,7 @@ def implausible_text(doubts: tuple[str, ...]) -> str:
 
 
 @beside("the note on outliers", "")
-def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
+def set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were excluded as outliers, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")

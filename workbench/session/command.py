@@ -45,17 +45,12 @@ class AbstractCommand(ABC):
     def title(self) -> str:
         """Description for the journal and for messages."""
 
-    @property
-    def undone(self) -> str:
-        """What undo calls its step."""
-        return self.title
-
     def named(self, after: Session) -> Session:
         """The session after it, in which its step back is named after it."""
         done = after.history.done
         if all(step.by for step in done[-2:]):  # in a drag, that of the drag stands above
             return after
-        done = tuple(step if step.by else replace(step, by=self.undone) for step in done)
+        done = tuple(step if step.by else replace(step, by=self.title) for step in done)
         return after.updated("history", done=done)
 
     @property

@@ -39,10 +39,8 @@ class StageErrors:
 def suspects(session: Session) -> list[int]:
     """Numbers of the held-out rows that no arm explains."""
     found, diagnosis = session.results.identification, session.results.diagnosis
-    rows = set() if found is None else set(found.suspects)
-    if diagnosis is not None:
-        rows |= set(diagnosis.held_out_data.row[diagnosis.suspects].tolist())
-    return sorted(rows)
+    rows = [] if diagnosis is None else diagnosis.held_out_data.row[diagnosis.suspects].tolist()
+    return sorted({*rows, *(() if found is None else found.suspects)})
 
 
 def counted(session: Session, found: AbstractSplit, errors: AbstractValidation) -> Errors:

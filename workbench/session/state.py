@@ -211,12 +211,10 @@ class Choices:
 
     Args:
         wanted: Errors that the calibrated arm has to keep; None: nothing is judged.
-        captured: Joint positions that were kept [rad or m].
         overlay: What is laid over the scene.
     """
 
     wanted: Wanted | None = None
-    captured: tuple[tuple[float, ...], ...] = ()
     overlay: Overlay = field(default_factory=Overlay)
 
 

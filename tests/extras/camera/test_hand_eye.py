@@ -1,6 +1,7 @@
 """Hand–eye from pairs that numpy and scipy made: files, mounts, wrong pairs, motions that tell too little."""
 
 import json
+import pickle
 import re
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import pytest
 from refusals import refuses
 from scipy.spatial.transform import Rotation
 
-from workbench.base.errors import DataError, FileError
+from workbench.base.errors import DataError, FileError, OptionError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.hand_eye import handeye
 
@@ -141,6 +142,109 @@ def test_every_file_gives_the_camera_on_the_hand(tmp_path, name):
     told = {"samples.yaml", "opencv.yml", "franka.json", "asked.csv"}
     assert any("poses may be inverse" in note for note in found.notes) == (name not in told)
     assert found.target.xyz == pytest.approx(Z[:3, 3], abs=1e-3)
+
+
+def numbered(folder, hands, seen):
+    """A matrix a file, beside pictures and files of other things; one number lacks its target."""
+    for k, both in enumerate(zip(hands, seen, strict=True)):
+        for name, pose in zip(("robot", "cam"), both, strict=True):
+            if (name, k) != ("cam", 9):
+                np.savetxt(folder / f"{name}_{k:02}.txt", pose)
+        (folder / f"rgb_{k:02}.png").touch()
+    (folder / "readme.txt").write_text("15 poses")
+    np.savetxt(folder / "lens.txt", np.eye(3))
+
+
+def two_folders(folder, hands, seen):
+    for name, side in (("ee", hands), ("tag", seen)):
+        (folder / name).mkdir()
+        for k, (place, turn) in enumerate(zip(side[:, :3, 3], xyzw(side), strict=True)):
+            lines = [f"{a}: {v!r}" for a, v in zip("xyz", place.tolist(), strict=True)]
+            lines += [f"q{a}: {v!r}" for a, v in zip("xyzw", turn.tolist(), strict=True)]
+            (folder / name / f"{k}.yaml").write_text("\n".join(lines))
+
+
+def arrays_each(folder, hands, seen):
+    for k, (a, b) in enumerate(zip(hands, seen, strict=True)):
+        sides = {"R_gripper2base": a[:3, :3], "t_gripper2base": a[:3, 3:]}
+        np.savez(folder / f"s{k}.npz", **sides, R_target2cam=b[:3, :3], t_target2cam=b[:3, 3:])
+
+
+def visp(folder, hands, seen):
+    for name, side in (("fPe", hands), ("cPo", seen)):
+        vectors = np.hstack([side[:, :3, 3], Rotation.from_matrix(side[:, :3, :3]).as_rotvec()])
+        for k, numbers in enumerate(vectors.tolist()):
+            text = "rows: 6\ncols: 1\ndata:\n" + "".join(f"  - [{v!r}]\n" for v in numbers)
+            (folder / f"pose_{name}_{k + 1}.yaml").write_text(text)
+
+
+def storage_each(folder, hands, seen):
+    for name, side in (("robot", hands), ("board", seen)):
+        for k, pose in enumerate(side):
+            numbers = " ".join(f"{v:.15e}" for v in pose.ravel())
+            head = "<rows>4</rows>\n<cols>4</cols>\n<dt>d</dt>"
+            inside = f'<pose type_id="opencv-matrix">{head}<data>{numbers}</data></pose>'
+            (folder / f"{name}{k}.xml").write_text(f"<opencv_storage>\n{inside}</opencv_storage>")
+
+
+def stacks(folder, hands, seen):
+    """Their number above, then matrices one below another."""
+    for name, side in (("robot_cali", hands), ("board", seen)):
+        np.savetxt(folder / f"{name}.txt", side.reshape(-1, 4), header=str(len(side)), comments="")
+
+
+def timed(folder, hands, seen):
+    """Two logs, the camera's with a sample less and 10 ms late."""
+    time = np.arange(15.0)[:, None]
+    for name, side, late in (("hand", hands, 0.0), ("eye_target", seen, 0.01)):
+        rows = np.hstack([time + late, side[:, :3, 3], xyzw(side)])[2 * (late > 0.0) :]
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header="t,x,y,z,q_x,q_y,q_z,q_w", comments="")
+
+
+def objects(folder, hands, seen):
+    content = [{"robot_pose": a, "marker_pose": b} for a, b in zip(hands, seen, strict=True)]
+    (folder / "all.pkl").write_bytes(pickle.dumps(content, protocol=2))
+
+
+def unnamed(folder, hands, seen):
+    for name, side in (("b", hands), ("a", seen)):
+        np.save(folder / f"{name}.npy", side)
+
+
+FOLDERS = (numbered, two_folders, arrays_each, visp, storage_each, stacks, timed, objects, unnamed)
+
+
+@pytest.mark.parametrize("layout", FOLDERS)
+def test_every_folder_gives_the_camera_on_the_hand(tmp_path, layout):
+    layout(tmp_path, *pairs())
+    given = tmp_path / "all.pkl" if layout is objects else tmp_path
+    if layout is unnamed:
+        with refuses(OptionError, "'a', 'b'", "the robot's first"):
+            handeye(tmp_path)
+        given = [tmp_path / "b.npy", tmp_path / "a.npy"]
+    found = handeye(given)
+    assert (found.mounted, found.doubt, found.fit.apart) == (Mount.TOOL, "", ())
+    assert (np.array(off(found)) < (0.6, 0.1)).all()
+    assert ("without cam, left out: 9" in found.notes) == (layout is numbered)
+    from_zero = layout in (two_folders, arrays_each, storage_each)
+    assert found.row[9] == (9 if from_zero else 10)
+
+
+def test_two_files_are_the_robots_and_the_targets_as_named(tmp_path):
+    two_folders(tmp_path, *pairs())
+    for sides in (("ee", "tag"), ("tag", "ee")):
+        assert off(handeye([tmp_path / side for side in sides]))[0] < 0.6
+
+
+class Hostile:
+    def __reduce__(self):
+        return exec, ("raise SystemExit",)
+
+
+def test_a_pickle_of_anything_but_arrays_is_refused(tmp_path):
+    (tmp_path / "all.pkl").write_bytes(pickle.dumps({"robot": Hostile()}))
+    with refuses(FileError, "can't be read"):
+        handeye(tmp_path / "all.pkl")
 
 
 @pytest.mark.parametrize("vectors", [False, True])

@@ -63,7 +63,8 @@ class Reached:
     @property
     def converged(self) -> Bool[np.ndarray, "*rows"]:
         """Whether the targets are met."""
-        return (self.position_error < POSITION_TOLERANCE) & (self.rotation_error < ROTATION_TOLERANCE)
+        near = (self.position_error < POSITION_TOLERANCE) & (self.rotation_error < ROTATION_TOLERANCE)
+        return np.asarray(near)
 
     def cost(self, weight: float) -> Float[np.ndarray, "*rows"]:
         """|p* − p|² + w² |ρ|² [m²]."""

@@ -185,13 +185,12 @@ class MotorMap(AbstractShown):
 
 @checked_arguments()
 @one_thread()
-def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] = ()) -> MotorMap:
+def map_motors(robot: RobotLike, data: DatasetLike) -> MotorMap:
     """Find how motors count against an arm's joints, from poses of a board or of the tool.
 
     Args:
         robot: The arm of the URDF; its base and tool count for nothing.
         data: The motors' angles as joints, with poses or pictures; mounting unknown.
-        motors: Their names; those of the columns if empty.
 
     Raises:
         DataError: too few poses, a motor that hardly moved, a board that hardly turned, another arm, or
@@ -201,10 +200,8 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
     if robot.dof < 3 or sliding(robot).any():
         raise OptionError(f"{robot.name}: the map needs three or more joints, all of them revolute")
     given = [note.removeprefix(NAMED).split(", ") for note in data.notes if note.startswith(NAMED)]
-    names = motors or (tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof)))
-    if len(names) != robot.dof:
-        raise OptionError(f"motors names {len(names)} motors; {robot.name} has {robot.dof} joints")
     q, poses, rows = _seen(robot, data.said)
+    names = tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof))
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)
     near = _near(robot, found, q, data)

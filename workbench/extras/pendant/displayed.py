@@ -211,8 +211,8 @@ def _without_headings(grid: Grid, joints: int) -> Table:
 
 def _completed(table: Table, joints: int) -> Table:
     """The table with names for joints before the place, and an orientation behind it, where it has none."""
-    table = replace(table, names=tuple(CONTROLLER.sub("", name) for name in table.names))
-    columns = interpret_columns(table)
+    bare = tuple(n if n[-1:].isdigit() else CONTROLLER.sub("", n) for n in table.names)
+    columns = interpret_columns(table := replace(table, names=bare))
     places = {c.key: c.index for c in columns}
     if not {*"xyz"} <= places.keys():
         return table

@@ -23,7 +23,6 @@ from workbench.identification.meaning.nominal_fit import (
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
-from workbench.identification.meaning.unexplained import told_by_column
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
@@ -65,19 +64,17 @@ def as_read(
     return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows)))
 
 
-@lru_cache(maxsize=2)
-def _meaning(robot: Robot, data: Dataset) -> RowMeaning | None:
-    """What rows mean, kept: what fits, what judges the fit, and the page ask it of the same ones."""
-    meaning = read_rows(robot, data)
-    return meaning if meaning is None or data.missing_units else told_by_column(robot, data, meaning)
+_meaning = lru_cache(maxsize=2)(read_rows)
+"""Kept: what fits, what judges the fit, and the page ask it of the same rows."""
 
 
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
     meaning = _meaning(robot, data)
-    if meaning is None or meaning.kept is None:
+    if meaning is None or not meaning.kept:
         return data, meaning
-    lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
+    heading, value = meaning.kept
+    lost = np.flatnonzero(data.included & (data.unread[heading] != value)).tolist()
     kept = data.kept_out(dict.fromkeys(lost, "is told by a column not to fit"))
     return understood(robot, _with_notes(kept, f"{plural(len(lost), 'row')} left out: {meaning.told}"))
 
@@ -87,9 +84,7 @@ def _as_read(
 ) -> tuple[Robot, Dataset]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
-        if meaning is None or not meaning.is_found or meaning.best.other or sliding(robot).any():
-            raise _unread_units(robot, data, meaning)
-        return _as_read(robot, as_told(data, meaning), how, keeps_arm, notes_rival)
+        return _as_read(robot, _with_units(robot, data), how, keeps_arm, notes_rival)
     if how not in {"auto", "found"} and not (meaning is not None and meaning.is_misread):
         known = "'auto', 'found' or 'given', as these rows mean one thing"
         raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
@@ -168,6 +163,27 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
     if not (found.is_plain and search.suffices(found)):
         return data
     return _read_as(found.apply(turned), f"angles left out: {found.orientation}, {found.size}; read so")
+
+
+def _with_units(robot: Robot, data: Dataset) -> Dataset:
+    """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
+    slides, found, nearest = np.array(sliding(robot), bool), list[tuple[float, Dataset]](), None
+    is_open = bool(slides.any()) and data.joints == robot.dof
+    for unit, scale in {"m": 1.0, "mm": 1e-3}.items() if is_open else [("", 1.0)]:
+        rows = replace(data, q=data.q * np.where(slides, scale, 1.0)) if is_open else data
+        alone = [] if rows.rotation is None else [replace(rows, rotation=None, written=None)]
+        for some in (rows, *alone):
+            meaning = understood(robot, some)[1]
+            nearest = nearest or meaning
+            if meaning is not None and meaning.is_found and not meaning.best.other:
+                note = f"what slides is in {unit}, as the rows tell"
+                told = _with_notes(as_told(rows, meaning), *[note] * is_open)
+                found.append((meaning.best.score, told))
+                break
+    found.sort(key=lambda pair: pair[0])
+    if not found or (len(found) > 1 and found[1][0] < CLEAR * found[0][0]):
+        raise _unread_units(robot, data, nearest)
+    return found[0][1]
 
 
 def _unread_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> UnitError:

@@ -114,8 +114,8 @@ def with_tool_points(robot: Robot, data: Dataset) -> Dataset:
     sizes, several = [], len(data.sessions) > 1
     for tried, tool in ((data, FRAME_PARTS[:3]), (apart, ())):
         freedom = FrameFreedom(FRAME_PARTS, tool, base_per_session=several)
-        problem = Problem.build(robot, tried.take(rows), frames=freedom).with_shares()
-        problem = problem.with_deviation(USUAL_DEVIATION)
+        arm, some = align(robot, tried.take(rows), freedom), tried.take(rows)
+        problem = Problem.build(arm, some, frames=freedom).with_shares().with_deviation(USUAL_DEVIATION)
         off = robust_fit(problem, Opt2(limit=60).search(problem).x)[1]
         sizes.append(float(np.median(off[:, 0])) * problem.noise.position)
     one, left = sizes

@@ -49,11 +49,7 @@ def _turned(session: Session, back: str, on: str) -> Session:
         return go_to_step(session.updated("history", **lists), step)
     of_whole = whole.with_parts(GoesWith.PLATE, GoesWith.MEASUREMENTS).parts
     parts = {**of_whole, **session.with_parts(GoesWith.PAGE).parts}
-    loaded = whole.measurements.loaded
-    rows = "" if loaded is None else f", {loaded.name} with its results"
-    text = f"back to {whole.robot.name}, plate '{whole.plate.name}'{rows}"
-    restored = replace(whole, page=session.page, parts=parts).updated("history", **lists)
-    return restored.with_message(Severity.INFO, text)
+    return replace(whole, page=session.page, parts=parts).updated("history", **lists)
 
 
 def go_to_step(session: Session, step: UndoStep) -> Session:

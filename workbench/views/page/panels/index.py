@@ -113,9 +113,8 @@ def _figure(name: str, shown: str, below: str, hint: str, curve: Sequence[float]
 def _about(session: Session) -> str:
     """The predicted error against that of one reading, or why there is none."""
     error = session.score.position
-    if np.isnan(error):
-        is_sampled = session.region.sampled is session.plate.region
-        return "The arm does not reach the region." if is_sampled else "Not computed yet."
+    if np.isnan(error):  # the strip says why
+        return ""
     if np.isinf(error):
         is_reached = session.score.measurable == len(session.plate)
         way = "Add targets at other places and heights" if is_reached else "Move more targets into reach"

@@ -5,15 +5,13 @@ from jaxtyping import Float
 
 from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
-from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.report.numbers import compared
 from workbench.session.comparison import ModelStage
-from workbench.session.loaded_measurements import is_of_other_rows
 from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages, without_suspects
 from workbench.session.state import Session
 from workbench.views.appearance.colours import STAGE_COLOURS, css
-from workbench.views.page.html import CAREFUL, MUTED, block, note, text
+from workbench.views.page.html import CAREFUL, MUTED, block, text
 
 HEIGHT, BINS = 84.0, 36
 TICKS = (1.0, 2.0, 5.0)
@@ -49,13 +47,6 @@ def result_card(session: Session) -> str:
         testid="result",
         style="margin:8px 0",
     )
-
-
-def former(session: Session, found: AbstractSplit | None, again: str = "Identify") -> str:
-    """What stands above a result of other rows than those that are kept now."""
-    sentence = f"Of the former rows: other ones are excluded now. {again} again."
-    is_former = is_of_other_rows(found, session.measurements.left_out)
-    return note(sentence, "former", colour=CAREFUL) if is_former else ""
 
 
 def weighed(session: Session, diagnosis: Diagnosis) -> str:
