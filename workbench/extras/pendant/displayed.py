@@ -118,6 +118,10 @@ class DisplayMeaning(NamedTuple):
         turned = f" in {angles}" if angles else ""
         return f"joints in {joints}", f"positions in {lengths}", f"{self.orientation}{turned}"
 
+    @property
+    def text(self) -> str:
+        return ", ".join((*self.assumptions, *self.changes))
+
 
 def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) -> Displayed:
     """Poses of a table with or without headings, or of a log, as measurements are read."""

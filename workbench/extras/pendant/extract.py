@@ -118,8 +118,7 @@ class Extraction(AbstractShown):
         own, at = self.run.frames, self.robot
         tool = f"a tool is set: {_pose_text(at.tool)}" if own.tool else "no tool is set: it shows the flange"
         base = f"a user frame is set: the robot's base is at {_pose_text(at.base)}" if own.base else ""
-        shown = ", ".join((*self.meaning.assumptions, *self.meaning.changes))
-        return tuple(filter(None, (f"the display: {shown}", tool, base)))
+        return tuple(filter(None, (f"the display: {self.meaning.text}", tool, base)))
 
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
