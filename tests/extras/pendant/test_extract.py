@@ -171,6 +171,15 @@ def test_poses_may_be_typed_and_metres_and_radians_are_found(run, tmp_path):
     assert wb.extract("ur5e", wb.read_measurements(write(rows, head=head))).left == pytest.approx(found.left)
 
 
+def test_a_pose_may_say_of_what_it_is(tmp_path):
+    q = random_joints("ur5e", 30)
+    shown = poses(hidden("ur5e", tmp_path / "hidden.toml"), q)
+    turned = Rotation.from_matrix(shown[:, :3, :3]).as_rotvec()
+    rows = {"joints": q.tolist(), "pose_flange": np.hstack([shown[:, :3, 3], turned]).tolist()}
+    (tmp_path / "log.json").write_text(json.dumps(rows))
+    assert wb.extract(wb.load_robot("ur5e"), tmp_path / "log.json").verdict is ModelVerdict.EXTRACTED
+
+
 def test_a_log_of_rtde_replaces_the_form(run, tmp_path):
     actual, q = hidden("ur5e", tmp_path / "hidden.toml"), np.repeat(random_joints("ur5e", 30), 50, axis=0)
     names = [f"{part}_{k}" for part in ("actual_q", "actual_TCP_pose") for k in range(6)]
