@@ -50,8 +50,7 @@ def flanges(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "
 
 
 def read_touches(source: Path | Dataset, robot: Robot, columns: str | None, wanted: float | None) -> Dataset:
-    """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched. An
-    accuracy that is not positive is refused."""
+    """Touches of a file of joints; `contact` (or `point`) names what was touched; `wanted` is positive."""
     if wanted is not None and not wanted > 0.0:
         raise OptionError(f"wanted must be positive, got {wanted:g} m", option="wanted", found=wanted)
     if isinstance(source, Dataset):
