@@ -114,6 +114,7 @@ def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path, ta
         (BOARDS, 'name = "tag"', "colour = 3", "colour"),
         (CAMERA, "fx = 900.0\n", "", "fx"),
         (CAMERA, '"world"', '"ceiling"', "mounted"),
+        (CAMERA, CAMERA, "image_width: 640\ncamera_name: head\n", "size, fx, fy, cx, cy, distortion"),
     ],
 )
 def test_cameras_and_targets_that_can_not_be_are_refused(tmp_path, text, old, new, named):

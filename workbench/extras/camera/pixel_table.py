@@ -223,8 +223,7 @@ def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
         return replace(joints, values=own, rotation=None, notes=(*joints.notes, *[left] * bool(beside))), ()
     rotation, notes = read_orientation(joints, usable=np.ones(joints.rows, bool))
     if rotation is None:
-        wanted = "an orientation too (qw qx qy qz, or roll pitch yaw)"
-        raise DataError(f"{joints.source}: tool poses need {wanted}")
+        raise DataError(f"{joints.source}: tool poses need an orientation (qw qx qy qz, or roll pitch yaw)")
     q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
     kept = {key: v for key, v in own.items() if key in ("session", "group", "time", "exclude", "reason")}
     kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}

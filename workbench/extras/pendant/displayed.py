@@ -30,6 +30,8 @@ from workbench.identification.meaning.reading import RowReading
 
 MAX_READINGS = 400
 """Rows of a log that are taken, evenly spread."""
+WHOSE = re.compile(r"(pose)_([a-z]+)(_\d)", re.I)
+"""A number of a pose that says of what it is, such as `pose_flange_1`."""
 TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 LENGTHS, ANGLES = (1.0, SIZES["mm"]), (1.0, SIZES["deg"])
@@ -215,8 +217,10 @@ def _without_headings(grid: Grid, joints: int) -> Table:
 
 def _completed(table: Table, joints: int) -> Table:
     """The table with names for joints before the place, and an orientation behind it, where it has none."""
-    bare = tuple(n if n[-1:].isdigit() else CONTROLLER.sub("", n) for n in table.names)
-    columns = interpret_columns(table := replace(table, names=bare))
+    bare = [n if n[-1:].isdigit() else CONTROLLER.sub("", n) for n in table.names]
+    whose = {n: m[2] for n in bare if (m := WHOSE.fullmatch(n))}
+    bare = [WHOSE.sub(r"\1\3", n) if len({*whose.values()}) == 1 else n for n in bare]
+    columns = interpret_columns(table := replace(table, names=tuple(bare)))
     places = {c.key: c.index for c in columns}
     if not {*"xyz"} <= places.keys():
         raise table.error(f"no position was found; {WHAT}")
