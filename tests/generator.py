@@ -159,35 +159,46 @@ class VirtualArm:
             q = q + np.linalg.lstsq(slope, place - points[0], rcond=1e-3)[0]
         return q
 
-    def moments(self, q, payload=0.0):
-        """Moments (rows, joints, 3) that hold the arm at rest, in the axes right before each joint [N m].
+    def straight(self, q):
+        """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, first frame."""
+        here, before, links = np.broadcast_to(I4, (len(q), 4, 4)), [], []
+        for fixed, driven, after in self.parts(q):
+            before.append(here @ fixed)
+            links.append(here := before[-1] @ driven @ after)
+        return np.array(before), np.array(links)
 
-        Recursion from the tool inwards in link frames, as Katana eq. (4.21) with the opposite sign: the
-        moment that the earlier link exerts on the later one.
-        """
+    def moments(self, q, payload=0.0, wrench=None):
+        """Moments (rows, joints, 3) that hold the straight arm at rest, as `holding` has them."""
         q = np.atleast_2d(q)
-        parts = list(self.parts(q))
-        here = np.broadcast_to(I4, (len(q), 4, 4))
-        out = np.zeros((len(q), self.dof, 3))
-        frames = []
-        for before, driven, after in parts:
-            here = here @ before @ driven @ after
-            frames.append(here)
-        down = [np.einsum("rji,j->ri", f[:, :3, :3], self.gravity) for f in frames]
-        force = -payload * down[-1]
-        moment = np.cross(self.tool[:3, 3], force)
-        for i in range(self.dof - 1, -1, -1):
-            weight = self.masses[i] * down[i]
-            moment = moment - np.cross(self.coms[i], weight)
-            force = force - weight
-            before, driven, after = parts[i]
-            step = driven @ after
-            force = np.einsum("rij,rj->ri", step[:, :3, :3], force)
-            moment = np.einsum("rij,rj->ri", step[:, :3, :3], moment) + np.cross(step[:, :3, 3], force)
-            out[:, i] = moment
-            force = force @ before[:3, :3].T
-            moment = moment @ before[:3, :3].T + np.cross(before[:3, 3], force)
-        return out
+        return self.holding(*self.straight(q), np.broadcast_to(payload, len(q)), wrench)
+
+    def holding(self, before, links, payload, wrench=None):
+        """Moments (rows, joints, 3) that hold the later links against weight, about each drive, its axes.
+
+        The third one of a sliding joint is the force along it. Every link's weight acts at its centre of
+        mass, payload and wrench [f; τ] at the tool.
+
+        Args:
+            before, links: Transforms as of `straight`.
+        """
+        outside = np.zeros((len(payload), 6)) if wrench is None else wrench
+        places = np.einsum("jrab,jb->jra", links[:, :, :3, :3], self.coms) + links[:, :, :3, 3]
+        tool = links[-1, :, :3, :3] @ self.tool[:3, 3] + links[-1, :, :3, 3]
+        pull = self.masses[:, None, None] * self.gravity * np.ones_like(places)
+        pull, places = (
+            np.concatenate([pull, (payload[:, None] * self.gravity + outside[:, :3])[None]]),
+            np.concatenate([places, tool[None]]),
+        )
+        turning = np.cross(places, pull)
+        out = []
+        for i, frame in enumerate(before):
+            weight, moment = pull[i:].sum(0), turning[i:].sum(0)
+            load = moment + outside[:, 3:] - np.cross(frame[:, :3, 3], weight)
+            held = -np.einsum("rba,rb->ra", frame[:, :3, :3], load)
+            if self.sliding[i]:
+                held[:, 2] = -np.einsum("rb,rb->r", frame[:, :3, 2], weight + outside[:, :3])
+            out.append(held)
+        return np.stack(out, 1)
 
     def sag(self, q, *, compliance=0.0, backlash=0.0, payload=0.0):
         """Deflections (rows, joints, 3) under the arm's own weight: joints give way to the load.

@@ -45,14 +45,11 @@ class Parts:
     layouts: Sequence[Any] = ()
     joins: Sequence[Any] = ()
     sources: Sequence[Any] = ()
-    pose_choices: Sequence[Any] = ()
     robot_checks: Sequence[Any] = ()
     exports: Sequence[Any] = ()
     plate_exports: Sequence[Any] = ()
     session_commands: Sequence[Any] = ()
     panels: Sequence[Any] = ()
-    drawables: Sequence[Any] = ()
-    watchers: Sequence[Any] = ()
     companions: Sequence[Any] = ()
 
 

@@ -58,7 +58,7 @@ def test_any_masses_are_held_and_no_term_is_superfluous(pair):
     motion = motion_of(robot)
     rng = np.random.default_rng(1)
     arm = replace(arm, masses=rng.uniform(0.5, 5.0, arm.dof), coms=rng.normal(0.0, 0.2, (arm.dof, 3)))
-    moments = arm.moments(motion.q, motion.payload[:, None])[:, :, 2]
+    moments = arm.moments(motion.q, motion.payload)[:, :, 2]
     for effect in sags(robot):
         law = effect.law(robot.chain, motion, np.zeros((0, 0, 6)))[:, 0]
         sizes, _, rank, _ = np.linalg.lstsq(law, -moments[:, effect.joints[0]])

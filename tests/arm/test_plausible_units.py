@@ -58,6 +58,12 @@ def test_files_are_checked_by_the_same_rule(tmp_path):
             load_robot(path)
 
 
+def test_travel_in_no_unit_is_named():
+    rail = {"type": "prismatic", "theta": 0, "d": 0, "a": 0, "alpha": 0, "limits": [-999999, 999999]}
+    with refuses(FileError, "limit", "joint1", "-999999"):
+        Robot.from_dh([rail, dict(zip(("theta", "d", "a", "alpha"), UR5[0].tolist(), strict=True))])
+
+
 def test_sane_arms_are_never_refused():
     for name in built_in_robots():
         assert not any("check that" in note for note in load_robot(name).notes)

@@ -278,8 +278,49 @@ def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
     text = urdf(joint(0), joint(1), joint(2)).replace("</robot>", fork.format(LIMIT, mimic))
     assert read(tmp_path, text).dof == 3
     assert read(tmp_path, text, tip="x").dof == 2
-    with refuses(FileError, "d, x, c"):
+    with refuses(FileError, "c, d, x"):  # the flange before its fingers
         read(tmp_path, text.replace(mimic, ""))
+
+
+def test_what_stands_before_the_declaration_is_ignored(tmp_path):
+    text = '\n<!-- of CAD -->\n<?xml version="1.0"?>\n' + urdf(joint(0), joint(1, axis="0 1 0"))
+    robot = read(tmp_path, text)
+    copy = read_urdf(write_urdf(robot, tmp_path / "copy.urdf"))
+    assert (robot.dof, copy.dof) == (2, 2)
+
+
+def test_an_effort_below_nil_is_none_and_the_table_is_read_again(tmp_path):
+    robot = read(tmp_path, urdf(joint(0, limit=LIMIT.replace('"10"', '"-1"')), joint(1)))
+    assert [j.max_moment for j in robot.moving] == [None, 10.0]
+    assert read_toml(write_toml(robot, tmp_path / "r.toml")).dof == 2
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_limits_without_range_are_refused_with_what_to_do(tmp_path, kind):
+    with refuses(FileError, "j0", "0.0", "<limit", "'continuous'", "'fixed'"):
+        read(tmp_path, urdf(joint(0, kind, limit=LIMIT.replace("-2", "0").replace('"2"', '"0"'))))
+
+
+def test_links_keep_their_frames_through_a_table(tmp_path):
+    """A URDF of a TOML of a URDF has links of the same names: Pinocchio finds them at the same poses."""
+    axes = ("0 0 1", "0 -1 0", "0.6 0 0.8", "-1 0 0")
+    text = urdf(*(joint(k, axis=axis, origin='xyz="0.1 0.2 0.3"') for k, axis in enumerate(axes)))
+    body = '<inertial><origin xyz="0.1 0.02 0.03"/><mass value="2"/></inertial>'
+    robot = read(tmp_path, text.replace('<link name="c"/>', f'<link name="c">{body}</link>'))
+    table = read_toml(write_toml(robot, tmp_path / "r.toml"))
+    again = write_urdf(table, tmp_path / "again.urdf")
+    q = any_joints(robot, 3)
+    poses = []
+    for path in (tmp_path / "robot.urdf", again):
+        model = pin.buildModelFromUrdf(str(path))
+        data = model.createData()
+        poses.append([])
+        for row in q:
+            pin.framesForwardKinematics(model, data, row)
+            poses[-1] += [data.oMf[model.getFrameId(name)].homogeneous.copy() for name in "bcde"]
+    np.testing.assert_allclose(poses[1], poses[0], atol=1e-12)
+    com = ET.parse(again).find("link[@name='c']/inertial/origin").get("xyz").split()
+    np.testing.assert_allclose([float(v) for v in com], [0.1, 0.02, 0.03], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ def test_score_of_table_2(run, tmp_path):
     assert [t["target"] for t in found["targets"]] == list(range(1, 11))
     assert found["set"]["predicted"]["position_mm"]["rms"] == pytest.approx(0.16, abs=0.02)
     assert found["one_branch"]["predicted"]["position_mm"]["rms"] == pytest.approx(1.32, abs=0.1)
-    assert set(found["set"]["indices"]) == {"O", "O1", "O2", "O3", "O4", "O5", "A", "D", "I"}
+    assert set(found["set"]["indices"]) == {"O", "O1", "O2", "O3", "O4", "O5", "I"}
     assert found["set"]["open"] == []
 
 

@@ -55,11 +55,6 @@ def test_sockets_and_repeats_stay_rows(tmp_path):
     drop = {(k, m) for k in range(6) for m in range(3) if m != k % 3}  # each posture at one of three sockets
     long_table(tmp_path / "sockets.csv", drop=drop)
     assert read_measurements(tmp_path / "sockets.csv").markers is None
-    drop = {(k, m) for k in range(18) for m in range(3) if m != k % 3}  # one of three that go with the arm
-    long_table(tmp_path / "alone.csv", postures=18, drop=drop)
-    assert read_measurements(tmp_path / "alone.csv").markers is None
-    (tmp_path / "smr.csv").write_text((tmp_path / "alone.csv").read_text().replace("point", "SMR", 1))
-    assert read_measurements(tmp_path / "smr.csv").markers.shape == (18, 3, 3)
 
 
 REPORT = """Accuracy run

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from generator import VirtualArm, four, rotation
-from laws import NAMELESS, WHOLE, Effect, State, change, holding, own_shift, poses, straight, turns
+from laws import NAMELESS, WHOLE, Effect, State, change, own_shift, poses, turns
 
 SHOWN, DISTINGUISHABLE = 20.0, 7.0
 STEP = 1e-6
@@ -45,8 +45,9 @@ class Sight:
     @cached_property
     def drives(self):
         """Transforms to right before each drive in the measuring frame, and the moments there."""
-        before, links = straight(self.arm, self.state)
-        return self.arm.base @ before, holding(self.arm, before, links, self.state)
+        before, links = self.arm.straight(self.state.q)
+        state = self.state
+        return self.arm.base @ before, self.arm.holding(before, links, state.payload, state.wrench)
 
     def displacement(self, effect):
         """Of the tool by one effect (6 rows,)."""

@@ -249,42 +249,9 @@ def own_shift(arm, bend):
     return bend * (arm.sliding[:, None] & np.array([False, False, True]))
 
 
-def holding(arm: VirtualArm, before, links, state):
-    """Moments (rows, n, 3) that hold the later links against weight, about each drive, in the axes there.
-
-    The third one of a sliding joint is the force along it.
-
-    Every link's weight acts at its centre of mass, payload and wrench at the tool; all in the first frame.
-    """
-    payload = state.payload
-    outside = np.zeros((len(payload), 6)) if state.wrench is None else state.wrench
-    places = np.einsum("jrab,jb->jra", links[:, :, :3, :3], arm.coms) + links[:, :, :3, 3]
-    tool = links[-1, :, :3, :3] @ arm.tool[:3, 3] + links[-1, :, :3, 3]
-    pull = arm.masses[:, None, None] * arm.gravity * np.ones_like(places)
-    pull, places = (
-        np.concatenate([pull, (payload[:, None] * arm.gravity + outside[:, :3])[None]]),
-        np.concatenate([places, tool[None]]),
-    )
-    turning = np.cross(places, pull)
-    out = []
-    for i, frame in enumerate(before):
-        weight, moment = pull[i:].sum(0), turning[i:].sum(0)
-        load = moment + outside[:, 3:] - np.cross(frame[:, :3, 3], weight)
-        held = -np.einsum("rba,rb->ra", frame[:, :3, :3], load)
-        if arm.sliding[i]:
-            held[:, 2] = -np.einsum("rb,rb->r", frame[:, :3, 2], weight + outside[:, :3])
-        out.append(held)
-    return np.stack(out, 1)
-
-
-def straight(arm: VirtualArm, state: State):
-    """Transforms as `frames` of the arm that nothing bends."""
-    return frames(arm, pieces(arm, state.q, np.ones(len(state.q))), np.zeros((*state.q.shape, 3)))
-
-
 def straight_moments(arm: VirtualArm, state: State):
     """Moments as `holding` of the arm that nothing bends."""
-    return holding(arm, *straight(arm, state), state)
+    return arm.moments(state.q, state.payload, state.wrench)
 
 
 def deflected_links(arm: VirtualArm, effects, state: State):
@@ -294,7 +261,8 @@ def deflected_links(arm: VirtualArm, effects, state: State):
     joints, bend = pieces(arm, state.q, growth), np.zeros((*state.q.shape, 3))
     by_moment = any(e.name in BY_MOMENT for e in effects)
     for _ in range(ROUNDS if by_moment else 1):
-        held, last = holding(arm, *frames(arm, joints, bend), state) if by_moment else None, bend
+        now, last = frames(arm, joints, bend), bend
+        held = arm.holding(*now, state.payload, state.wrench) if by_moment else None
         bend = sum((turns(arm, e, state, held) for e in effects), np.zeros_like(bend))
         if np.abs(bend - last).max(initial=0.0) < SAME:
             break

@@ -9,7 +9,6 @@ the row is open: no program can be blamed for the side that it takes.
 from dataclasses import replace
 
 import numpy as np
-from laws import holding, straight
 from scipy.optimize import linprog
 
 SLACK = 0.02
@@ -70,10 +69,11 @@ def _reach(filed, masses, coms, stated):
 
 def _loads(arm, state):
     """Loads of the payload alone (rows, n), and their derivative in masses and moments (rows, n, 4 n)."""
-    before, links = straight(arm, state)
+    before, links = arm.straight(state.q)
 
     def about(masses, coms, rows):
-        return holding(replace(arm, masses=masses, coms=coms), before, links, rows)[:, :, 2]
+        other = replace(arm, masses=masses, coms=coms)
+        return other.holding(before, links, rows.payload, rows.wrench)[:, :, 2]
 
     none, bare = np.zeros((arm.dof, 3)), replace(state, payload=0.0 * state.payload)
     columns = []

@@ -133,21 +133,16 @@ def test_what_was_not_measured_is_null(nothing):
 
 
 def cancelled_at(after, robot, rows):
-    """Reported shares of a diagnosis that is cancelled once this share is done."""
+    """A diagnosis that is cancelled once this share is done."""
     done = [0.0]
     with running(lambda share, text: done.append(share), lambda: done[-1] >= after), pytest.raises(Cancelled):
         diagnose(robot, rows)
-    return done
 
 
-@pytest.fixture(scope="module")
-def compliant():
-    robot = load_robot("aria")
-    return robot, measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=1)[1]
-
-
-def test_a_cancelled_diagnosis_leaves_nothing_behind(compliant):
+def test_a_cancelled_diagnosis_leaves_nothing_behind():
     """Neither in the arm and the rows nor in this thread: the next one gives the same, to the last digit."""
+    robot = load_robot("aria")
+    compliant = robot, measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=1)[1]
 
     def answer():
         return {key: value for key, value in diagnosis_json(diagnose(*compliant)).items() if key != "seconds"}

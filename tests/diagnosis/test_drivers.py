@@ -208,9 +208,8 @@ def test_a_payload_that_is_not_what_the_file_says_is_no_size_of_joints(said):
     (cause,) = found.causes
     assert cause.confidence is (Confidence.PROBABLE if said else Confidence.CERTAIN)
     assert bool(found.followed) is bool(said)
-    assert re.search(
-        f"follows a payload that isn't what the file says: .*{said}" if said else "", found.message
-    )
+    told = f"follows a payload that isn't what the file says: .*{said}" if said else ""
+    assert re.search(told, found.message)
 
 
 def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():

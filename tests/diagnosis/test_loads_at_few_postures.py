@@ -1,11 +1,13 @@
-"""Loads that vary at a few postures: the sign of their torques is told."""
+"""Loads that vary at a few postures: what geometry can't take is found though it moved little else."""
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from generator import move, turn
 
-from workbench import Dataset, Robot
+from workbench import Dataset, Robot, diagnose
+from workbench.diagnosis.coverage import loads_vary
 from workbench.identification.meaning.nominal_fit import with_holding_torques
 
 COMPLIANCE, OWN, LENGTHS = 8e-5, 4.0, (0.4, 0.35)
@@ -49,3 +51,20 @@ def test_torques_of_the_load_are_read_as_those_that_hold_it():
         read = with_holding_torques(ARM, shown)
         np.testing.assert_array_equal(read.torque, rows.torque)
         assert "sign of the load" in read.notes[-1]
+
+
+def test_a_joint_that_yields_is_found_where_only_the_load_varies():
+    rows = swept()
+    found = diagnose(ARM, replace(rows, torque=-rows.torque))
+    (cause,) = found.causes
+    assert (cause.effects[0].name, cause.effects[0].joints) == ("joint-compliance", (1,))
+    assert cause.effects[0].coefficients[0] == pytest.approx(COMPLIANCE, rel=0.02)
+    assert found.after.held_out.position_mm.rms < 0.15
+    assert any("only effects of the load" in note for note in found.notes)
+
+
+def test_one_load_leaves_too_few_directions():
+    rows = swept(loads=(2.5,))
+    assert not loads_vary(rows)
+    found = diagnose(ARM, rows)
+    assert (found.is_tried, found.verdict) == (False, "unexplained")

@@ -15,7 +15,6 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.uneven_compliance import UnevenCompliance
 from workbench.arm.gravity import tilted
-from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis import gravity_tilt
 from workbench.diagnosis.gravity_tilt import GravityTilt
 from workbench.diagnosis.remaining_error import RemainingError
@@ -27,15 +26,7 @@ from workbench.identification.joint_reading_noise import Readings
 NOISE_ONLY = RemainingError(
     noise=Noise(1e-4, 1e-3), known_noise=None, joint_noise=None, followed=(), places=""
 )
-SLIDING = """
-name = "column"
-convention = "dh"
-[[joint]]
-type = "prismatic"
-alpha = 1.2
-[[joint]]
-a = 0.3
-"""
+SLIDING = wb.Robot.from_dh([{"alpha": 1.2, "type": "prismatic"}, {"a": 0.3}], name="column")
 
 
 @pytest.fixture(scope="module")
@@ -86,11 +77,9 @@ def test_no_effect_is_added_where_the_geometry_explains_little(soft):
         (LocalJointError((0,), (-1e-3, 0.0, 1e-3), knots=(0.0, 0.1, 0.2), range=(0.0, 0.2)), "up to 1 mm"),
     ],
 )
-def test_sliding_joints_slide(tmp_path, effect, text):
-    path = tmp_path / "column.toml"
-    path.write_text(SLIDING)
+def test_sliding_joints_slide(effect, text):
     rows = Motion(np.column_stack([np.linspace(0.0, 0.2, 9), np.linspace(-1.0, 1.0, 9)]))
-    assert text in effect.sentence(read_toml(path).chain, rows)
+    assert text in effect.sentence(SLIDING.chain, rows)
 
 
 def test_all_arms_are_compared_on_the_same_rows(soft):

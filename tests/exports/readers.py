@@ -19,7 +19,7 @@ def origin(x, y, z, roll, pitch, yaw) -> np.ndarray:
 
 
 def kinematics_file(text: str, head: str, inner: str) -> Kinematics:
-    """UR, xArm, Franka, OpenArm: each joint in the link before it, turning about its z axis."""
+    """UR, xArm, Franka: each joint in the link before it, turning about its z axis."""
     table = yaml.safe_load(text)
     table = table[head] if head else table
     entries = [e[inner] if inner else e for name, e in table.items() if name != "hash"]

@@ -90,6 +90,15 @@ def test_loose_markers(arm):
         assert result.held_out.position_mm.rms < 1e-3 * run.nominal.held_out.position_mm.rms
 
 
+@pytest.mark.parametrize(("name", "yaw"), [("xarm6", 230), ("iiwa14", 110), ("iiwa14", 205)])
+def test_markers_find_a_base_wherever_it_is(name, yaw):
+    robot = load_robot(name)
+    q = np.random.default_rng(yaw + 300).uniform(-0.6, 0.6, (30, robot.dof))
+    base = se3.pose(se3.rotvec_to_matrix(np.radians([0.0, 0.0, yaw])), np.array([3.0, 0.3, -0.6]))
+    markers = se3.apply((base @ robot.predict(q))[:, None], LAYOUT[None])
+    assert evaluate(robot, Dataset(q=q, markers=markers), fit_frames=True).errors.position_mm.max < 1e-3
+
+
 def touching(arm, rng):
     """Joint positions, half of their ranges around the middle, that touch one of three places exactly."""
     q, names = [], []

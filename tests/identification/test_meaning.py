@@ -38,12 +38,13 @@ ARMS = {
 }  # fmt: skip
 
 
-def measured(name: str, *, with_rotation: bool, seed: int = 3) -> tuple[Robot, Dataset]:
+def measured(name: str, *, with_rotation: bool, seed: int = 3, alone: float = 1.0) -> tuple[Robot, Dataset]:
     table, kinds = ARMS[name]
     rng = np.random.default_rng(seed)
     made = np.array(table, float) + rng.uniform(-1e-3, 1e-3, (len(table), 4))
     span = np.array([1.8 if kind == "r" else 0.4 for kind in kinds])
     q = rng.uniform(-span, span, (50, len(kinds)))
+    q *= np.where(np.arange(50)[:, None] % len(kinds) == np.arange(len(kinds)), 1.0, alone)
     base = shift([1.2, -0.7, 0.4]) @ turn("z", 0.8) @ turn("x", 0.3)
     tool = shift([0.05, 0.08, 0.11]) @ turn("y", 0.4)
     slides = tuple(kind == "p" for kind in kinds)
@@ -109,9 +110,29 @@ def test_an_arm_whose_joints_follow_is_coupled_and_one_that_slides_takes_mm():
     robot, data = measured("puma", with_rotation=False)
     with refuses(DataError, "joint 3 = q3 + q2"):
         as_read(with_couplings(robot, -np.eye(6, k=-1) * (np.arange(6) == 2)[:, None]), data)
-    robot, data = measured("scara", with_rotation=False)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e3])
+def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none(factor):
+    robot, data = measured("scara", with_rotation=True)
+    shown = replace(data, q=data.q * [1, 1, factor, 1], rotation=data.rotation[::-1].copy())
+    for rows in (shown, replace(shown, rotation=None)):
+        read = as_read(robot, replace(rows, missing_units="J1: rad or deg"))[1]
+        np.testing.assert_allclose(read.q, data.q, atol=1e-12)
+        assert any(
+            mentions(note, f"what slides is in {'m' if factor == 1.0 else 'mm'}") for note in read.notes
+        )
     with refuses(UnitError, "m or mm for q3"):
-        as_read(robot, replace(data, missing_units="J1: rad or deg"))
+        as_read(robot, replace(shown, position=data.position[::-1], missing_units="J1: rad or deg"))
+
+
+def test_a_coupling_is_told_by_joints_that_move_alone_though_some_signs_are_not():
+    robot, data = measured("puma", with_rotation=False, seed=5, alone=0.0)
+    shown = replace(data, q=data.q - data.q[:, [1]] * E[2])
+    with refuses(DataError, "joint 3 = q3 + q2", "or else joint 3 = q3 + q2; joint 4 = -q4", "can't tell"):
+        as_read(robot, shown)
+    arm, read = as_read(robot, shown, "found")
+    np.testing.assert_allclose(arm.predict(read.q), robot.predict(data.q), atol=1e-9)
 
 
 def test_the_pose_of_the_base_in_the_tool_and_the_column_of_a_jaw():

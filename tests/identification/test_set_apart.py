@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench import Dataset, identify, load_robot
+from workbench import Dataset, Frame, evaluate, identify, load_robot
 from workbench.base.errors import OptionError
+from workbench.base.types import Freedom
 from workbench.identification.report.results_json import identification_json
 
 
@@ -36,15 +37,19 @@ def test_a_row_that_lacks_a_joint_may_be_excluded_again():
     assert dict(found.excluded)[5] == "lacks q3"
 
 
-def test_reflectors_that_no_heading_names_are_asked_for():
-    rows = rows_of(1)
-    names = np.array(list("ABC"))[np.arange(len(rows)) % 3]
-    places = (
-        rows.position
-        + rows.rotation @ [0.0, 0.0, 1.0] * (0.2 * (names == "B") - 0.3 * (names == "C"))[:, None]
-    )
-    found = identify(load_robot("aria"), replace(rows, position=places, rotation=None, point=names))
-    assert any("'point' 'reflector'" in warning for warning in found.warnings), found.warnings
+@pytest.mark.parametrize(("apart", "count"), [(0.02, 45), (0.2, 100), (0.0, 18), (0.0, 100)])
+def test_labels_are_points_of_the_tool_where_the_rows_say_so(apart, count):
+    """One reflector at each posture, and one wrong row; or labels of the rows alone."""
+    rows = rows_of(1, count)
+    names = np.array(list("ABC"))[np.arange(count) % 3]
+    off = apart * (1.0 * (names == "B") - 1.5 * (names == "C"))
+    places = rows.position + off[:, None] * rows.rotation[:, :, 2]
+    places[4] += 0.3
+    places = places @ [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]] + [3.0, 1.0, 0.2]
+    robot = load_robot("aria").with_frames(base=Frame(free=Freedom.AUTO))
+    found = identify(robot, replace(rows, position=places, rotation=None, point=names))
+    assert (found.data.markers is not None) == (apart > 0.0), found.notes
+    assert found.best.held_out.position_mm.median < 0.3
 
 
 @pytest.mark.parametrize("off", [(0.3, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, -0.002)])
@@ -61,6 +66,23 @@ def test_one_wrong_row_costs_nothing_and_is_named_first(off):
     assert row in [r for r, _ in run.excluded]
     assert identification_json(run)["measurements"]["outliers"] == [row]
     assert row not in run.data.row[np.concatenate([run.train_rows, run.held_out_rows])]
+
+
+@pytest.mark.parametrize("count", [1, 9, 15, 20])
+def test_held_out_rows_stay_so_whichever_others_are_excluded(count):
+    robot, rows = load_robot("aria"), rows_of(1)
+    held = identify(robot, rows).held_out_data.row.tolist()
+    fewer = identify(robot, rows, exclude=held[:count], set_apart=False)
+    assert {*held[count:]} < {*fewer.held_out_data.row.tolist()}
+    assert len(fewer.held_out_data) == round(0.2 * (len(rows) - count))
+
+
+def test_base_and_tool_of_an_evaluation_are_those_of_the_other_rows():
+    robot, rows = load_robot("aria"), rows_of(1)
+    found, clean = (evaluate(robot, data, fit_frames=True) for data in (wrong(rows, 7, 0.8), rows))
+    assert found.errors.position_mm.max == pytest.approx(clean.errors.position_mm.max, rel=0.02)
+    assert (found.data.row.tolist().count(7), "row 7" in found.warnings[0]) == (0, True)
+    assert not clean.warnings
 
 
 def test_clean_rows_are_left_alone():

@@ -26,14 +26,13 @@ class Run:
         return (self.folder / JOURNAL).read_bytes().splitlines()
 
 
-def rewrite(folder, step, change, *, is_sealed=True):
-    """Change a line as somebody would who knows the format; former versions wrote no checksum."""
+def rewrite(folder, step, change):
+    """Change a line as somebody would who knows the format."""
     path = folder / JOURNAL
     lines = path.read_text().splitlines()
     line = json.loads(lines[step])
     line.pop(codec.CHECK, None)
     change(line)
-    text = json.dumps(line, ensure_ascii=False)
-    lines[step] = codec.sealed(text) if is_sealed else text
+    lines[step] = codec.sealed(json.dumps(line, ensure_ascii=False))
     path.write_text("\n".join(lines) + "\n")
     return folder

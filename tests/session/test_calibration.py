@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from tests.session.direct_commands import done
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
+from workbench.base.assets import assets
 from workbench.data.readers.mapping import understood_as, with_column
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
@@ -19,11 +21,9 @@ from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtual
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
-from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
-from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
 
@@ -70,17 +70,19 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
 
 
-def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_it(do, file):
+def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_it(do, file):
     before = do(LoadData("one.csv", file), Identify(("opt2",)))
     assert do(Undo()).results.identification is None
     assert do(Redo()).results.identification is before.results.identification
     assert "one.csv" in LoadData("two.csv", file).removes(before)
+    rows = before.measurements.loaded
+    demo = replace(rows, file=replace(rows.file, content=(assets() / "samples" / "ur10.csv").read_bytes()))
+    assert not LoadData("two.csv", file).removes(before.updated("measurements", loaded=demo))
     for other in (LoadData("two.csv", file), MeasureVirtualArm(3), ForgetData()):
         session = do(other)
         assert session.results.identification is None
-        warned = [m for m in session.page.messages if m.severity is Severity.WARNING]
-        assert "one.csv" in warned[-1].text
-        back = do(Undo(), Dismiss())
+        assert session.history.done[-1].by == other.title
+        back = do(Undo())
         assert back.measurements.loaded is before.measurements.loaded
         assert back.results.identification is before.results.identification
 
@@ -92,7 +94,7 @@ def test_a_file_is_read_identified_and_looked_at(do, file):
     assert session.measurements.loaded.row_name(3) == "3 = Nr 104"
     assert do(LeaveRowsOut((3,)), Undo()).measurements.left_out == frozenset()
     facts = dict(session.measurements.loaded.facts)
-    assert facts["Measured"] == "position of the tool, orientation of the tool"
+    assert facts["Measured"] == "position, rotation"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
     assert session.results.fit == "ols"
     assert len(session.results.identification.held_out_rows) == 10

@@ -18,8 +18,7 @@ import pytest
 from refusals import mentions, refuses
 
 from recordings import Run, rewrite
-from workbench import Motion, load_robot, tool_poses, write_toml
-from workbench.base import se3
+from workbench import load_robot, write_toml
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import frozen
 from workbench.session.command import UnknownCommand
@@ -34,7 +33,7 @@ from workbench.session.comparison import Overlay
 from workbench.session.journal import codec, replay
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, go_on, resume
-from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, read_recording
+from workbench.session.journal.reader import JOURNAL, ROBOT, read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.next_step import next_step
 
@@ -392,28 +391,6 @@ def test_a_first_line_that_says_nonsense_of_the_targets_is_not_believed(whole, f
     rewrite(folder, 0, lambda header: header["numbers"].update(targets=states))
     session = read_recording(folder).first
     assert [s.q.tolist() for s in session.states] == [s.q.tolist() for s in first.states]
-
-
-@pytest.mark.parametrize(
-    ("file", "old", "new"), [(ROBOT, "d = 0.205", "d = 0.305"), (PLATE, "0.566", "0.466"), (JOURNAL, "", "")]
-)
-def test_a_changed_arm_plate_or_header_of_a_former_version_is_told(first, record, tmp_path, file, old, new):
-    """Their first lines have no checksum: the numbers and the arm's postures show it."""
-    run = record()
-    run(SelectTarget(1))
-    run.worker.close()
-    former = rewrite(run.folder, 0, lambda header: header.pop("inputs"), is_sealed=False)
-    assert not restore(read_recording(former)).warning
-    if file == JOURNAL:
-        rewrite(former, 0, lambda h: h["numbers"]["targets"]["1"]["q"].__setitem__(0, 0.9), is_sealed=False)
-    else:
-        (former / file).write_text((former / file).read_text().replace(old, new, 1))
-    restored = restore(read_recording(former))
-    assert restored.warning
-    arm, session = restored.session.robot, restored.session
-    for target, state in zip(session.plate.targets, session.states, strict=True):
-        tool = se3.inverse(arm.base.pose) @ tool_poses(arm, Motion(state.q[None]))[0]
-        assert not state.reached or np.abs(tool[:3, 3] - target.xyz).max() < 1e-6
 
 
 def test_a_journal_names_built_in_arms_alone(record, tmp_path):

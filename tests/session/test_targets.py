@@ -75,7 +75,7 @@ def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
     assert session.score.indices["O2"] != first.score.indices["O2"]
     session = do(DropTarget(client=7))
     assert session.drag is None
-    assert len(session.history.done) == 1
+    assert session.history.done[-1].by == "Move target 3"
     session = do(Undo())
     assert session.plate is first.plate
     assert session.score.indices == first.score.indices
@@ -98,8 +98,7 @@ def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
     session = do(MoveTarget(0, (1.6, 0.0, 0.3), RPY))
     state = session.states[0]
     assert not state.reached
-    assert "reach" in state.reason
-    assert state.missing[0] > 0.1
+    assert mentions(state.reason, "reach", "698 mm")
     assert session.score.measurable == 9
     assert np.isnan(session.score.per_target[0])
     assert_reached(do(MoveTarget(0, tuple(first.plate.targets[0].xyz), tuple(first.plate.targets[0].rpy))), 0)

@@ -120,10 +120,10 @@ def joint_frames(robot: Robot) -> JointFrames:
     return _of_urdf(robot) if robot.urdf is not None else _of_elements(robot)
 
 
-def _still(*elements: Element) -> Matrix4:
-    """The transform of elements with their joints at 0."""
-    still = chains.Chain(tuple(replace(element, joint=None) for element in elements), 0)
-    return chains.poses(still, np.zeros((1, 0)))[0]
+def still(*elements: Element) -> Matrix4:
+    """The transform of elements with their joints at 0, and followers without their offsets."""
+    parts = tuple(replace(e, joint=None, follows=None, value=e.value * (e.follows is None)) for e in elements)
+    return chains.poses(chains.Chain(parts, 0), np.zeros((1, 0)))[0]
 
 
 def _of_urdf(robot: Robot) -> JointFrames:
@@ -134,11 +134,11 @@ def _of_urdf(robot: Robot) -> JointFrames:
         mine = [e for e in robot.elements if e.link == link]
         own = [e for e in mine if e.joint is None and not e.name.endswith(("align", "unalign"))]
         if joint.kind is JointKind.FIXED:
-            before = before @ _still(*own)
+            before = before @ still(*own)
             continue
         drive = next(e for e in mine if e.joint is not None)
-        turned = _still(*(e for e in mine if e.name.endswith(".align")))
-        found.append(JointFrame(joint, _still(*own), turned[:3, drive.axis % 3], before))
+        turned = still(*(e for e in mine if e.name.endswith(".align")))
+        found.append(JointFrame(joint, still(*own), turned[:3, drive.axis % 3], before))
         before = np.eye(4)
     return JointFrames(tuple(found), before)
 
@@ -148,7 +148,7 @@ def _of_elements(robot: Robot) -> JointFrames:
     found: list[JointFrame] = []
     here, last = np.eye(4), None
     for element in robot.elements:
-        step = _still(element)
+        step = still(element)
         if element.joint is not None:
             turn = ONTO_Z[element.axis % 3]
             found.append(JointFrame(robot.moving[element.joint], here @ step @ turn))

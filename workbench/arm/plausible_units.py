@@ -45,6 +45,8 @@ def with_plausible_units(robot: Robot) -> Robot:
     if far <= MAX_DISTANCE:
         return replace(robot, notes=(*robot.notes, f"{text}: check that its lengths are in m"))
     name, value = max(_lengths(robot), key=lambda length: abs(length[1]))
+    if far * size > MAX_DISTANCE:
+        raise RobotError(f"{text}; {name} is {value:g}, which no unit explains: give its actual value in m")
     raise RobotError(f"{text}; give lengths in m, such as {name} = {value * size:.6g} instead of {value:g}")
 
 

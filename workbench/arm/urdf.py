@@ -5,11 +5,13 @@ Each joint on the path from root to tip becomes: its origin (a constant), six co
 joint's axis. `urdf_writer.py` multiplies the corrections into the origins again.
 """
 
+import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +28,7 @@ from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
 from workbench.base.files import read_bytes
 from workbench.base.types import Freedom, Matrix4, Vector3, frozen
+from workbench.base.wording import first_of
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -35,6 +38,8 @@ MAX_FILE_BYTES, MAX_PARTS = 16 * 2**20, 1000
 """Maximum number of bytes, links and joints of a file."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
 """Links before and after the arm in a written file, whose fixed joints are read as its base and tool."""
+BEFORE = re.compile(rb"\A\s*(?:<!--.*?-->\s*)*(?=<\?xml)", re.DOTALL)
+"""Blank lines and comments before a declaration."""
 CORRECTION_AXES = (Axis.TX, Axis.TY, Axis.TZ, Axis.RX, Axis.RY, Axis.RZ)
 
 
@@ -147,19 +152,10 @@ def _parse(path: Path) -> "yourdfpy.URDF":
             raise RobotError(f"has two {kind}s called '{double}'; rename one")
     for joint in root.findall("joint"):
         _check_angles(joint)
-        if joint.get("type") in ("revolute", "prismatic"):
-            limit = joint.find("limit")
-            if limit is None or limit.get("lower") is None or limit.get("upper") is None:
-                raise RobotError(
-                    f"joint '{joint.get('name')}' has no limits; add <limit lower=… upper=…/>, or make "
-                    "its type 'continuous' if it can turn without end"
-                )
     import yourdfpy  # imports trimesh, which most sessions don't need
 
     try:
-        return yourdfpy.URDF.load(
-            str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
-        )
+        return yourdfpy.URDF.load(BytesIO(ET.tostring(root)), build_scene_graph=False, load_meshes=False)
     except Exception as error:  # yourdfpy raises many types for a malformed file
         why = f"{type(error).__name__}: {error}"
         raise RobotError(f"can't be read as a URDF ({why}); correct the file") from None
@@ -177,9 +173,9 @@ def _check_angles(joint: ET.Element) -> None:
 
 
 def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
-    """The file's <robot>, comments included."""
+    """The file's <robot>, comments included; whatever stands before its declaration is ignored, as by ROS."""
     parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
-    content = read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES)
+    content = BEFORE.sub(b"", read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES))
     with _naming(path):
         try:
             return ET.fromstring(content, parser=parser)
@@ -254,9 +250,11 @@ def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
     best = [joints for joints in leaves if _moving(joints) == maximum]
     last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
-        forks = sorted(link for link, count in children.items() if count > 1 and _moving(chains[link]))
-        tips = ", ".join([*(joints[-1].child for joints in best), *forks])
-        raise RobotError(f"has several chains of {maximum} moving joints; choose a tip: {tips}")
+        forks = [link for link, count in children.items() if count > 1 and _moving(chains[link])]
+        forks.sort(key=lambda link: -_moving(chains[link]))
+        tips = first_of([*forks, *(joints[-1].child for joints in best)], 5)
+        text = f"has several chains of {maximum} moving joints; choose the arm's last link"
+        raise RobotError(f"{text} (--tip LINK): {tips}")
     return best[0] if len(best) == 1 else best[0][: last_moving[0] + 1]  # several tools: up to the flange
 
 
@@ -314,9 +312,13 @@ def _following(element: Element, joint, names: list[str], notes: list[str]) -> E
 def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> Joint:
     limits = (-np.inf, np.inf)
     if kind is not JointKind.FIXED and joint.type != "continuous":
-        limits = (float(joint.limit.lower), float(joint.limit.upper))
-        if not limits[0] < limits[1]:
-            raise RobotError(f"joint '{joint.name}' has the empty limits {list(limits)}; correct its <limit>")
+        lower, upper = (getattr(joint.limit, end, None) for end in ("lower", "upper"))
+        if lower is None or upper is None or not lower < upper:  # SolidWorks writes 0 and 0 for none
+            raise RobotError(
+                f"joint '{joint.name}' has the limits {lower} and {upper}; give <limit lower=… upper=…/>, or "
+                "make its type 'continuous' if it can turn without end, 'fixed' if it is locked"
+            )
+        limits = float(lower), float(upper)
     elif kind is not JointKind.FIXED:
         notes.append(f"joint '{joint.name}' is continuous: searches use half a turn either way")
     inertial = model.link_map[joint.child].inertial
@@ -328,7 +330,7 @@ def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> J
             raise RobotError(
                 f"link '{joint.child}' has the mass {mass} at {com.tolist()}; correct its <inertial>"
             )
-    effort = joint.limit.effort if joint.limit is not None else None
+    effort = float(joint.limit.effort or 0.0) if joint.limit is not None else 0.0
     return Joint(
         name=name,
         label=joint.name,
@@ -337,5 +339,5 @@ def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> J
         limits=limits,
         mass=mass,
         com=frozen(com),
-        max_moment=None if not effort else float(effort),
+        max_moment=effort if 0.0 < effort < np.inf else None,
     )

@@ -6,14 +6,13 @@ from tables become URDFs of plain frames.
 
 import os
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from workbench.arm import chain as chains
 from workbench.arm.joint import Joint
+from workbench.arm.joint_frames import still
 from workbench.arm.masses import carried, moved, sphere_inertia
 from workbench.arm.robot import Robot
 from workbench.arm.urdf import BASE_LINK, TOOL_LINK, read_urdf, xml_root
@@ -60,26 +59,19 @@ def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
             node.set("filename", os.path.relpath((source.parent / file).resolve(), copy.parent.resolve()))
 
 
-def _segments(robot: Robot) -> list[Matrix4]:
-    """Pose between driven elements, at q = 0: before joint 1, between 1 and 2, …, after the last."""
-    driven = moved(robot)
-    still = [
-        replace(e, joint=None, follows=None, value=0.0 if e.follows is not None else e.value)
-        for e in robot.elements
-    ]
-    undriven = chains.Chain(tuple(still), 0)
-    poses = chains.frames(undriven, np.zeros((1, 0)), np.array([*driven, len(robot.elements) - 1]))[0]
-    return [poses[0], *(se3.inverse(a) @ b for a, b in pairwise(poses))]
-
-
 def _skeleton(robot: Robot) -> ET.Element:
-    """A URDF of frames for an arm from a table; every driven element keeps its own axis."""
+    """A URDF of frames for an arm from a table; links have the frames that they had in a URDF before."""
     root, parent = ET.Element("robot", name=robot.name), "base_link"
-    driven = [robot.elements[i] for i in moved(robot)]
-    segments, bodies, names = _segments(robot), carried(robot), _names([robot.joints[e.link] for e in driven])
+    places, bodies = moved(robot), carried(robot)
+    driven, behind = [robot.elements[i] for i in places], [_link_end(robot, i) for i in places]
+    turns = [still(*robot.elements[i + 1 : end]) for i, end in zip(places, behind, strict=True)]
+    bounds = pairwise([0, *behind, len(robot.elements)])
+    segments = [still(*robot.elements[a:b]) for a, b in bounds]
+    names = _names([robot.joints[e.link] for e in driven])
     ET.SubElement(root, "link", name=parent)
     leaders = {e.joint: name for e, (name, _) in zip(driven, names, strict=True) if e.joint is not None}
-    for element, segment, body, (name, child) in zip(driven, segments[:-1], bodies, names, strict=True):
+    every = zip(driven, segments[:-1], turns, bodies, names, strict=True)
+    for element, segment, turn, (mass, com), (name, child) in every:
         joint = robot.joints[element.link]
         limits = np.array(joint.limits)
         if element.follows is not None:
@@ -92,8 +84,7 @@ def _skeleton(robot: Robot) -> ET.Element:
                 f"{joint.name} is prismatic without limits, which a URDF can't express; give limits"
             )
         node = _joint_node(root, name, kind, parent, child, segment)
-        axis = np.eye(3)[element.axis % 3]
-        ET.SubElement(node, "axis", xyz=numbers_text(axis))
+        ET.SubElement(node, "axis", xyz=numbers_text(turn[element.axis % 3, :3]))
         ends = zip(("lower", "upper"), limits.tolist(), strict=True)
         limit = {end: repr(value) for end, value in ends if kind != "continuous"}
         if limit or joint.max_moment:
@@ -101,11 +92,17 @@ def _skeleton(robot: Robot) -> ET.Element:
         if element.follows is not None:
             factor, offset = repr(float(element.ratio)), repr(float(element.value))
             ET.SubElement(node, "mimic", joint=leaders[element.follows], multiplier=factor, offset=offset)
-        _inertial(link, *body)
+        _inertial(link, mass, se3.apply(se3.inverse(turn), com))
         parent = child
     ET.SubElement(root, "link", name="flange")
     _joint_node(root, "flange_joint", "fixed", parent, "flange", segments[-1])
     return root
+
+
+def _link_end(robot: Robot, index: int) -> int:
+    """Index behind a driven element, and behind what turns its axis back from z as in the URDF it is of."""
+    name = robot.elements[index].name.removesuffix(".q") + ".unalign"
+    return index + 1 + sum(e.name.startswith(name) for e in robot.elements)
 
 
 def _names(joints: list[Joint]) -> list[tuple[str, str]]:
@@ -138,8 +135,7 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
         ]
         if not any(e.value for e in mine):
             continue
-        pose = chains.poses(chains.Chain(tuple(mine), 0), np.zeros((1, 0)))[0]
-        _place(by_name[original], pose)
+        _place(by_name[original], still(*mine))
 
 
 def _add_frames(root: ET.Element, robot: Robot) -> None:

@@ -60,6 +60,7 @@ def _any_thread() -> Iterator[None]:
 
 
 _LIMIT = _Limit()
+_POOL = ThreadPoolExecutor(PIECES_AT_ONCE, thread_name_prefix="piece of work")  # one for all calls
 
 
 @contextmanager
@@ -77,16 +78,15 @@ def in_order(function: Callable[[Item], Result], pieces: Sequence[Item]) -> Iter
 
     Args:
         function: May run in another thread; worth it where it spends its time in numpy or compiled code.
-        pieces: A single one is done at once, here.
+        pieces: A single one, or those of a piece itself, are done at once, here.
     """
-    if len(pieces) < 2:
+    if len(pieces) < 2 or threading.current_thread().name.startswith("piece of work"):
         yield from map(function, pieces)
         return
-    with ThreadPoolExecutor(PIECES_AT_ONCE) as pool:
-        under_way: deque[Future[Result]] = deque()
-        for piece in pieces:
-            under_way.append(pool.submit(function, piece))
-            if len(under_way) > PIECES_AT_ONCE:
-                yield under_way.popleft().result()
-        while under_way:
+    under_way: deque[Future[Result]] = deque()
+    for piece in pieces:
+        under_way.append(_POOL.submit(function, piece))
+        if len(under_way) > PIECES_AT_ONCE:
             yield under_way.popleft().result()
+    while under_way:
+        yield under_way.popleft().result()

@@ -15,9 +15,7 @@ def simulate(
     out: Annotated[Path, option("Write the measurements here.")],
     plate: opt.PlateOption = None,
     poses: Annotated[int | None, option("Number of poses, instead of a plate.")] = None,
-    index: Annotated[
-        str, option("With --poses: random, iso-cube, or an index to maximise: O, O1 … O5.")
-    ] = "random",
+    choice: Annotated[str, option("With --poses: random, or iso-cube (ISO 9283).")] = "random",
     instrument: Annotated[
         str | None, option("Instrument: plate, laser-tracker, tracker-6d, optotrak …")
     ] = None,
@@ -45,7 +43,7 @@ def simulate(
             how |= {"instrument": instrument or "plate"}
             hidden, rows = wb.measure_plate(arm, wb.load_plate(plate), **how)
         elif poses is not None:
-            how |= {"index": index, "instrument": instrument or "tracker-6d"}
+            how |= {"choice": choice, "instrument": instrument or "tracker-6d"}
             hidden, rows = wb.measure_poses(arm, poses, **how)
     wb.write_measurements(rows, out, prismatic=sliding_numbers(arm))
     opt.say(f"{plural(len(rows), 'row')} simulated on a virtual {arm.name}: {out}")

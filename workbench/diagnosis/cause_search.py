@@ -11,8 +11,10 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import NO_WRENCHES
+from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import events_of
@@ -24,7 +26,7 @@ from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.claims.claimed_causes import odds_over_time, undecided
 from workbench.diagnosis.claims.standard_errors import clearness
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
-from workbench.diagnosis.coverage import too_few_rows
+from workbench.diagnosis.coverage import ONLY_LOADS, loads_vary, too_few_rows
 from workbench.diagnosis.drivers.driver import MIN_MIXED, SESSION, Driver, driver_of
 from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
@@ -35,6 +37,7 @@ from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
     Searched,
     Stage,
+    Tried,
     description_length,
     geometry_first,
     reduced,
@@ -133,27 +136,29 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     """Fit the geometry, then search for effects; a result that explains next to nothing means a wrong arm."""
     progress(0.3, "fitting the geometry, excluding outliers")
     first = geometry_first(ready.problem)
-    too_few = too_few_rows(first.fit)
-    tried = too_few is None
+    too_few, events = too_few_rows(first.fit), None
+    tried: Tried | None = (lambda effect: True) if too_few is None else None
+    if too_few is not None and loads_vary(first.fit.problem.data):
+        ready, too_few, tried, events = replace(ready, notes=(*ready.notes, ONLY_LOADS)), None, _of_load, ()
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
     if too_few is None and path is not None and path.is_steady:
-        alone = validated(rounds(first, rng, tried=False))
+        alone = validated(rounds(first, rng, tried=None))
         if ask("a lag", lambda: alone.drivers is not None and alone.drivers.is_lag, False):
             return alone
     try:
-        found = _rounds_with_sure_events(first, rng, tried)
+        found = _rounds_with_sure_events(first, rng, tried, events)
     except np.linalg.LinAlgError:  # models beyond rounding, of rows that are far from any arm
-        found = rounds(first, rng, tried=False)
+        found = rounds(first, rng, tried=None)
     progress(0.8, "judging the result")
     search = validated(found)
     drivers = search.drivers
     if drivers is not None and (pull := ask("gravity", lambda: gravity_elsewhere(drivers), None)) is not None:
-        turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried))
+        turned = validated(_rounds_with_sure_events(under_gravity(first, pull), rng, tried, events))
         gain = description_length(search.last) - description_length(turned.last)
         search = turned if gain > np.log(CERTAIN) and _shows_gravity(turned) else search
     if explains_little(search.nominal.train, search.after.train, robot.reach):
-        search = validated(rounds(first, rng, tried=False))
+        search = validated(rounds(first, rng, tried=None))
     return search
 
 
@@ -173,13 +178,23 @@ def _shows_gravity(search: CauseSearch) -> bool:
     return group_evidence(left, laws) > evidence_of(left, drivers.pulls) + np.log(CERTAIN)
 
 
-def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: bool) -> tuple[Searched, ...]:
+def _of_load(effect: AbstractEffect) -> bool:
+    return bool(effect.loads) or isinstance(effect, GravitySag)
+
+
+def _rounds_with_sure_events(
+    first: Stage, rng: np.random.Generator, tried: Tried | None, events: Sequence[Candidate] | None
+) -> tuple[Searched, ...]:
     """The search for events and effects, taken up again without uncertain events and drifts.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
     posture; and what follows the time by no law is no law for the time to come.
     """
-    found, refused = rounds(first, rng, tried=tried), set[str]()
+    found, refused = rounds(first, rng, tried=tried, events=events), set[str]()
+
+    def tried_still(effect: AbstractEffect) -> bool:
+        return tried is not None and tried(effect) and effect.name not in refused
+
     while odds := odds_over_time(found[-1]):
         unsure = [candidate for candidate, its_odds in odds.items() if its_odds < PROBABLE]
         if not unsure:
@@ -187,7 +202,7 @@ def _rounds_with_sure_events(first: Stage, rng: np.random.Generator, tried: bool
         events = [c for c in odds if c.effect.is_event and c not in unsure]
         refused |= {c.effect.name for c in unsure if not c.effect.is_event}
         rest = [t for t in found[-1].model if t.candidate not in unsure]
-        found = rounds(refitted(found[-1], rest), rng, tried=tried, events=events, without=refused)
+        found = rounds(refitted(found[-1], rest), rng, tried=tried_still, events=events)
     return found
 
 

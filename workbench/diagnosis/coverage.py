@@ -7,12 +7,19 @@ from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
 from workbench.base.advice import beside
 from workbench.data.dataset import Dataset
+from workbench.data.postures import postures, within_postures
 from workbench.identification.fit import Fit
 
 SMALL_TRAVEL = np.deg2rad(30.0)
 """Range of a joint below which it moved little [rad]; below `STILL` it did not move."""
 MIN_SPREAD = 0.02
 """Share of the widest spread of poses below which a direction in joint space was not measured."""
+ONLY_LOADS = (
+    "the poses are too few, or vary in too few directions of joint space, to separate other effects from "
+    "geometry: only effects of the load, which changes at the same postures, were tried"
+)
+MIN_LOAD_CHANGE, MIN_LOADED_POSTURES = 0.03, 5
+"""Change of the load about its mean at a posture, as a share of its range, at so many postures."""
 MIN_NUMBERS_PER_UNKNOWN = 3.0
 """Minimum measured numbers per unknown to separate effects from geometry."""
 MAX_RIGID_SHARE = 0.05
@@ -52,6 +59,19 @@ def _are_one_body(fit: Fit) -> bool:
     gaps = np.linalg.norm(markers - np.roll(markers, 1, axis=1), axis=2)
     errors = problem.physical(problem.residual(fit.x)[: problem.size])
     return bool(np.nanstd(gaps, axis=0).max() < MAX_RIGID_SHARE * np.sqrt((errors**2).mean()))
+
+
+def loads_vary(data: Dataset) -> bool:
+    """Whether the load changes at some postures, so that geometry can't take its effects there."""
+    for load in (data.torque, data.payload):
+        if load is None or not np.isfinite(load).all():
+            continue
+        table = load.reshape(len(data), -1)
+        change = np.abs(within_postures(data.q, table)).max(1)
+        changed = change > MIN_LOAD_CHANGE * np.ptp(table, axis=0).max()
+        if len(np.unique(postures(data.q)[changed])) >= MIN_LOADED_POSTURES:
+            return True
+    return False
 
 
 def freedoms(data: Dataset) -> int:

@@ -75,16 +75,10 @@ def _surprise(fit: Fit) -> float:
 def fitted_on_all(
     ready: Prepared, last: Searched, before: Fit, left_out: Bool[np.ndarray, " rows"], still: Dataset | None
 ) -> tuple[Fit, str | None]:
-    """The last arm refitted to training and held-out rows, and a note.
+    """The last arm refitted to training and held-out rows but those left out, as from a measuring frame at
+    rest if there are such rows, and a note.
 
     Held-out rows of another file are not used.
-
-    Args:
-        ready: The prepared problem and its rows.
-        last: The last search, at the fit to be repeated.
-        before: The arm that was judged.
-        left_out: Held-out rows that are not fitted.
-        still: All rows as from a measuring frame at rest, if it isn't.
     """
     if not len(ready.held_out_rows):
         return before, None

@@ -157,13 +157,8 @@ def standing_notes(fit: Fit, given: Robot) -> list[str]:
 
 @beside("the direction of gravity as a cause", ())
 def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise, laws: Sequence[Cause]) -> Iterator[Cause]:
-    """Placements in which the file's gravity is significantly wrong; no surer than what loads do.
-
-    Args:
-        given: The arm as given.
-        noise: Residual noise; a third of it must be explained.
-        laws: The other causes.
-    """
+    """Placements in which the file's gravity is significantly wrong, which explains a third of the residual
+    noise or more; no surer than what loads do."""
     arm, motion = fit.calibrated, Motion.of(fit.problem.data)
     most = max((c.odds for c in laws if c.driver is Driver.LOAD), default=1.0)
     for found in tilts_of_gravity(fit, given):

@@ -69,11 +69,8 @@ def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[s
 
 
 def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[FollowedDriver, ...]:
-    """What the payload is, if this explains more than any process beside the laws of load.
-
-    Args:
-        whole: All rows of the file.
-    """
+    """What the payload is, if this explains more than any process beside the laws of load; `whole` are all
+    rows of the file."""
     searched, rows = drivers.searched, DrivenRows(drivers.problem, drivers.searched.stage.fit.x, None)
     carried = rows.motion.payload
     if carried is None or not np.ptp(carried) or not (found := _hypotheses(rows, carried, whole)):

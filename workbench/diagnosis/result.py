@@ -100,15 +100,11 @@ class Accepted:
 
 @beside("whether the effects do harm", None)
 def harm_done(before: Errors, after: Errors, noise: Noise) -> str | None:
-    """A warning if a model predicts rows worse than another, by more than the mean score's standard error.
+    """A warning if a model predicts the same rows worse than the one before, by more than the mean score's
+    standard error.
 
     A row's score is the log density of its errors of position and orientation by Student's law, each in its
-    noise.
-
-    Args:
-        before: Errors of the one.
-        after: Of the other, on the same rows.
-        noise: Noise per axis.
+    noise per axis.
     """
     gain, worse = np.zeros(len(before.position)), []
     for old, new, sigma, scale, unit in (

@@ -92,13 +92,7 @@ def best_geometry(fit: Fit, noises: Iterable[Noise]) -> Robot | None:
 
 
 def _accepted(search: CauseSearch, final: Fit, std: StandardErrors) -> tuple[Accepted, ...]:
-    """The effects of the last fit with standard errors, rivals and individual contributions.
-
-    Args:
-        search: The search.
-        final: Its model fitted to all rows.
-        std: Standard errors of the coefficients [SI].
-    """
+    """The effects of the last fit with standard errors, rivals and individual contributions."""
     sized = {e.names: e for e in final.arm.effects}
     model, out = search.last.model, []
     unknown = [Offer(term, np.nan) for term in model]

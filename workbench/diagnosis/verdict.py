@@ -33,13 +33,9 @@ def conclude(
     """Verdict and message.
 
     Args:
-        search: The search, with the errors of nominal arm, geometry, and arm with effects.
-        saved: The saved arm, with the held-out rows that no arm explains.
         causes: Claimed causes, largest first.
         followed: Drivers that the error follows beside them.
         correction: What a correction by those that the effects leave would reduce, as a sentence.
-        residual_map: Other added effects, which only predict.
-        remaining: The error that is left.
     """
     if search.too_few is not None:
         return Verdict.UNEXPLAINED, search.too_few

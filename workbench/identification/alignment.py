@@ -99,41 +99,40 @@ def spread_rows(data: Dataset, count: int) -> np.ndarray:
 def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
     """Starting points: the robot as given, then with base and tool from the closed forms."""
     yield robot
-    if not freedom.base or data.position is None:
+    points, is_free = data.position, bool(freedom.tool)
+    if points is None and data.markers is not None:  # the one that is seen most is a point of the tool
+        points, is_free = data.markers[:, np.isfinite(data.markers).all(2).sum(0).argmax()], True
+    if not freedom.base or points is None:
         return
     arm = chains.poses(robot.bare.chain, data.q)
-    seen = np.isfinite(data.position).all(-1)
+    seen = np.isfinite(points).all(-1)
     groups = [np.flatnonzero(seen & data.in_session(name)) for name in data.sessions]
-    groups = [g for g in groups if len(g)]
-    if not freedom.base_per_session:
-        groups = [np.concatenate(groups)] if groups else []
-    if not groups:
+    groups = groups if freedom.base_per_session else [np.concatenate(groups)]
+    if not all(map(len, groups)):
         return
     rotations = data.rotation
     if rotations is not None and np.isfinite(rotations[seen]).all():
         largest = max(groups, key=len)
         tool = robot.tool.pose
         if freedom.tool and len(largest) >= 3:
-            tool = hand_eye(arm[largest], se3.pose(rotations[largest], data.position[largest]))
-        bases = [mean_base(arm[g] @ tool, se3.pose(rotations[g], data.position[g])) for g in groups]
+            tool = hand_eye(arm[largest], se3.pose(rotations[largest], points[largest]))
+        bases = [mean_base(arm[g] @ tool, se3.pose(rotations[g], points[g])) for g in groups]
         yield _with_frames(robot, data, freedom, bases, tool)
         return
-    point = _tool_point(robot, data, arm, groups, freedom)
-    bases = [se3.best_fit(se3.apply(arm[g], point[None]), data.position[g]) for g in groups]
+    point = _tool_point(robot, points, arm, groups) if is_free else robot.tool.xyz
+    bases = [se3.best_fit(se3.apply(arm[g], point[None]), points[g]) for g in groups]
     yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
 
 
-def _tool_point(robot, data, arm, groups, freedom) -> Float[np.ndarray, "3"]:
+def _tool_point(robot, points, arm, groups) -> Float[np.ndarray, "3"]:
     """Initial guess of the tool point from points alone."""
-    if not freedom.tool:
-        return robot.tool.xyz
     point = np.array(robot.tool.xyz)
     for _ in range(MAX_ALTERNATIONS):
         rows, right = [], []
         for g in groups:
-            base = se3.best_fit(se3.apply(arm[g], point[None]), data.position[g])
+            base = se3.best_fit(se3.apply(arm[g], point[None]), points[g])
             rows.append((base[:3, :3] @ arm[g, :3, :3]).reshape(-1, 3))
-            right.append((data.position[g] - se3.apply(base, arm[g, :3, 3])).ravel())
+            right.append((points[g] - se3.apply(base, arm[g, :3, 3])).ravel())
         point = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0]
     return point
 

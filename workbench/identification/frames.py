@@ -25,7 +25,7 @@ from workbench.data.prediction import predict
 from workbench.identification.algorithms.identifier import SearchOutcome, factor_of
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import MAX_ALIGNED_ROWS, align, spread_rows
-from workbench.identification.errors.expected_deviation import expected_deviation
+from workbench.identification.errors.expected_deviation import USUAL_DEVIATION, expected_deviation
 from workbench.identification.errors.row_errors import Errors, Spread, count_measured, row_errors
 from workbench.identification.fit_choices import FitChoices, Sessions
 from workbench.identification.frame_freedom import moved_robot
@@ -42,8 +42,6 @@ CERTAINLY, ROUNDING = 1e-12, 1e-12
 """Significance level at which no simpler model is fitted, and residual variance that is rounding."""
 STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
 """Corrections of the arm beyond these are implausible: more likely the tool differs from the file."""
-USUAL_DEVIATION = 1e-3
-"""Expected deviation of constants that needs no other frames [rad, m]."""
 MAX_BASE_ERROR_RATIO = 10.0
 """A base declared as known is refused if its error is this many times that of a free one …"""
 CLEAR_SHARE_OF_REACH = 0.05
@@ -99,8 +97,9 @@ def choose_frames(
             partial(_FrameTrial.of, robot, trial, prior, noise=noise, free=free, effects=effects, known=known)
         )
         *simpler, freest = candidates
-        if not several and all(tried(*freest).is_needed(robot, freedom) for freedom, _ in simpler):
-            candidates = [freest]
+        if not several:
+            simpler = [each for each in simpler if not tried(*freest).is_needed(robot, each[0])]
+            candidates = [*simpler, freest]
         taken = tried(*candidates[0])
         for candidate in candidates[1:]:
             if cancelled():

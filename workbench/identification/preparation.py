@@ -46,7 +46,6 @@ from workbench.identification.rows.row_selection import (
     hold_out,
     marked,
     placed,
-    placing_rows,
     scale_fixing_length,
     unused_observations,
     without_fitted_rows,
@@ -248,22 +247,18 @@ class _Split(AbstractSplit):
 
 
 def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
-    """The chosen rows; a share is held out as if none were excluded, so that no error jumps for that."""
+    """The chosen rows."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region, choices.known)
     used, other = of_rows(data, rows), choices.held_out
     if lost := preparation_of(used).contradicted(robot, used):
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
         rows = np.delete(rows, [*lost])
         used = of_rows(data, rows)
-    train, held = hold_out(used, 0.0 if isinstance(other, Dataset) else other, choices.seed)
-    if choices.exclude and isinstance(other, float):
-        own = [""] * len(data) if data.reason is None else data.reason.tolist()
-        lifted = [r == choices.exclude.get(row) for row, r in zip(data.row.tolist(), own, strict=True)]
-        every = replace(data, exclude=~data.included & ~np.array(lifted))
-        stay = np.isin(rows, _choose_rows(robot, every, replace(choices, exclude={})).held_out_rows)
-        left = min(np.count_nonzero(used.in_session(name) & ~stay) for name in used.sessions)
-        if 2 * stay.sum() > len(held) and left >= placing_rows(used):
-            train, held = np.flatnonzero(~stay), np.flatnonzero(stay)
+    there = np.isin(data.row, [*choices.exclude]) & np.isfinite(data.q).all(1)
+    drawn = np.union1d(rows, np.flatnonzero(there))
+    share = 0.0 if isinstance(other, Dataset) else other
+    is_held = hold_out(of_rows(data, drawn), np.isin(drawn, rows), share, choices.seed)
+    train, held = np.flatnonzero(~is_held), np.flatnonzero(is_held)
     held_out_data, again = of_rows(used, held), list[str]()
     if isinstance(other, Dataset):
         other = with_drivers(robot, checked(robot, other))

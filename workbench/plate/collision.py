@@ -73,12 +73,6 @@ def hits(
     return tuple(found)
 
 
-def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
-    """Which postures are free of collisions with the plate's solid, whatever blocks it has."""
-    solid = [] if plate.size is None else [obstacles(robot, plate, ())["the plate"]]
-    return np.asarray(~touches(robot, q, solid).any(1))
-
-
 def unobstructed(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
     """Collision-free branches to a target, counted from 0."""
     if not branches:
@@ -108,18 +102,6 @@ def allows_target(
     fine[fine] = ~touches(robot, q[fine], [*obstacles(robot, plate).values()]).any(1)
     fine[fine] = ~touches(robot, postures, block_hulls(plate.pose, poses[fine])).any(0)
     return fine
-
-
-def mutually_blocking(
-    robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]
-) -> Bool[np.ndarray, "rows rows"]:
-    """Which postures [rad or m] can't both be targets of a plate, whatever targets it has: the arm in one
-    collides with the block of the other."""
-    if plate.size is None:
-        return np.zeros((len(q), len(q)), bool)
-    met = touches(robot, q, block_hulls(plate.pose, in_base(robot, q)))
-    np.fill_diagonal(met, False)
-    return np.asarray(met | met.T)
 
 
 def touches(

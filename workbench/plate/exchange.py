@@ -145,7 +145,7 @@ def of_information(
     """
 
     if not isinstance(index, AbstractSetIndex):
-        text = f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I"
+        text = f"index {index.name} looks at single poses; choose by O1 … O5 or I"
         raise OptionError(text, option="index", found=index.name)
 
     def costs(chosen: list[int], slot: int) -> Float[np.ndarray, " options"]:

@@ -5,9 +5,9 @@ the unscaled Jacobian, as in the paper, which mixes metres and radians. A pose h
 parameters it shows six combinations, and σ1 … σ6 are meant. For a set O is the mean over its poses and says
 nothing about the set as a whole: ten identical poses of high O show six combinations only.
 
-O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian
+O1 … O5 are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian
 (see `workbench.arm.linearisation` for the scaling). Each is zero where a parameter can't be seen.
-Their gradient comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 or D does not depend on units: scaling
+Their gradient comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 does not depend on units: scaling
 rows or columns multiplies them by a constant. O2 is the same for rows all scaled alike and for poses that
 are added again, and changes with single columns; added measurements never lower O3 and O5.
 
@@ -219,20 +219,6 @@ _OF_SETS = (
         "Sun & Hollerbach, IEEE Int. Conf. Robotics and Automation, 2008",
         of_spectrum=lambda s, m: 1.0 / (1.0 / s).sum(-1),
         by_value=lambda value, s, m: (value / s) ** 2,
-    ),
-    SetIndex(
-        "A",
-        "inverse root mean square standard error of the parameters (A-optimality) [1/m]",
-        "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §10.1",
-        of_spectrum=lambda s, m: np.sqrt(s.shape[-1] / (1.0 / s**2).sum(-1)),
-        by_value=lambda value, s, m: (value / s) ** 3 / len(s),
-    ),
-    SetIndex(  # O1²: by the ratio of two sets the worse one must be measured more often to do as well
-        "D",
-        "information per measurement, ratios are efficiencies (D-optimality) [1/m²]",
-        "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §11.1",
-        of_spectrum=lambda s, m: np.exp(2.0 * np.log(s).mean(-1)) / m,
-        by_value=lambda value, s, m: 2.0 * value / (len(s) * s),
     ),
 )
 

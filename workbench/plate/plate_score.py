@@ -25,7 +25,7 @@ class SetScore:
         per_target: O of each target alone, ARIA eq. (17).
         rises: By what share the predicted error would rise without each target; infinite where others leave
             parameters open.
-        indices: O, O1 … O5, A, D and I of the set; of the combinations that measurements anywhere show.
+        indices: O, O1 … O5 and I of the set; of the combinations that measurements anywhere show.
         rank: Combinations of constants that the set determines.
         visible: Number of combinations that any measurements could determine.
         names: The constants that are identified.

@@ -19,7 +19,7 @@ from workbench.data.simulation.instruments import Instrument, instrument_named
 from workbench.data.simulation.simulate import LIKELY_ERRORS, simulate, simulate_targets, virtual_arm
 from workbench.plate.arguments import PlateLike
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.plate.poses.sampling import pose_choices, random_poses
+from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
 
@@ -35,20 +35,19 @@ def measure_poses(
     robot: RobotLike,
     number: Count,
     *,
-    index: str = RANDOM,
+    choice: str = RANDOM,
     instrument: str | Instrument = "tracker-6d",
     actual: RobotLike | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     errors: Like[LengthAndAngle] = LIKELY_ERRORS,
     seed: Seed = 0,
 ) -> tuple[Robot, Dataset]:
-    """A virtual arm measured at random or informative joint positions.
+    """A virtual arm measured at joint positions.
 
     Args:
         robot: Nominal arm.
         number: How many poses.
-        index: `random`; `iso-cube` (ISO 9283, Katana §3.4); or the observability index to maximise (ARIA
-            eqs. 17, 18): `O`, `O1` … `O5`.
+        choice: `random`, or `iso-cube` (ISO 9283, Katana §3.4).
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
@@ -60,19 +59,13 @@ def measure_poses(
     """
     rng = np.random.default_rng(seed)
     actual, notes = _hidden(robot, actual, effects, rng, errors)
-    if index == RANDOM:
-        q = random_poses(robot, number, rng=rng)
-    elif index == ISO_CUBE:
-        q = iso_cube_poses(robot, number, rng=rng).q
-    else:
-        choice = next((c for c in pose_choices() if index in c.indices), None)
-        if choice is None:
-            known = [RANDOM, ISO_CUBE, *(i for c in pose_choices() for i in c.indices)]
-            raise OptionError(f"no choice of poses '{index}'; choose from {', '.join(known)}")
-        q = choice.choose(robot, number, index=index, rng=rng)
+    if choice not in (RANDOM, ISO_CUBE):
+        raise OptionError(f"no choice of poses '{choice}'; choose {RANDOM} or {ISO_CUBE}")
+    is_cube = choice == ISO_CUBE
+    q = iso_cube_poses(robot, number, rng=rng).q if is_cube else random_poses(robot, number, rng=rng)
     state = varied_state(actual, q, rng=rng)
     rows = simulate(actual, state, instrument=_instrument(instrument), rng=rng)
-    note = f"simulated: {plural(number, 'pose')} ({index}), {_instrument(instrument).name}, seed {seed}"
+    note = f"simulated: {plural(number, 'pose')} ({choice}), {_instrument(instrument).name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 

@@ -8,10 +8,11 @@ journal writes that name and the fields, so both stay as they are.
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
+from workbench.base.assets import assets
 from workbench.parts import parts
 from workbench.session.state import Session
 
@@ -43,6 +44,14 @@ class AbstractCommand(ABC):
     @abstractmethod
     def title(self) -> str:
         """Description for the journal and for messages."""
+
+    def named(self, after: Session) -> Session:
+        """The session after it, in which its step back is named after it."""
+        done = after.history.done
+        if all(step.by for step in done[-2:]):  # in a drag, that of the drag stands above
+            return after
+        done = tuple(step if step.by else replace(step, by=self.title) for step in done)
+        return after.updated("history", done=done)
 
     @property
     def key(self) -> Hashable | None:
@@ -125,8 +134,9 @@ class AbstractLoad(AbstractTask[Result]):
 
 
 def at_stake(session: Session) -> str:
-    """What goes with the measurements, as a sentence; empty if there are none."""
-    if (loaded := session.measurements.loaded) is None:
+    """What goes with the measurements, as a sentence; empty if there are none but those of the demo."""
+    loaded, samples = session.measurements.loaded, (assets() / "samples").glob("*.csv")
+    if loaded is None or (loaded.file and any(loaded.file.content == s.read_bytes() for s in samples)):
         return ""
     results = "" if session.results.is_empty else " and the results based on them"
     return f"The measurements ({loaded.name}){results} will be removed; Undo restores them."

@@ -15,18 +15,14 @@ import numpy as np
 
 from workbench.arm.built_in_arms import save_robot
 from workbench.arm.joint_units import shown_joints, sliding, sliding_numbers
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_text
-from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data import writer
 from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
 from workbench.report.blocks import Block
-from workbench.session.real_arm import driven_by_pose
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -105,16 +101,6 @@ def report_zip(session: Session) -> File:
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 
-README = """\
-plate.toml     the plate for workbench: targets, their branches, the region
-targets.csv    poses of the tool at the targets, robot's base; as made: 'workbench plate as-measured'
-poses.csv      joint positions to measure each target with, in this order
-*.pdf, *.dxf   drawings with tolerances, for the workshop
-*.step, *.stl  the plate and its blocks as solids
-"""
-"""What is in the archive."""
-
-
 def fixture_zip(session: Session) -> NotedFile:
     """Everything that a workshop needs to make the current plate, as a folder in a ZIP file.
 
@@ -137,7 +123,6 @@ def fixture_zip(session: Session) -> NotedFile:
     def write(folder: Path) -> ExportedPlate:
         made = export_plate(plate, folder)
         (folder / "poses.csv").write_bytes(poses.encode())
-        (folder / "README.txt").write_text(README, encoding="utf-8")
         return made
 
     content, made = _written("fixture", write)
@@ -179,27 +164,6 @@ def _written(name: str, write: Callable[[Path], T]) -> tuple[bytes, T]:
 def stem_of(name: str) -> str:
     """A name as the beginning of a file's name."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "file"
-
-
-COORDINATES = ("x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
-
-
-def captured_csv(session: Session) -> File:
-    """The poses that were kept while jogging, before and after a calibration (Katana §3.4), with units in the
-    header."""
-    if not session.choices.captured:
-        raise DataError("no poses have been kept; press Keep this pose first")
-    q = np.array(session.choices.captured).reshape(-1, session.robot.dof)
-    head, columns = _headings(session.robot), [shown_joints(session.robot, q)]
-    for name, robot in (("nominal", session.robot), ("calibrated", session.results.calibrated)):
-        if robot is not None:
-            known = driven_by_pose(robot) or robot.with_effects()  # what joint positions alone tell
-            frames = se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))
-            head += [f"{name}_{column}" for column in COORDINATES]
-            angles = [se3.matrix_to_rpy(pose[:3, :3]) for pose in frames]
-            columns += [1e3 * frames[:, :3, 3], np.rad2deg(angles).reshape(-1, 3)]
-    content = _csv(head, np.concatenate(columns, axis=1).tolist())
-    return f"{stem_of(session.robot.name)}-poses.csv", content.encode()
 
 
 def _headings(robot: Robot) -> list[str]:

@@ -87,14 +87,7 @@ def is_of_other_rows(found: AbstractSplit | None, left_out: frozenset[int]) -> b
     return found is not None and (is_back or not left_out <= rows.keys())
 
 
-OBSERVATIONS = {
-    "position": "position of the tool",
-    "rotation": "orientation of the tool",
-    "markers": "markers on the tool",
-    "distance": "distance to an anchor",
-    "contact": "contact with a fixed point",
-    "tilt": "tilt of links",
-}
+OBSERVATIONS = "position", "rotation", "markers", "distance", "contact", "tilt"
 
 
 def facts_of(dataset: Dataset) -> tuple[tuple[str, str], ...]:
@@ -112,5 +105,4 @@ def facts_of(dataset: Dataset) -> tuple[tuple[str, str], ...]:
 
 def observation_text(dataset: Dataset) -> str:
     """What the instrument measured, in words."""
-    found = (text for name, text in OBSERVATIONS.items() if getattr(dataset, name) is not None)
-    return ", ".join(found) or "nothing"
+    return ", ".join(name for name in OBSERVATIONS if getattr(dataset, name) is not None) or "nothing"

@@ -13,6 +13,7 @@ from workbench.base.wording import capital, plural
 from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
+from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import implausible_text
 from workbench.plate.plate import AUTO
 from workbench.report.blocks import Tone
@@ -23,13 +24,13 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.export import File, NotedFile, calibrated_urdf, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
-from workbench.session.stages import before_and_after, share_of_noise, stages
+from workbench.session.stages import before_and_after, counted, file_errors, share_of_noise, stages, suspects
 from workbench.session.state import Session
 
 BEYOND_NOISE = 1.5
@@ -79,7 +80,9 @@ def next_step(session: Session) -> NextStep:
 
     Nothing leads to the tab that is open.
     """
-    step = next(found for row in ROWS if (found := row(session)) is not None)
+    row, step = next((row, found) for row in ROWS if (found := row(session)) is not None)
+    if row in RESULTS and (exclude := _exclude_suspects(session)) is not None:
+        step = replace(step, other=exclude)
     loaded, file = session.measurements.loaded, session.measurements.unread
     if loaded is not None and file is not None and file.match is not None and session.is_idle:
         step = replace(step, other=_change_to(file.match))
@@ -178,35 +181,35 @@ def _added(session: Session) -> NextStep | None:
     else:
         ask = "" if found.remaining.known_noise else "; state the instrument's noise to know if it is more"
         left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
-    urdf = {} if session.results.run is None else session.results.run.file_errors
-    if "URDF" in urdf:
-        alone = compared(urdf["URDF"].position_mm.mean)
+    if "URDF" in (errors := file_errors(session)):
+        alone = compared(errors["URDF"].position_mm.mean)
         left += f". A URDF holds geometry alone, fitted again for that: {alone} mm"
     return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
 
 
 def _diagnosed(session: Session) -> NextStep | None:
-    found = session.results.diagnosis
+    found, known = session.results.diagnosis, stages(session)
     if found is None:
         return None
-    left = (session.results.run or found.before).judged.text("mean")
+    before, after = (counted(session, found, errors) for errors in (found.before, found.after))
+    left = (known[-1].errors if known else before).text("mean")
     poses = POSES if len(found.measure_next) else MORE
     if found.harm is not None:
         return NextStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
         tone = Tone.GOOD if found.is_named else Tone.CAREFUL
-        return NextStep(_promise(found), tone, ADD if found.causes else CORRECT, poses)
+        return NextStep(_promise(found, before, after), tone, ADD if found.causes else CORRECT, poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     rest = "all of it noise" if found.remaining.known_noise else "and nothing found in it"
     return NextStep(f"{left} left, {rest}: the geometric model is sufficient.", Tone.GOOD, TAKE, COMPARE)
 
 
-def _promise(found: Diagnosis) -> str:
+def _promise(found: Diagnosis, before: Errors, after: Errors) -> str:
     """The first cause, and what would be left with all that was found."""
-    left = found.after.judged.text("mean").replace(", ", " and ") + " would be left."
+    rest, left = (errors.text("mean").replace(", ", " and ") for errors in (before, after))
+    left += " would be left."
     if not found.causes:
-        rest = found.before.judged.text("mean").replace(", ", " and ")
         return f"The rest ({rest}) has no name. With a correction learned from your rows, {left}"
     first, more = found.causes[0], len(found.causes) - 1
     others = f" and {more} more" if more else ""
@@ -249,6 +252,18 @@ ROWS: tuple[Callable[[Session], NextStep | None], ...] = (
     _identified,
 )
 """Steps in the order in which they go before each other; None where one does not apply."""
+RESULTS = _added, _diagnosed, _identified
+
+
+def _exclude_suspects(session: Session) -> Action | None:
+    """Excludes the held-out rows of the same file that no arm explains."""
+    loaded, out = session.measurements.loaded, session.measurements.left_out
+    found = session.results.identification or session.results.diagnosis
+    wrong = sorted({*suspects(session)} - out)
+    if loaded is None or found is None or not (wrong and found.is_one_file):
+        return None
+    label = f"Exclude row {loaded.row_name(wrong[0])}" if len(wrong) == 1 else f"Exclude {len(wrong)} rows"
+    return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out.union(wrong)))))
 
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:

@@ -3,35 +3,68 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
-from workbench.identification.errors.row_errors import AbstractValidation
+from workbench.base.wording import first_of
+from workbench.identification.errors.row_errors import AbstractValidation, Errors
 from workbench.identification.result import Identification
+from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.report.numbers import compared
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Session
 
+MAX_NAMED = 3
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
 
 
 @dataclass(frozen=True, eq=False)
 class StageErrors:
-    """Errors up to one stage of the model on held-out rows; on the fitted ones where none were held out.
+    """Errors up to one stage of the model on the rows that count (`counted`).
 
     Args:
         title: The stage.
         words: What the model has by then, for people.
-        error: Mean position error [mm].
-        turned: Mean orientation error [°]; None if none were measured.
-        rows: Position errors row by row [m].
     """
 
     title: ModelStage
     words: str
-    error: float
-    turned: float | None
-    rows: Float[np.ndarray, " rows"]
+    errors: Errors
+
+    @property
+    def error(self) -> float:
+        """Mean position error [mm]."""
+        return self.errors.position_mm.mean
+
+
+def suspects(session: Session) -> list[int]:
+    """Numbers of the held-out rows that no arm explains."""
+    found, diagnosis = session.results.identification, session.results.diagnosis
+    rows = [] if diagnosis is None else diagnosis.held_out_data.row[diagnosis.suspects].tolist()
+    return sorted({*rows, *(() if found is None else found.suspects)})
+
+
+def counted(session: Session, found: AbstractSplit, errors: AbstractValidation) -> Errors:
+    """Errors on held-out rows, without suspects; on the fitted ones where none were held out.
+
+    One wrong row would shape their mean. Whether a required error is kept is judged on all of them.
+    """
+    keep = ~np.isin(found.held_out_data.row, suspects(session))
+    return (errors.held_out and errors.held_out.take(keep)) or errors.train
+
+
+def file_errors(session: Session) -> dict[str, Errors]:
+    """Errors of each file of the shown arm on those rows."""
+    if (run := session.results.run) is None or run.judging is not run.held_out_data:
+        return {} if run is None else run.file_errors
+    keep = ~np.isin(run.saved.valid_for(run.judging).row, suspects(session))
+    return {name: (len(e) == len(keep) and e.take(keep)) or e for name, e in run.file_errors.items()}
+
+
+def without_suspects(session: Session) -> str:
+    """Behind a mean: ` without row 15, which no arm explains`; empty where there is no such row."""
+    loaded, rows = session.measurements.loaded, suspects(session)
+    named = first_of(map(str if loaded is None else loaded.row_name, rows), MAX_NAMED)
+    return f" without row{'s' * (len(rows) > 1)} {named}, which no arm explains" if rows else ""
 
 
 def stages(session: Session) -> tuple[StageErrors, ...]:
@@ -44,8 +77,7 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
         known.insert(1, results.geometry or (results.diagnosis and results.diagnosis.before))
     out = []
     for stage, errors in ((s, e) for s, e in zip(STAGES, known, strict=False) if e is not None):
-        mean, turned, rows = errors.judged, errors.judged.orientation_deg, errors.judged.position
-        out.append(StageErrors(stage, words[stage], mean.position_mm.mean, turned and turned.mean, rows))
+        out.append(StageErrors(stage, words[stage], counted(session, found, errors)))
     return tuple(out)
 
 
@@ -76,7 +108,7 @@ def shown_stage(session: Session, rows: Comparison) -> ModelStage:
 def before_and_after(session: Session) -> str:
     """Errors of the nominal arm and of the calibrated one as it stands: `Mean error 0.739 → 0.072 mm`."""
     first, *_, last = stages(session)
-    return f"Mean error {compared(first.error)} → {compared(last.error)} mm"
+    return f"Mean error {compared(first.error)} → {compared(last.error)} mm{without_suspects(session)}"
 
 
 def noise_length(found: Identification) -> float:
@@ -87,5 +119,5 @@ def noise_length(found: Identification) -> float:
 
 def share_of_noise(session: Session, found: Identification) -> float:
     """How many times the instrument's noise is left on average; NaN where that is unknown."""
-    left, noise = found.runs[session.results.fit].judged.position_mm.mean, noise_length(found)
+    left, noise = stages(session)[-1].error, noise_length(found)
     return left / noise if noise > 0.0 else float("nan")

@@ -65,12 +65,14 @@ class UndoStep:
         states: How the arm stands at its targets.
         score: What they told then.
         session: The whole session, without its own steps, where the robot or what was found is another.
+        by: Title of the command that led away from it, once it has.
     """
 
     plate: Plate
     states: tuple[TargetState, ...]
     score: SetScore
     session: "Session | None" = None
+    by: str = ""
 
     @classmethod
     def of(cls, session: "Session", *, is_whole: bool = False) -> "UndoStep":
@@ -209,12 +211,10 @@ class Choices:
 
     Args:
         wanted: Errors that the calibrated arm has to keep; None: nothing is judged.
-        captured: Joint positions that were kept [rad or m].
         overlay: What is laid over the scene.
     """
 
     wanted: Wanted | None = None
-    captured: tuple[tuple[float, ...], ...] = ()
     overlay: Overlay = field(default_factory=Overlay)
 
 

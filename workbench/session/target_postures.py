@@ -169,10 +169,9 @@ def _state(
     if chosen is not None and chosen.within_limits:
         return _reached(chosen.q, chosen.name)
     nearest = result.nearest
-    missing = (float(nearest.position_error), float(nearest.rotation_error))
     others = len(result.within_limits)
     reason = result.reason or f"the chosen branch '{branch}' does not reach it; {others} others do"
-    return TargetState(frozen(nearest.q), False, reason=reason, missing=missing)
+    return TargetState(frozen(nearest.q), False, reason=reason)
 
 
 def _with_known_branch(target: Target, branches: tuple[Branch, ...]) -> Target:

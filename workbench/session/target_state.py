@@ -15,7 +15,6 @@ class TargetState:
         reached: Whether the tool meets the target within the joint limits.
         branch: Name of the inverse-kinematics solution; empty where none is reached.
         reason: Why it is out of reach; empty where it is reached.
-        missing: Distance that is missing [m] and angle [rad].
         hit: What the arm would run into there, and with which link, as far as a quick look tells.
     """
 
@@ -23,7 +22,6 @@ class TargetState:
     reached: bool
     branch: str = ""
     reason: str = ""
-    missing: tuple[float, float] = (0.0, 0.0)
     hit: str = ""
 
     @property

@@ -200,7 +200,7 @@ class Worker:
                 return
             assert isinstance(command, AbstractChange)
             before = self._session
-            after = _news(before, command.apply(before))
+            after = _news(before, command.named(command.apply(before)))
             is_read = after.page.message_count == before.page.message_count and not command.is_automatic
             after = after.without_messages(lambda m: m.refused == type(command).__name__)
             self._session = after.without_messages(lambda m: m.severity in PASSING) if is_read else after
@@ -312,7 +312,7 @@ class Worker:
             if failure is not None:
                 raise failure
             with failures() as failed:
-                after = _news(self._session, task.finish(self._session, result))
+                after = _news(self._session, task.named(task.finish(self._session, result)))
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after

@@ -68,8 +68,6 @@ TOUCHES = "q1[deg],q2[deg],q3[deg],q4[deg],q5[deg],q6[deg],contact\n" + "1,-60,8
 PROGRAMS = {
     "a.mod": "MODULE Main\n MoveAbsJ [[1,2,3,4,5,6.5],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,z1,t;\nENDMODULE\n",
     "a.src": "DEF a()\nPTP {A1 1.0,A2 2.0,A3 3.0,A4 4.0,A5 5.0,A6 6.0}\nEND\n",
-    "a.jbi": "/JOB\n//NAME A\n//POS\n///NPOS 1,0,0,0,0,0\n///POSTYPE ANGLE\n///ANGLE\nC00000=1,2,3,4,5,6\n"
-    "//INST\nNOP\nMOVJ C00000 VJ=1.00\nEND\n",
     "a.script": "def a():\n  home = [0.1,0.2,0.3,0.4,0.5,0.6]\n  movej(home, a=1.4, v=1.05)\nend\n",
 }
 PICTURES = {"PNG": ".png", "JPEG": ".jpg", "BMP": ".bmp", "TIFF": ".tif", "WEBP": ".webp", "PPM": ".pgm"}
@@ -168,8 +166,8 @@ def _text(path: Path) -> str:
 
 def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     from workbench.extras.camera.camera import read_cameras
+    from workbench.extras.camera.corner_detection import read_picture
     from workbench.extras.camera.folder import unpacked
-    from workbench.extras.camera.picture_files import read_picture
     from workbench.extras.camera.pixel_table import read_pixels
     from workbench.extras.camera.pose_pairs import read_pairs
     from workbench.extras.camera.rig import read_rig

@@ -5,7 +5,7 @@ springs about where their motors hold them.
 """
 
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
@@ -101,7 +101,6 @@ class ServoArm:
     stiffness: float = SOFT
     scatter: float = 0.0
     signs: np.ndarray = None
-    order: np.ndarray = field(default_factory=lambda: np.arange(5))
 
     def __post_init__(self):
         rng = np.random.default_rng([self.seed, 1])
@@ -117,9 +116,7 @@ class ServoArm:
 
     def counts(self, q):
         """What the motors read, 4096 to a turn, joint position 0 near 2048."""
-        motors = np.empty_like(q)
-        motors[:, self.order] = self.signs * (q - self.offsets)
-        return np.round(2048 + motors * 4096 / (2 * np.pi)).astype(int)
+        return np.round(2048 + self.signs * (q - self.offsets) * 4096 / (2 * np.pi)).astype(int)
 
     def board(self, q, *, rng=None):
         """Poses of the board in the camera; noise of a camera (0.5 mm, 0.1°) and scatter if rng is given."""

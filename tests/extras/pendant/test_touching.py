@@ -161,6 +161,8 @@ def test_what_is_asked_for_decides_and_says_how_many_more(run, arm):
     assert f"add {found['more']} touches" in err or "tilt the tool more" in err
     assert run("tcp", "touches.csv", "--robot", arm, "--wanted", "0mm")[0] == 64
     assert run("tcp", "touches.csv", "--robot", "iiwa7")[0] == 1
+    status, _, err = run("tcp", table(pivot(arm, 4), ["a", "b", "a", "b"]), "--robot", arm)
+    assert (status, mentions(err, "of 2 points")) == (1, True)
 
 
 # Frames -------------------------------------------------------------------------------------------------

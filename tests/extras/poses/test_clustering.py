@@ -10,7 +10,6 @@ from workbench import Motion, identification_jacobian, tool_poses
 from workbench.base.errors import DataError
 from workbench.extras.poses.clustering import cluster_region
 from workbench.extras.poses.pose_limits import folded
-from workbench.plate.collision import solid_clear
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.target_branches import single_branches
 
@@ -59,16 +58,9 @@ def test_equal_o_alone_may_have_rank_six(aria, found):
     assert turned.stacked == 0.0
 
 
-def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.extras.poses.clustering.CONED", 700)
-    towards, cone = plate.poses[:, :3, :3], np.deg2rad(50)
-    found = cluster_region(aria, plate.region, index="O2", number=6, towards=towards, cone=cone, solid=plate)
-    poses = tool_poses(aria, Motion(found.best.q))
-    cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
-    assert (cosines >= np.cos(cone) - 1e-9).all()
-    assert solid_clear(aria, plate, found.best.q).all()
-    again = read_plate(write_plate(found.plate(plate), tmp_path / "cluster.toml"))
-    assert np.allclose(again.poses, poses)
+def test_its_plate_round_trips(aria, found, tmp_path):
+    again = read_plate(write_plate(found.plate(), tmp_path / "cluster.toml"))
+    assert np.allclose(again.poses, tool_poses(aria, Motion(found.best.q)))
     assert np.allclose(np.stack([t.q for t in again.targets]), found.best.q)
 
 

@@ -39,7 +39,7 @@ def test_gradient_of_an_index_by_the_joint_positions(aria):
 
 
 def test_poses_with_limits(run, tmp_path):
-    options = ("--region", "table2", "--towards", "table2", "--cone", "80deg", "--spread", "40mm")
+    options = ("--region", "table2", "--margin", "5deg")
     more = ("--unknown", "base", "--out", "q.csv", "--json", "q.json")
     status, _, _ = run("poses", "--robot", "aria", "--number", "8", *options, *more)
     assert status == 0
@@ -57,7 +57,6 @@ def test_poses_with_limits(run, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--spread", "500mm", "--region", "table2"), "conflict"),
         (("--index", "I"), "give a region"),
         (("--index", "O7"), "O1"),
         (("--number", "0"), "0"),
@@ -65,7 +64,7 @@ def test_poses_with_limits(run, tmp_path):
     ],
 )
 def test_bad_input(refused, options, message):
-    status = 1 if message == "conflict" or message.startswith("/") else 64
+    status = 1 if message.startswith("/") else 64
     refused([message], "poses", "--robot", "aria", "--number", "8", *options, status=status)
 
 

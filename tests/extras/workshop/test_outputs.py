@@ -44,7 +44,7 @@ def test_the_page_packs_them_all(first, small, monkeypatch):
     """STEP, too, with what was decided about the plate."""
     _, content, notes = fixture_zip(replace(first, plate=small, states=first.states[:1]))
     packed = zipfile.ZipFile(io.BytesIO(content))
-    assert set(packed.namelist()) == {f"fixture/{name}" for name in (*FILES, "poses.csv", "README.txt")}
+    assert set(packed.namelist()) == {f"fixture/{name}" for name in (*FILES, "poses.csv")}
     q = np.loadtxt(io.BytesIO(packed.read("fixture/poses.csv")), delimiter=",", skiprows=1, usecols=range(6))
     assert np.deg2rad(q) == pytest.approx(first.states[0].q, abs=1e-6)
     assert notes == fixture_of(small).notes

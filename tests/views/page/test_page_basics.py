@@ -21,7 +21,7 @@ def test_links_do_something_a_hand_at_work_costs_fewer_pixels_and_the_end_is_sai
         page.goto(f"{page_address(server)}/?fixedDpr=1")
         page.locator("canvas[data-engine]").wait_for()
         ground = "() => getComputedStyle(document.querySelector('canvas[data-engine]')).backgroundColor"
-        assert page.evaluate(ground) == f"rgb{SKY}"
+        page.wait_for_function(f"sky => ({ground})() === sky", arg=f"rgb{SKY}")
         page.locator("#dot").click()
         assert opened.wait(60.0)
         page.wait_for_timeout(300)

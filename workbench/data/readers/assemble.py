@@ -41,10 +41,8 @@ _NAMED = 5
 MAX_PARTS = 12
 """Different cells of a column that may tell which rows belong together."""
 MAX_MARKERS = 20
-MIN_SHARE, MIN_SEEN, MIN_ALONE = 0.5, 1.5, 6
-"""A reflector is seen at this share of the postures or more, and so many at a posture on the mean; or one
-alone at a posture, each so many times, where the heading says that it is one."""
-CARRIED = re.compile("smr|refle[kc]tor|prisma?", re.IGNORECASE)
+MIN_SHARE, MIN_SEEN = 0.5, 1.5
+"""A reflector is seen at this share of the postures or more, and so many at a posture on the mean."""
 MERGED = ("x", "y", "z", "point", "exclude", "reason")
 """Columns that the markers replace; a marker of an excluded row was not seen."""
 ORIENTED = {"qw", "rx", "roll", "r11", "zxz_phi"}
@@ -148,7 +146,6 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     found = [names[row] for visit in visits.values() for row in visit]
     markers, fewest = list(dict.fromkeys(found)), min(Counter(found).values(), default=0)
     is_seen = fewest >= MIN_SHARE * len(visits) and len(found) >= MIN_SEEN * len(visits)
-    is_seen |= fewest >= MIN_ALONE and bool(CARRIED.fullmatch(fields.headings.get("point", "")))
     if not visits or "" in markers or len(markers) > MAX_MARKERS or not is_seen:
         return fields
     places = np.full((len(visits), len(markers), 3), np.nan)

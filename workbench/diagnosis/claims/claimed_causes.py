@@ -68,15 +68,7 @@ MAX_LOOK_ALIKES = 3
 def find_causes(
     searched: Searched, arm: Robot, known_noise: Noise | None, std: StandardErrors, drivers: DriverEvidence
 ) -> tuple[Cause, ...]:
-    """Causes among the accepted effects, largest contribution first.
-
-    Args:
-        searched: The last search, at the final fit.
-        arm: The identified arm.
-        known_noise: Noise known beforehand.
-        std: Standard errors of its coefficients.
-        drivers: What the error follows at that search.
-    """
+    """Causes among the accepted effects of the last search, as identified, largest contribution first."""
     judge = _Judge(searched, arm, known_noise, std)
     named = [one for one in _terms(searched, arm) if judge.is_named(one)]
     groups = [one.group for one in named]
@@ -155,13 +147,7 @@ class _Judge:
         )
 
     def cause(self, terms: _Terms, at_tool: Sequence[float], challenge: Challenge) -> Cause:
-        """Named terms as a cause.
-
-        Args:
-            terms: The terms.
-            at_tool: What they explain at the tool [mm, deg].
-            challenge: They against what has no law.
-        """
+        """Named terms as a cause that explains so much at the tool [mm, deg]."""
         odds, rivals = _against_rivals(self.searched, terms.group)
         odds, motion = min(odds, challenge.cap), self.searched.stage.motion
         clear = clearness(terms.effects, self.std)

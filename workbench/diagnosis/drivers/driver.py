@@ -197,14 +197,7 @@ class Follower:
 def followers(
     problem: Problem, x: Float[np.ndarray, " p"], path: Path | None, drivers: Collection[Driver]
 ) -> tuple[Follower, ...]:
-    """All processes that the rows of a problem may show.
-
-    Args:
-        problem: The problem.
-        x: Its solution.
-        path: How the joints came to the rows; None if unknown.
-        drivers: Which ones are tried.
-    """
+    """All processes over some drivers that the rows of a problem may show at its solution."""
     rows = DrivenRows(problem, x, path)
     return tuple(found for driver in drivers for found in _PROCESSES[driver](rows))
 

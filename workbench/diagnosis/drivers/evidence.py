@@ -214,12 +214,7 @@ class DriverEvidence:
     def of(
         cls, searched: Searched, whole: Dataset, drivers: Collection[Driver] = tuple(Driver)
     ) -> "DriverEvidence":
-        """At a search's final fit.
-
-        Args:
-            whole: All rows of the file, which tell how far the joints moved.
-            drivers: Which ones are tried.
-        """
+        """At a search's final fit; all rows of the file tell how far the joints moved."""
         stage = searched.stage
         problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
         path = path_of(problem.data, whole)
@@ -379,7 +374,7 @@ class DriverEvidence:
                     larger = (*left.model, what_add(left, [step])[step].term)
             if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
                 against = min(before.lead, self._against_play(left, tried[best]))
-                lag = best.as_lag(self._delay(best, larger))
+                lag = best.as_lag(coefficients(self.grams, larger)[best.candidate.names[0]])
                 found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag))
                 break
             found[best.driver] = replace(before, parts=(*before.parts, shown))
@@ -396,10 +391,6 @@ class DriverEvidence:
         left, lag = left_of(self.grams, self._model), self.beside[best]
         is_sure = self._against_play(left, lag) >= np.log(CERTAIN)
         return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
-
-    def _delay(self, lag: Follower, model: Model) -> float:
-        """By how long places are later than joints in a model with this process [s]."""
-        return coefficients(self.grams, model)[lag.candidate.names[0]]
 
     def _against_play(self, left: Remainder, lag: Offer) -> float:
         """Log odds of a lag against play in all joints, which at steady speed moves them as it does."""
@@ -484,11 +475,7 @@ class DriverEvidence:
         return replace(self.searched, grams=grams, model=(*model, *more))
 
     def correction(self, followed: Sequence[FollowedDriver], left: Errors) -> str:
-        """What processes would reduce beside the saved model, in a sentence, if anything.
-
-        Args:
-            left: Errors of that model; what processes leave of them is cross-validated.
-        """
+        """What processes would reduce of the errors left by the saved model, in a sentence, if anything."""
         whole = self.with_parts([part for each in followed for part in each.parts])
         before, after = remaining(whole, [self._model, whole.model])
         turned = left.spreads.get("orientation_deg", NOTHING)

@@ -2,22 +2,27 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
-from workbench.base.wording import first_of, plural
+from workbench.base.wording import capital, first_of, plural
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
 from workbench.identification.report.document import before_after, errors_table
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
-from workbench.report.numbers import readable_unit, short, signed, with_error
+from workbench.report.chart import Bar, Bars
+from workbench.report.colours import CALIBRATED, NOMINAL, UNNAMED
+from workbench.report.numbers import compared, readable_unit, short, signed, with_error
 from workbench.report.result_display import blocks_of
 
 TONES = {Verdict.EXPLAINED: Tone.GOOD, Verdict.NO_EFFECT: Tone.STRONG, Verdict.PARTLY: Tone.CAREFUL}
-MAX_NAMED_OUTLIERS = 15
-"""Maximum number of outliers named."""
-MAX_LISTED_COEFFICIENTS = 6
-"""Maximum number of coefficients of one effect listed individually."""
+SAID = {Confidence.OPEN: "one of several"}
+"""Beside a bar, in place of a confidence."""
+MAX_NAMED_OUTLIERS, MAX_LISTED_COEFFICIENTS = 15, 6
+"""Outliers that are named, and coefficients of one effect that are listed, at most."""
 EXPLAINS = (
     "explains: √(e₁² − e₂²), e₁ and e₂ the cross-validated rms errors without and with the cause. "
     "Odds are against the best alternative, at most 20 : 1 while a doubt remains."
@@ -53,6 +58,25 @@ def models(result: Diagnosis) -> Iterator[Block]:
     found = [("nominal", result.nominal), ("geometry", result.before)]
     yield errors_table(found + [("with effects", result.after)] * bool(result.effects))
     yield before_after(result.identification())
+
+
+def budget_bars(found: Diagnosis) -> Bars:
+    """Of the mean error that geometry leaves: each cause's part, the unnamed part, the rest; in squares.
+
+    All causes explain what the error falls by with them; among them it goes by what each explains alone.
+    """
+    mapped, after = found.residual_map, found.after.judged
+    ends = found.before.judged, after if mapped is None else mapped.before, after
+    sure = (errors.take(np.delete(np.arange(len(errors)), found.suspects)) for errors in ends)
+    whole, rest, left = (errors.position_mm.mean for errors in sure)
+    sizes = np.nan_to_num([cause.contribution_mm for cause in found.causes])
+    parts = sizes * np.sqrt(max(whole**2 - rest**2, 0.0) / max(sizes @ sizes, 1e-12))
+    each = zip(found.causes, parts.tolist(), strict=True)
+    rows = [Bar(capital(c.plain), v, CALIBRATED, SAID.get(c.confidence, c.confidence)) for c, v in each]
+    rows += [Bar("Predicted, unnamed", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
+    title = f"Parts of the {compared(whole)} mm after geometry, adding in squares"
+    rows.append(Bar("Remaining", left, NOMINAL))
+    return Bars(rows, title, testid="budget") if np.isfinite(whole) else Bars((), testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:

@@ -4,7 +4,7 @@ A stage is the state after a fit. Rounds end when a search finds the fitted mode
 the fit with the shortest description length is kept.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,6 +49,9 @@ FOLDS = 5
 
 MAX_EVENT_ROUNDS = 4
 """Maximum number of searches at one fit, each with the best event times given the last one's result."""
+
+
+Tried = Callable[[AbstractEffect], bool]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,11 +106,7 @@ class Searched:
 
 
 def geometry_first(problem: Problem) -> Stage:
-    """The geometry alone, with outliers excluded.
-
-    Args:
-        problem: Geometry, on all rows to fit.
-    """
+    """The geometry alone, with outliers excluded from all rows to fit."""
     data = problem.data
     fit = refit(problem, None, ())
     wide = fit.problem.with_deviation(MAX_DEVIATION)  # the expected one is of all rows
@@ -128,20 +127,14 @@ def under_gravity(stage: Stage, gravity: Vector3) -> Stage:
 
 
 def rounds(
-    stage: Stage,
-    rng: np.random.Generator,
-    *,
-    tried: bool,
-    events: Sequence[Candidate] | None = None,
-    without: Collection[str] = (),
+    stage: Stage, rng: np.random.Generator, *, tried: Tried | None, events: Sequence[Candidate] | None = None
 ) -> tuple[Searched, ...]:
     """Search and fit until nothing new is found.
 
     Args:
         stage: The geometry, alone or with some effects.
-        tried: Whether rows suffice for effects.
+        tried: Which effects are tried; None if rows suffice for none, nor for events.
         events: Possible events; searched if None.
-        without: Names of effects that are not tried.
 
     Returns:
         The searches, the last of them at the final fit.
@@ -151,12 +144,12 @@ def rounds(
     while not is_last:
         number = len(done)
         progress(0.8 - 0.5 / (1 + number), f"round {number + 1}: trying every effect on every joint")
-        last = _search(stage, fold, tried, events, without)
+        last = _search(stage, fold, tried, events)
         if stage.spared.any():
             spared, stage = stage.spared, replace(stage, spared=np.zeros(len(stage.data), bool))
             if not any(t.candidate.effect.is_event or t.candidate.effect.has_play for t in last.model):
                 stage = _without_outliers(_fit(replace(stage, keep=stage.keep & ~spared), None, ()), None)
-                last = _search(stage, fold, tried, events, without)
+                last = _search(stage, fold, tried, events)
         same = _same(last.model, stage.model)
         again = not same and any(_same(last.model, each.model) for each in done)
         done.append(last)
@@ -236,14 +229,14 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 
 def _search(
-    stage: Stage, fold: np.ndarray, tried: bool, events: Sequence[Candidate] | None, without: Collection[str]
+    stage: Stage, fold: np.ndarray, tried: Tried | None, events: Sequence[Candidate] | None
 ) -> Searched:
     """Search for effects and for events at their best times, until no time improves."""
-    if not tried:
+    if tried is None:
         alone = compress(stage.problem, stage.fit.x, [], fold[stage.keep])
         return Searched(stage, Catalogue((), ()), alone, (), fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
-    kept = tuple(c for c in offered.candidates if c.effect.name not in without)
+    kept = tuple(c for c in offered.candidates if tried(c.effect))
     offered = replace(offered, candidates=kept)
     kinds = changeable(stage.problem) if events is None else ()
     line = Timeline.of(

@@ -50,13 +50,7 @@ MIN_EXCHANGE_GAIN = 0.5
 
 
 def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> Model:
-    """Find the effects that the rows support.
-
-    Args:
-        grams: Inner products at a fit.
-        candidates: All candidates.
-        start: Effects accepted at an earlier fit.
-    """
+    """Find the effects that the rows support, from those that were accepted at an earlier fit."""
     model = exchange(grams, candidates, prune(grams, candidates, start))
     exchanged, seen = True, {_names(model)}
     for _ in range(MAX_EFFECTS):

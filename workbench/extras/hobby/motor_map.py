@@ -69,7 +69,7 @@ class MotorMap(AbstractShown):
     Args:
         nominal: The arm as its file has it.
         motors: Names of the motors.
-        counting: Order and signs, and offsets before the identification.
+        counting: Signs, and offsets before the identification.
         offsets: What is added to each motor's angle after its sign [rad]; NaN where the mounting decides.
         half: Half of their 95 % intervals [rad].
         before: Mean error with all zeros as the motors have them, mounting fitted [m].
@@ -121,16 +121,7 @@ class MotorMap(AbstractShown):
     @property
     def reversed(self) -> list[str]:
         """Motors that count against their joint."""
-        return [name for name, sign in zip(self.moved_by, self.counting.signs, strict=True) if sign < 0]
-
-    @property
-    def moved_by(self) -> list[str]:
-        return [self.motors[k] for k in self.counting.order.tolist()]
-
-    @property
-    def exchanged(self) -> list[str]:
-        """Motors that move another joint than their place implies."""
-        return [own for own, usual in zip(self.moved_by, self.motors, strict=True) if own != usual]
+        return [name for name, sign in zip(self.motors, self.counting.signs, strict=True) if sign < 0]
 
     @property
     def sentence(self) -> str:
@@ -140,17 +131,16 @@ class MotorMap(AbstractShown):
             if self.reversed
             else "all count in the direction of the URDF"
         )
-        swapped = f"; {' and '.join(self.exchanged)} are exchanged" if self.exchanged else ""
         zeros, all_found = self.after
         more = f", and with sag {in_mm(all_found)}" if self.effects else ""
         return (
-            f"{motions}{swapped}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
+            f"{motions}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
             f"{in_mm(self.before)}{more}"
         )
 
     def blocks(self) -> list[Block]:
         rows = []
-        for k, name in enumerate(self.moved_by):
+        for k, name in enumerate(self.motors):
             sizes = (signed(float(np.rad2deg(v[k])), 2) for v in (self.offsets, self.half))
             sense = "with it" if self.counting.signs[k] > 0 else "against it"
             known = sizes if np.isfinite(self.offsets[k]) else ("–", "")
@@ -176,7 +166,7 @@ class MotorMap(AbstractShown):
         signs, zeros, half = self.counting.signs.astype(int), self.offsets, self.half
         joints = [
             {"joint": k + 1, "motor": name, "sign": signs[k], "offset": zeros[k], "half_width": half[k]}
-            for k, name in enumerate(self.moved_by)
+            for k, name in enumerate(self.motors)
         ]
         return document(
             SCHEMA,
@@ -195,13 +185,12 @@ class MotorMap(AbstractShown):
 
 @checked_arguments()
 @one_thread()
-def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] = ()) -> MotorMap:
+def map_motors(robot: RobotLike, data: DatasetLike) -> MotorMap:
     """Find how motors count against an arm's joints, from poses of a board or of the tool.
 
     Args:
         robot: The arm of the URDF; its base and tool count for nothing.
         data: The motors' angles as joints, with poses or pictures; mounting unknown.
-        motors: Their names; those of the columns if empty.
 
     Raises:
         DataError: too few poses, a motor that hardly moved, a board that hardly turned, another arm, or
@@ -211,10 +200,8 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
     if robot.dof < 3 or sliding(robot).any():
         raise OptionError(f"{robot.name}: the map needs three or more joints, all of them revolute")
     given = [note.removeprefix(NAMED).split(", ") for note in data.notes if note.startswith(NAMED)]
-    names = motors or (tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof)))
-    if len(names) != robot.dof:
-        raise OptionError(f"motors names {len(names)} motors; {robot.name} has {robot.dof} joints")
     q, poses, rows = _seen(robot, data.said)
+    names = tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof))
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)
     near = _near(robot, found, q, data)
@@ -239,7 +226,7 @@ def map_motors(robot: RobotLike, data: DatasetLike, *, motors: tuple[str, ...] =
         counting=best,
         offsets=offsets,
         half=half,
-        before=_error(robot, best.signs * q[:, best.order], poses),
+        before=_error(robot, best.signs * q, poses),
         alone=1e-3 * alone.best.train.position_mm.mean,
         run=run,
         sag_error=found_beside.error,
@@ -317,8 +304,8 @@ def _near(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> 
     if not best.fits(robot.reach):
         off = f"{in_mm(best.errors[0])} and {np.rad2deg(best.errors[1]):.2g}°"
         raise DataError(
-            f"{data.source}: these poses do not fit {robot.name}: the best signs, zeros and order of "
-            f"motors leave {off}; check robot and units, and that each pose belongs to its row"
+            f"{data.source}: these poses do not fit {robot.name}: the best signs and zeros leave {off}; "
+            "check robot, units and the motors' ids, and that each pose belongs to its row"
         )
     near = [c for c in found if 6 * len(q) * np.log(c.cost / best.cost) < ALIKE_WITHIN]
     if other := next((c for c in near if not _same(robot, c, best)), None):

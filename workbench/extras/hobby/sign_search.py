@@ -5,15 +5,15 @@
 m are the motors' angles, B measured poses, X and Y the unknown mounting of camera and board. o_1 is a turn
 of X and o_n one of Y: both stay 0. Every choice of signs is begun at every choice of quarter turns of the
 other offsets, X and Y by the closed form of hand–eye calibration, and the best of each choice of signs are
-refined by Gauss–Newton. If no choice fits, motors are exchanged as well.
+refined by Gauss–Newton.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import product
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -35,7 +35,6 @@ class Counting:
     """How motors count.
 
     Args:
-        order: Motor of each joint, from 0.
         signs: 1, or −1 where the motor counts against the joint.
         offsets: Joint position where the motor's angle is 0 [rad]; 0 at the first and last joint.
         errors: Root mean square of what is left: position [m], angle [rad].
@@ -44,7 +43,6 @@ class Counting:
         end: Y, pose of the board in the arm's last frame.
     """
 
-    order: Int[np.ndarray, " n"]
     signs: Float[np.ndarray, " n"]
     offsets: Float[np.ndarray, " n"]
     errors: tuple[float, float]
@@ -58,7 +56,7 @@ class Counting:
         return float(np.abs(self.offsets).sum())
 
     def joints(self, motors: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
-        return self.signs * motors[:, self.order] + self.offsets
+        return self.signs * motors + self.offsets
 
     def fits(self, length: float) -> bool:
         """Whether no more is left than servo arms leave."""
@@ -68,24 +66,12 @@ class Counting:
 def find_counting(
     robot: Robot, motors: Float[np.ndarray, "rows n"], poses: Float[np.ndarray, "rows 4 4"]
 ) -> list[Counting]:
-    """The best refined start of every choice of signs, the best first; exchanged motors if no other fits."""
+    """The best refined start of every choice of signs, the best first."""
     bare, n = robot.bare, robot.dof
-    found = _of_order(bare, motors, poses, np.arange(n), QUARTERS if n <= QUARTERED else (0.0,))
-    if not any(each.fits(robot.reach) for each in found):
-        for pair in combinations(range(n), 2):
-            order = np.arange(n)
-            order[list(pair)] = pair[::-1]
-            found += _of_order(bare, motors, poses, order, (0.0,))
-    return sorted(found, key=lambda c: c.cost)
-
-
-def _of_order(
-    bare: Robot, motors: np.ndarray, poses: np.ndarray, order: np.ndarray, turns: Sequence[float]
-) -> list[Counting]:
-    q, n = motors[:, order], bare.dof
-    begun = [_begin(bare, q, poses, signs, turns) for signs in product((1.0, -1.0), repeat=n)]
+    turns = QUARTERS if n <= QUARTERED else (0.0,)
+    begun = [_begin(bare, motors, poses, signs, turns) for signs in product((1.0, -1.0), repeat=n)]
     signs, offsets = (np.concatenate(parts) for parts in zip(*begun, strict=True))
-    q, seen = signs[:, None] * q + offsets[:, None], np.broadcast_to(poses, (len(signs), *poses.shape))
+    q, seen = signs[:, None] * motors + offsets[:, None], np.broadcast_to(poses, (len(signs), *poses.shape))
     at = place(bare, q, seen[..., :3, 3], seen[..., :3, :3], zeros=range(1, n - 1))
     offsets = (offsets + at.zero + np.pi) % (2.0 * np.pi) - np.pi
     size = np.sqrt([(error**2).mean(1) for error in (at.error, at.turn)])
@@ -94,8 +80,8 @@ def _of_order(
     for first in range(0, len(cost), each := len(begun[0][0])):
         k = first + int(np.argmin(cost[first : first + each]))
         errors = float(size[0, k]), float(size[1, k])
-        out.append(Counting(order, signs[k], offsets[k], errors, float(cost[k]), at.base[k], at.tool[k]))
-    return out
+        out.append(Counting(signs[k], offsets[k], errors, float(cost[k]), at.base[k], at.tool[k]))
+    return sorted(out, key=lambda c: c.cost)
 
 
 def _begin(bare: Robot, q: np.ndarray, poses: np.ndarray, signs: tuple[float, ...], turns: Sequence[float]):

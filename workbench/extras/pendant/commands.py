@@ -14,17 +14,12 @@ from workbench.cli.options import argument, option
 def extract(
     robot: opt.RobotOption,
     readings: Annotated[
-        Path | None,
-        argument(
-            "Joints and tool poses as the pendant shows them, a line each (CSV, xlsx), or a log with both."
-        ),
+        Path | None, argument("Joints and tool poses as the pendant shows, a line each, or a log with both.")
     ] = None,
     pose: Annotated[
         list[str] | None, option('A pose instead of the file: "q1,…,qn = x,y,z,a,b,c". May be repeated.')
     ] = None,
-    rows: Annotated[
-        Path | None, option("Write the readings as a measurement file here, for diagnose.")
-    ] = None,
+    rows: Annotated[Path | None, option("Write the readings as measurements here, for diagnose.")] = None,
     save: opt.SaveOption = None,
     columns: opt.ColumnsOption = None,
 ) -> None:
@@ -73,9 +68,7 @@ def tcp(
 def frame(
     touches: TouchesArgument,
     robot: opt.RobotOption,
-    cad: Annotated[
-        Path | None, option("Points of the drawing: point, x[mm], y[mm], z[mm]; `contact` has their names.")
-    ] = None,
+    cad: Annotated[Path | None, option("Points of the drawing, as `contact` names: point, x[mm] …")] = None,
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
     columns: opt.ColumnsOption = None,
@@ -93,7 +86,7 @@ def frame(
 
 @in_section("Calibrate")
 def new(
-    source: Annotated[str, argument("A DH table (.csv), a .urdf, or a known arm.")],
+    source: Annotated[str, argument("A DH table (CSV, xlsx, JSON, YAML), a .urdf, or a known arm.")],
     out: Annotated[Path, option("Write the robot here (.toml).")],
     pose: Annotated[
         list[str] | None,
@@ -104,9 +97,7 @@ def new(
     ] = None,
     poses: Annotated[Path | None, option("The same as a table.")] = None,
     name: Annotated[str | None, option("Name of the robot.")] = None,
-    apply: Annotated[
-        Path | None, option("With --for: a file of the arm's controller or driver to import.")
-    ] = None,
+    apply: Annotated[Path | None, option("With --for: a file of the arm's controller or driver.")] = None,
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
     columns: opt.ColumnsOption = None,
@@ -120,7 +111,8 @@ def new(
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
-    if apply is None and not pose and poses is None:
+    readings = readings_of(source, tip=tip) if apply is None else []
+    if readings and not pose and poses is None:
         raise OptionError(
             'at least three poses are needed to check a robot: --pose "q1,…,qn = x,y,z,roll,pitch,yaw" for '
             "each, or --poses FILE"
@@ -130,8 +122,7 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        first = readings_of(source, tip=tip)[0].robot
-        shown = pose or [] if poses is None else read_display(poses, first, columns=columns)
+        shown = pose or [] if poses is None else read_display(poses, readings[0].robot, columns=columns)
         found = check_robot(source, shown, tip=tip)
         arm, reading = found.robot, found.reading
         for text in found.notes:

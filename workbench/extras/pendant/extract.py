@@ -19,12 +19,10 @@ from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Like, checked_arguments
-from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.diagnose import diagnose
 from workbench.extras.pendant.convention import as_dataset, reading_of_display, with_displayed_frames
 from workbench.extras.pendant.displayed import DisplayMeaning, of_dataset, read_display, typed
 from workbench.identification.identify import identify
@@ -41,8 +39,9 @@ ROUNDING, CHANCE = 1.5, 1e-3
 numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
-NEGLIGIBLE = 2e-6
-"""Standard deviation of rounding [m], [rad] below which what is left is not worth a word."""
+NEGLIGIBLE = np.repeat([2e-5, 4e-5], 3)
+"""Standard deviation of rounding [m], [rad] below which what is left is not worth a word: with all digits,
+joints and pose of real controllers, read one after the other, differ by 3 to 20 µm."""
 
 
 class ModelVerdict(StrEnum):
@@ -65,7 +64,6 @@ class Extraction(AbstractShown):
         run: The identification.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
         allowed: How much a model may leave.
-        cause: Why more is left than rounding, as text; empty where nothing is left.
     """
 
     robot: Robot
@@ -73,7 +71,6 @@ class Extraction(AbstractShown):
     run: Identification
     left: tuple[float, float]
     allowed: float
-    cause: str = ""
 
     @cached_property
     def verdict(self) -> ModelVerdict:
@@ -96,10 +93,11 @@ class Extraction(AbstractShown):
         nominal, after = (1e-3 * e.train.position_mm.mean for e in (self.run.nominal, self.run.best))
         if self.verdict is ModelVerdict.NOMINAL:
             name = self.run.nominal_robot.name
-            return f"your controller is nominal: {name} agrees with it to the display's digits"
+            return f"your controller is nominal: {name} agrees with it to {in_mm(nominal)} on average"
         if self.verdict is ModelVerdict.MORE:
             return (
-                f"{self.cause}: geometry leaves {in_mm(after)}, {self.left[1]:.1f} times the rounding; write "
+                "your controller compensates more than geometry, such as sag, or joints and pose were not "
+                f"read at once: geometry leaves {in_mm(after)}, {self.left[1]:.1f} times the rounding; write "
                 "the readings with --rows and use 'workbench diagnose'"
             )
         turn = np.rad2deg(self.expected.rotation)
@@ -109,8 +107,9 @@ class Extraction(AbstractShown):
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
                 "with all digits and every joint moved ('workbench poses --number 30' chooses some)"
             )
+        aside = ", with the base and tool below" if self.run.frames.base or self.run.frames.tool else ""
         return (
-            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
+            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average{aside}; the "
             f"extracted model is expected to be off by {size} (root mean square over all postures)"
         )
 
@@ -179,22 +178,17 @@ def extract(
     reading = reading_of_display(robot, shown)
     counted = reading.on(robot.bare) or robot
     arm, data = with_displayed_frames(counted, reading), as_dataset(counted, shown, reading)
-    with part_of(0.0, 0.7):
-        run, *left, allowed = _fitted(arm, data)
-        rounded = as_dataset(counted, shown, reading, commanded=False)
-        if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
-            data = rounded  # the joints' whole degrees were not commanded, but are all that is shown
-            run, *left, allowed = _fitted(arm, data)
+    run, *left, allowed = _fitted(arm, data)
+    rounded = as_dataset(counted, shown, reading, commanded=False)
+    if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
+        run, *left, allowed = _fitted(arm, rounded)  # whole degrees that were not commanded
     nominal, best = left
-    with part_of(0.7, 0.3):
-        cause = _cause(arm, data) if best > allowed else ""
     return Extraction(
         robot=run.aligned if nominal < allowed else run.best.calibrated,
         meaning=shown.meaning(robot, reading),
         run=run,
         left=(nominal, best),
         allowed=allowed,
-        cause=cause,
     )
 
 
@@ -214,20 +208,6 @@ def _left(arm: Robot, data: Dataset) -> float:
     shown = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
     errors = se3.pose_error(shown, arm.predict(data.q)) / np.maximum(np.asarray(data.sigma), NEGLIGIBLE)
     return float(np.sqrt((errors**2).mean()))
-
-
-def _cause(arm: Robot, data: Dataset) -> str:
-    """Why its geometry leaves more than rounding."""
-    unknown = "joints and pose were not read at once, or your controller compensates more than geometry"
-    if not arm.has_masses:
-        return f"{unknown} ({arm.name} has no masses, so sag can't be separated from the rest)"
-    found = diagnose(arm, data, held_out=0.0, reading="given")
-    names = dict.fromkeys(SAG.get(str(e.effect.name), str(e.effect.name)) for e in found.effects)
-    return f"your controller also compensates {' and '.join(names)}" if names else unknown
-
-
-SAG = dict.fromkeys(("joint-compliance", "bearing-compliance", "link-flexure"), "sag under gravity")
-"""Effects by what a user calls them."""
 
 
 def _pose_text(frame: Frame) -> str:

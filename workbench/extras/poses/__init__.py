@@ -1,4 +1,4 @@
-"""Poses to measure at without a plate: the most informative within limits, in a short order."""
+"""Poses to measure at without a plate: the most informative within limits."""
 
 from workbench.parts import Parts
 
@@ -11,5 +11,4 @@ PARTS = Parts(
         "PoseLimits": "workbench.extras.poses.pose_limits:PoseLimits",
         "choose_poses": "workbench.extras.poses.choose_poses:choose_poses",
     },
-    pose_choices=("workbench.extras.poses.informative_poses:Informative",),
 )

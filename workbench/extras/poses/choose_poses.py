@@ -36,15 +36,15 @@ def choose_poses(
     tool: bool | None = None,
     seed: Seed = 0,
 ) -> PoseSet:
-    """Joint positions with a large observability index, in measuring order.
+    """Joint positions with a large observability index.
 
     Args:
         robot: Nominal arm with limits.
         number: Number of poses.
-        index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5`, `A`, `D` of the whole set, or `I`: the
+        index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5` of the whole set, or `I`: the
             predicted error in the limits' region.
         candidates: A file of measurements or joint rows to choose from.
-        limits: Region, orientation cone, room and spread.
+        limits: Region and room.
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the random starts.
@@ -59,8 +59,7 @@ def choose_poses(
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     around = None
     if index == "I" and limits is not None and limits.region is not None:
-        region, cone, rng = limits.region, limits.cone, np.random.default_rng(0)
-        around = region_poses(robot, region, PLATE_POSES, rng=rng, towards=limits.towards, cone=cone)
+        around = region_poses(robot, limits.region, PLATE_POSES, rng=np.random.default_rng(0))
     return informative_poses(
         robot,
         number,

@@ -11,7 +11,6 @@ Of the sets with equal O the one with full rank and the best index of the whole 
    median O, or where a pose can't get there within its cube and limits, the O at which such poses stop.
 """
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,14 +18,13 @@ from jaxtyping import Float, Int
 
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
-from workbench.base.arguments import Angle, Like, Seed, checked_arguments
+from workbench.base.arguments import Seed, checked_arguments
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
 from workbench.extras.poses.climb import PoseClimb
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
-from workbench.plate.collision import hits, mutually_blocking
 from workbench.plate.exchange import by_determinant, of_information
 from workbench.plate.observability import AbstractIndex, O, goal_index
 from workbench.plate.plate import Plate, Target
@@ -36,8 +34,6 @@ from workbench.plate.region_poses import PLATE_POSES, region_poses
 
 CANDIDATES = 6000
 """Random poses in the region."""
-CONED = 2000
-"""Random poses within an orientation cone, which are harder to find."""
 ROOMY = PoseLimits(margin=0.2, dexterity=0.1)
 """Of every pose: arms with errors of 5 mm and 5° in every constant reached all such poses."""
 TOLERANCE = 0.01
@@ -99,20 +95,11 @@ class Clustering:
     turned: Cluster
     outcome: Outcome
 
-    def plate(self, solid: Plate | None = None) -> Plate:
-        """The calibration tool that the best set is a design of: its poses as targets, on a solid if given.
-
-        Its notes name the targets at which the arm would run into solid or blocks.
-        """
+    def plate(self) -> Plate:
+        """The calibration tool that the best set is a design of: its poses as targets."""
         poses = in_base(self.robot, self.best.q)
         targets = tuple(Target.at(pose, q=frozen(q)) for pose, q in zip(poses, self.best.q, strict=True))
-        bare = Plate(name="Clustering", targets=targets, region=self.region)
-        if solid is None:
-            return bare
-        plate = replace(bare, xyz=solid.xyz, rpy=solid.rpy, size=solid.size, production=solid.production)
-        met = hits(self.robot, plate, range(len(plate)), self.best.q)
-        notes = tuple(f"target {i} is blocked: {hit}" for i, hit in enumerate(met, start=1) if hit)
-        return replace(plate, notes=notes)
+        return Plate(name="Clustering", targets=targets, region=self.region)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,15 +132,7 @@ class _PoseCandidates:
 @checked_arguments()
 @one_thread()
 def cluster_region(
-    robot: Robot,
-    region: Region,
-    *,
-    number: int = 10,
-    index: str = "I",
-    towards: Float[np.ndarray, "orientations 3 3"] | None = None,
-    cone: Like[Angle] = np.pi,
-    solid: Plate | None = None,
-    seed: Seed = 0,
+    robot: Robot, region: Region, *, number: int = 10, index: str = "I", seed: Seed = 0
 ) -> Clustering:
     """Poses with equal O in mutually different cubes of a region, the best such set (ARIA §4.2).
 
@@ -161,28 +140,14 @@ def cluster_region(
         robot: Nominal arm.
         region: The cuboid; its `cube` is the side L of the cubes.
         number: How many poses.
-        index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`, the predicted error.
-        towards: Orientations of the tool about which a cone opens; any orientation if None.
-        cone: Maximum angle from the nearest of them [rad].
-        solid: A plate that the arm must not run into, as long as there are such poses; none if None.
+        index: What is made large among sets with equal O: `O1` … `O5`, or `I`, the predicted error.
         seed: Of the random candidates.
     """
     goal: str | np.ndarray = index
     if index == "I":
-        rng = np.random.default_rng(0)
-        goal = region_poses(robot, region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
+        goal = region_poses(robot, region, PLATE_POSES, rng=np.random.default_rng(0))
     aim = goal_index(goal, robot, linearise(robot, robot.search_limits.mean(axis=1)[None]))
-    limits = replace(ROOMY, region=region, towards=towards, cone=cone)
-    if solid is not None and solid.size is not None:
-        clear = replace(limits, solid=solid)
-        with suppress(DataError):  # too few poses are clear of it: others are better than none, and are named
-            return _search(robot, aim, number, clear, np.random.default_rng(seed))
-    return _search(robot, aim, number, limits, np.random.default_rng(seed))
-
-
-def _search(robot: Robot, index: AbstractIndex, number: int, limits: PoseLimits, rng) -> Clustering:
-    region = limits.region
-    assert region is not None
+    limits = replace(ROOMY, region=region)
     if number < 2:
         raise OptionError(f"clustering needs at least 2 poses, got {number}", option="number", found=number)
     if number > region.cubes:
@@ -191,7 +156,7 @@ def _search(robot: Robot, index: AbstractIndex, number: int, limits: PoseLimits,
             f"{region.cube:g} m; ask for fewer poses or smaller cubes",
             found=region.cubes,
         )
-    pool = _pool(robot, region, limits, index, rng)
+    pool = _pool(robot, region, limits, aim, np.random.default_rng(seed))
     bands = _bands(pool, number)
     best, outcome = None, Outcome.CONVERGED
     for done, band in enumerate(bands):
@@ -206,7 +171,7 @@ def _search(robot: Robot, index: AbstractIndex, number: int, limits: PoseLimits,
     return Clustering(
         robot=robot,
         region=region,
-        index=index.name,
+        index=aim.name,
         best=best,
         plain=_level(pool, pool.q[_first_of_each_cube(pool, bands[0])[:number]]),
         turned=pool.cluster(_turned(pool, best.q[0])),
@@ -215,7 +180,7 @@ def _search(robot: Robot, index: AbstractIndex, number: int, limits: PoseLimits,
 
 
 def _pool(robot, region, limits, index, rng) -> _PoseCandidates:
-    q = sample_poses(robot, CANDIDATES if limits.towards is None else CONED, limits, rng=rng)
+    q = sample_poses(robot, CANDIDATES, limits, rng=rng)
     q = q[np.argsort(O().per_pose(linearise(robot, q)), kind="stable")]
     linearisation, cubes = linearise(robot, q), region.cells(in_base(robot, q)[:, :3, 3])
     return _PoseCandidates(robot, region, limits, index, q, O().per_pose(linearisation), cubes, linearisation)
@@ -248,18 +213,11 @@ def _first_of_each_cube(pool: _PoseCandidates, band: np.ndarray) -> np.ndarray:
 
 
 def _best_of_band(pool: _PoseCandidates, band: np.ndarray, number: int) -> np.ndarray:
-    """The candidates of a band, one a cube, whose index as a set is best.
-
-    Where a plate's blocks would stand in the arm's way, none that does so is chosen, if enough are left.
-    """
+    """The candidates of a band, one a cube, whose index as a set is best."""
     band = np.union1d(_first_of_each_cube(pool, band), band[:: max(len(band) // MAX_BAND_POSES, 1)])
     blocks = pool.linearisation.scaled.reshape(len(pool.q), -1, len(pool.linearisation.names))[band]
-    clash = together = pool.cubes[band][:, None] == pool.cubes[band]
-    if (solid := pool.limits.solid) is not None:
-        clash = together | mutually_blocking(pool.robot, solid, pool.q[band])
+    clash = pool.cubes[band][:, None] == pool.cubes[band]
     start = by_determinant(blocks, clash=clash).fill(number)
-    if len(start) < number:
-        clash, start = together, by_determinant(blocks, clash=together).fill(number)
     grams = blocks.transpose(0, 2, 1) @ blocks
     return band[of_information(grams, pool.index, number, clash=clash).descend(start).choice]
 

@@ -15,32 +15,23 @@ def poses(
     robot: opt.RobotOption,
     number: Annotated[int, option("Number of poses.")],
     index: Annotated[
-        str, option("Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
+        str, option("Index to maximise: O, O1 … O5, or I (predicted error in the region).")
     ] = "O1",
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
     region: Annotated[str | None, option("Region for the tool: that of this plate.")] = None,
-    towards: Annotated[
-        str | None, option("Preferred tool orientations: those of this plate's targets.")
-    ] = None,
-    cone: Annotated[str, option("With --towards: maximum deviation from it.")] = "60deg",
     margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
-    spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
     clearance: Annotated[str | None, option("Minimum distance from itself and the table.")] = None,
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """Informative poses for a calibration, with a large observability index, ordered for short travel."""
+    """Informative poses for a calibration, with a large observability index."""
     from workbench.extras.poses.choose_poses import choose_poses, poses_blocks, poses_json, write_poses
     from workbench.extras.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
-    margins: dict[str, Any] = {"cone": cone, "margin": margin, "spread": spread, "clearance": clearance}
-    limits = PoseLimits(
-        region=None if region is None else wb.load_plate(region).region,
-        towards=None if towards is None else wb.load_plate(towards).poses[:, :3, :3],
-        **margins,
-    )
+    margins: dict[str, Any] = {"margin": margin, "clearance": clearance}
+    limits = PoseLimits(region=None if region is None else wb.load_plate(region).region, **margins)
     base, tool = opt.unknown_frames(unknown)
     opt.check_writable(out)
     with opt.progress_bar("poses"):
@@ -56,15 +47,11 @@ def poses(
 def cluster(
     robot: opt.RobotOption,
     region: Annotated[str, option("A plate whose region to use.")] = "table2",
-    plate: Annotated[
-        str | None, option("A plate whose region to use and whose orientations to stay close to.")
-    ] = None,
     cube: Annotated[str | None, option("--side", "Side of the cubes; the plate's if not given.")] = None,
     number: Annotated[int, option("Number of poses.")] = 10,
     index: Annotated[
-        str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
+        str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5.")
     ] = "I",
-    cone: Annotated[str, option("With --plate: maximum angle from its orientations.")] = "60deg",
     out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -76,22 +63,10 @@ def cluster(
     opt.check_writable(None if out is None else plate_path(out))
     arm = wb.load_robot(robot)
     side: dict[str, Any] = {} if cube is None else {"cube": cube}  # texts are read where they are used
-    fixture = None if plate is None else wb.load_plate(plate)
-    cuboid = wb.load_plate(region).region if fixture is None else fixture.region
+    cuboid = replace(wb.load_plate(region).region, **side)
     with opt.progress_bar("cluster"):
-        found = cluster_region(
-            arm,
-            replace(cuboid, **side),
-            number=number,
-            index=index,
-            towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
-            solid=fixture,
-            seed=seed,
-            cone=cone,
-        )
+        found = cluster_region(arm, cuboid, number=number, index=index, seed=seed)
     opt.show(cluster_blocks(found))
-    made = found.plate(fixture)
-    opt.say_notes(made.notes)
     if out is not None:
-        opt.say(f"plate: {wb.write_plate(made, out)}")
+        opt.say(f"plate: {wb.write_plate(found.plate(), out)}")
     opt.write_result(cluster_json(found))

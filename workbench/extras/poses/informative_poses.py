@@ -6,13 +6,11 @@ kept: with one start for all, the maxima would be ten times the same pose. For t
 as a whole, poses are chosen greedily out of many candidates and exchanged for better ones, and the set is
 then moved continuously within the joint limits. The result is never worse than the start.
 
-Poses with limits are exchanged for neighbours that keep them instead. At the end all poses are put in an
-order with short moves.
+Poses with limits are exchanged for neighbours that keep them instead.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -23,12 +21,10 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import part_of, progress
 from workbench.base.types import Outcome, frozen
 from workbench.extras.poses.climb import PoseClimb
-from workbench.extras.poses.measurement_order import measuring_order
 from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.exchange import Exchanged, by_determinant, of_information
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.observability import INDICES, O, goal_index
-from workbench.plate.poses.sampling import AbstractPoseChoice
+from workbench.plate.observability import O, goal_index
 
 CANDIDATES = 300
 """Number of random candidates for a set …"""
@@ -36,8 +32,6 @@ LIMITED_CANDIDATES = 1000
 """… and with limits."""
 NEARBY, NEIGHBOURS = (0.3, 0.1, 0.03), 20
 """How far random neighbours of a chosen pose may be [rad or m], one round each, and how many it has."""
-GREEDY_STARTS = 30
-"""Number of greedy choices before a spread counts as impossible."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +39,8 @@ class PoseSet:
     """A set of joint positions and its index.
 
     Args:
-        q: Joint positions [rad or m], inside the limits, in an order of measuring with short moves.
+        q: Joint positions [rad or m], inside the limits, in no order: a short way through them would tie
+            posture to time, and a drift of the instrument would look like an error of the arm.
         before: The index at the random start.
         after: The index of q, never below `before`.
     """
@@ -71,12 +66,12 @@ def informative_poses(
     """Choose joint positions with a large observability index.
 
     Args:
-        index: `O`, `O1` … `O5`, `A`, `D`, or `I`: the predicted error at `evaluation_poses`.
+        index: `O`, `O1` … `O5`, or `I`: the predicted error at `evaluation_poses`.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously if there are no limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
             robot's default free ones if None.
-        limits: Region, orientation cone, room and spread.
+        limits: Region and room.
         evaluation_poses: Evaluation poses for the index `I` [rad or m].
     """
     limits, basis = limits or PoseLimits(), visible_basis(robot, names)
@@ -89,23 +84,22 @@ def informative_poses(
     is_single = isinstance(climb.index, O)
     if not is_single:
         _check_enough(number, len(middle.names) if basis is None else basis.shape[1])
-    is_free = candidates is None and not limits.checks(robot) and not limits.spread
+    is_free = candidates is None and not limits.checks(robot)
     if candidates is not None:
         pool = _admitted(robot, candidates, number, limits, rng)
     elif is_free:
         pool = sample_poses(robot, number if is_single else max(CANDIDATES, 5 * number), limits, rng=rng)
     else:
         pool = sample_poses(robot, max(LIMITED_CANDIDATES, 5 * number), limits, rng=rng)
-    start, best, outcome = _chosen(climb, pool, number, limits, rng)
+    start, best, outcome = _chosen(climb, pool, number)
     before, q = climb.value(pool[start]), max((pool[start], pool[best]), key=climb.value)
     progress(0.6, f"raising {climb.index.name}")
     if is_free and outcome is not Outcome.CANCELLED:
         q, outcome = _climbed(climb, np.split(q, number) if is_single else [q])
     elif candidates is None and not is_single:
         q, outcome = _exchanged_nearby(climb, q, limits, rng)
-    ordered = q[measuring_order(q)]
     progress(1.0, "done")
-    return PoseSet(frozen(ordered), climb.index.name, before, climb.value(ordered), outcome)
+    return PoseSet(frozen(q), climb.index.name, before, climb.value(q), outcome)
 
 
 def _check_enough(number: int, parameters: int) -> None:
@@ -138,41 +132,29 @@ def _blocks(climb: PoseClimb, pool: np.ndarray) -> np.ndarray:
     return linearisation.scaled.reshape(len(pool), -1, len(linearisation.names))
 
 
-def _chosen(
-    climb: PoseClimb, pool: np.ndarray, number: int, limits: PoseLimits, rng
-) -> tuple[Sequence[int], Sequence[int], Outcome]:
+def _chosen(climb: PoseClimb, pool: np.ndarray, number: int) -> tuple[Sequence[int], Sequence[int], Outcome]:
     """Numbers of the candidates of a random start and of the best that were found, and how that ended.
 
     By an index of single poses each is improved by itself, as in the paper: candidates are dealt, each hand
     gives its best. By an index of the whole set they are chosen greedily and exchanged.
     """
-    blocks, clash = _blocks(climb, pool), limits.clash(climb.robot, pool)
-    start = _dealt(-np.arange(len(pool)), clash, number)
+    start = _dealt(-np.arange(len(pool)), number)
     if isinstance(climb.index, O):
-        best = _dealt(O().per_pose(climb.at(pool)), clash, number)
-        if start is None or best is None:
-            start = best = _apart(blocks, clash, number, limits, rng)
-        return start, best, Outcome.CONVERGED
-    greedy = _apart(blocks, clash, number, limits, rng)
-    start = greedy if start is None else start
+        return start, _dealt(O().per_pose(climb.at(pool)), number), Outcome.CONVERGED
+    blocks = _blocks(climb, pool)
+    greedy = by_determinant(blocks, clash=np.eye(len(pool), dtype=bool)).fill(number)
     with part_of(0.0, 0.5, f"raising {climb.index.name}"):
-        found = _exchanged(climb, blocks, [greedy, start], clash)
+        found = _exchanged(climb, blocks, [greedy, start])
     return start, found.choice.tolist(), found.outcome
 
 
-def _dealt(gains: np.ndarray, clash: np.ndarray, number: int) -> list[int] | None:
-    """The best of each hand of candidates that clashes with none before; None if a hand has none."""
-    chosen: list[int] = []
-    for hand in np.array_split(np.arange(len(gains)), number):
-        left = hand[~clash[hand][:, chosen].any(1)]
-        if not len(left):
-            return None
-        chosen.append(int(left[np.argmax(gains[left])]))
-    return chosen
+def _dealt(gains: np.ndarray, number: int) -> list[int]:
+    """The best of each hand of candidates."""
+    return [int(hand[np.argmax(gains[hand])]) for hand in np.array_split(np.arange(len(gains)), number)]
 
 
-def _exchanged(climb: PoseClimb, blocks: np.ndarray, starts: list[list[int]], clash: np.ndarray) -> Exchanged:
-    grams = blocks.transpose(0, 2, 1) @ blocks
+def _exchanged(climb: PoseClimb, blocks: np.ndarray, starts: list[list[int]]) -> Exchanged:
+    grams, clash = blocks.transpose(0, 2, 1) @ blocks, np.eye(len(blocks), dtype=bool)
     return of_information(grams, climb.index, len(starts[0]), clash=clash).from_each(starts)
 
 
@@ -183,26 +165,10 @@ def _exchanged_nearby(climb: PoseClimb, q: np.ndarray, limits: PoseLimits, rng) 
         moved = np.repeat(q, NEIGHBOURS, axis=0)
         moved = np.clip(moved + rng.uniform(-size, size, moved.shape), *joint_limits)
         pool = np.concatenate([q, moved[limits.admits(climb.robot, moved)]])
-        clash, start = limits.clash(climb.robot, pool), list(range(len(q)))
         with part_of(0.6 + 0.1 * k, 0.1, f"raising {climb.index.name}"):
-            found = _exchanged(climb, _blocks(climb, pool), [start], clash)
+            found = _exchanged(climb, _blocks(climb, pool), [list(range(len(q)))])
         q, outcome = pool[found.choice], found.outcome
     return q, outcome
-
-
-def _apart(blocks: np.ndarray, clash: np.ndarray, number: int, limits: PoseLimits, rng) -> list[int]:
-    """A greedy choice of candidates that don't clash."""
-    exchange, longest = by_determinant(blocks, clash=clash), 0
-    for first in ([], *rng.permutation(len(blocks))[:GREEDY_STARTS, None].tolist()):
-        found = exchange.fill(number, first)
-        if len(found) == number:
-            return found
-        longest = max(longest, len(found))
-    raise DataError(
-        f"{number} poses with a spread of {1e3 * limits.spread:g} mm conflict with the other limits or the "
-        f"arm's reach: at most {longest} were found to fit; use fewer poses or less spread",
-        found=(longest,),
-    )
 
 
 def _climbed(climb: PoseClimb, parts: list[np.ndarray]) -> tuple[np.ndarray, Outcome]:
@@ -216,16 +182,3 @@ def _climbed(climb: PoseClimb, parts: list[np.ndarray]) -> tuple[np.ndarray, Out
         if ended is Outcome.CANCELLED:
             return np.concatenate([*found, *parts[k + 1 :]]), outcome
     return np.concatenate(found), outcome
-
-
-@final
-class Informative(AbstractPoseChoice):
-    """Of simulated measurements."""
-
-    name = "informative"
-    indices = INDICES
-
-    def choose(
-        self, robot: Robot, number: int, *, index: str, rng: np.random.Generator
-    ) -> Float[np.ndarray, "number n"]:
-        return informative_poses(robot, number, index=index, rng=rng).q

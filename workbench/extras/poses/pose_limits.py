@@ -1,8 +1,7 @@
-"""Limits on chosen poses: position and orientation of the tool, margins, distances between tools.
+"""Limits on chosen poses: position of the tool, margins.
 
-Region, orientation cone and margins concern each pose alone, the spread concerns every two of them. Margins
-are what an arm with manufacturing errors needs to reach a pose too: a distance from its joint limits, and one
-from singular postures.
+Margins are what an arm with manufacturing errors needs to reach a pose too: a distance from its joint limits,
+and one from singular postures.
 
 Candidates are folded: of all full turns of a joint the one nearest to the middle of its limits is taken,
 which changes no pose and shortens the travel.
@@ -19,11 +18,8 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Angle, Length, admit
-from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.plate.collision import solid_clear
 from workbench.plate.optimiser.meshes import arm_shape
-from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
 from workbench.plate.region import Region
 
@@ -39,33 +35,21 @@ class PoseLimits:
 
     Args:
         region: Region for the tool; anywhere if None.
-        towards: Orientations of the tool at the axis of the cone; any orientation if None.
-        cone: Maximum angle between the tool's orientation and the nearest of them [rad].
         margin: Minimum distance of a turning joint from its limits [rad].
         dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
-        spread: Minimum distance between the tool's places in two poses [m].
         clearance: Minimum distance of the arm from itself and its table [m]; not checked if None.
-        solid: A plate whose solid the arm must not touch; none if None.
 
     Raises:
-        OptionError: a cone that is 0, or anything negative.
+        OptionError: anything negative.
     """
 
     region: Region | None = None
-    towards: Float[np.ndarray, "orientations 3 3"] | None = None
-    cone: Angle = np.pi
     margin: Angle = 0.0
     dexterity: NotNegative = 0.0
-    spread: Length = 0.0
     clearance: Length | None = None
-    solid: Plate | None = None
 
     def __post_init__(self):
         admit(self)
-        if not self.cone > 0:
-            raise OptionError("cone must be positive, got 0", option="cone", found=self.cone)
-        if self.towards is not None and not len(self.towards):
-            raise OptionError("towards must have an orientation at least, got none", option="towards")
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which poses keep every limit of single poses."""
@@ -81,9 +65,6 @@ class PoseLimits:
         if (region := self.region) is not None:
             box = f"region {region.min.tolist()} to {region.max.tolist()} m"
             found[box] = lambda q: region.contains(in_base(robot, q)[:, :3, 3])
-        if (towards := self.towards) is not None:
-            cone = f"orientation cone of {np.rad2deg(self.cone):.3g}°"
-            found[cone] = lambda q: self._in_cone(in_base(robot, q)[:, :3, :3], towards)
         if self.margin > 0:
             low, high = robot.limits[~sliding(robot)].T + np.array([[self.margin], [-self.margin]])
             found[f"margin of {np.rad2deg(self.margin):.3g}° to the joint limits"] = lambda q: (
@@ -93,14 +74,7 @@ class PoseLimits:
             found["distance from singular postures"] = lambda q: self._is_dexterous(robot, q)
         if self.clearance is not None:
             found["clearance of the arm and the table"] = lambda q: self._is_clear(robot, q)
-        if (solid := self.solid) is not None:
-            found[f"clearance of plate '{solid.name}'"] = lambda q: solid_clear(robot, solid, q)
         return found
-
-    def _in_cone(self, turns: np.ndarray, towards: np.ndarray) -> np.ndarray:
-        # the angle θ of Rᵀ R_k has trace 1 + 2 cos θ
-        traces = np.einsum("rij,kij->rk", turns, towards).max(1)
-        return traces >= 1.0 + 2.0 * np.cos(min(self.cone, np.pi)) - 1e-9
 
     def _is_dexterous(self, robot: Robot, q: np.ndarray) -> np.ndarray:
         jacobian = geometric_jacobian(robot, q) / np.repeat([robot.reach, 1.0], 3)[:, None]
@@ -111,12 +85,6 @@ class PoseLimits:
         shape, table = arm_shape(robot, self.clearance), min(0.0, -float(robot.base.xyz[2]))
         found = shape.clearances(shape.placements(q), floor=table, minimum=self.clearance)
         return found.min(1) >= self.clearance
-
-    def clash(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "rows rows"]:
-        """Which poses must not be chosen together: those with the tools too near, or the same one."""
-        places = in_base(robot, q)[:, :3, 3]
-        gaps = np.linalg.norm(places[:, None] - places[None], axis=2)
-        return (gaps < self.spread) | np.eye(len(places), dtype=bool)
 
 
 def folded(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:

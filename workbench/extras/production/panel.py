@@ -13,7 +13,7 @@ from workbench.views.page.panels.panel import AbstractPanel
 class YieldPanel(AbstractPanel):
     """A button, and one sentence."""
 
-    tab, order = Tab.PLATE, 50
+    tab, order = Tab.PLATE, 22
     depends = ("is_idle", lambda session: session.part(PlateTrial), "tried")
 
     def build(self, gui: viser.GuiApi) -> None:

@@ -35,8 +35,8 @@ from workbench.identification.undetermined_combinations import RANK_TOLERANCE
 
 AUTO: Final = "auto"
 """Option value: estimate the expected deviation from the rows."""
-MAX_DEVIATION = 0.1
-"""Largest expected deviation of a constant [rad, m], of hand assembly."""
+MAX_DEVIATION, USUAL_DEVIATION = 0.1, 1e-3
+"""Expected deviation of a constant [rad, m]: the largest, of hand assembly, and a manufactured arm's."""
 TRIED = np.concatenate([np.geomspace(1e-6, 1e-4, 40, endpoint=False), np.geomspace(1e-4, MAX_DEVIATION, 60)])
 """Expected deviations that are compared [rad, m], from those of an arm that is calibrated already."""
 MIN_EVIDENCE = 2.71

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -14,11 +15,15 @@ from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import with_holding_torques, with_planes, with_wires
+from workbench.identification.meaning.nominal_fit import (
+    with_holding_torques,
+    with_planes,
+    with_tool_points,
+    with_wires,
+)
 from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
-from workbench.identification.meaning.unexplained import told_by_column
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
@@ -57,22 +62,20 @@ def as_read(
     if how == "given" or data.readings is not None:
         return robot, data.said
     arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
-    return arm, with_holding_torques(arm, _with_orientation(arm, rows))
+    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows)))
 
 
-@lru_cache(maxsize=2)
-def _meaning(robot: Robot, data: Dataset) -> RowMeaning | None:
-    """What rows mean, kept: what fits, what judges the fit, and the page ask it of the same ones."""
-    meaning = read_rows(robot, data)
-    return meaning if meaning is None or data.missing_units else told_by_column(robot, data, meaning)
+_meaning = lru_cache(maxsize=2)(read_rows)
+"""Kept: what fits, what judges the fit, and the page ask it of the same rows."""
 
 
 def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]:
     """Rows without those that a column tells not to fit, with a note, and their meaning as of `read_rows`."""
     meaning = _meaning(robot, data)
-    if meaning is None or meaning.kept is None:
+    if meaning is None or not meaning.kept:
         return data, meaning
-    lost = np.flatnonzero(data.included & ~np.isin(data.row, meaning.kept)).tolist()
+    heading, value = meaning.kept
+    lost = np.flatnonzero(data.included & (data.unread[heading] != value)).tolist()
     kept = data.kept_out(dict.fromkeys(lost, "is told by a column not to fit"))
     return understood(robot, _with_notes(kept, f"{plural(len(lost), 'row')} left out: {meaning.told}"))
 
@@ -82,9 +85,7 @@ def _as_read(
 ) -> tuple[Robot, Dataset]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
-        if meaning is None or not meaning.is_found or meaning.best.other or sliding(robot).any():
-            raise _unread_units(robot, data, meaning)
-        return _as_read(robot, as_told(data, meaning), how, keeps_arm, notes_rival)
+        return _as_read(robot, _with_units(robot, data), how, keeps_arm, notes_rival)
     if how not in {"auto", "found"} and not (meaning is not None and meaning.is_misread):
         known = "'auto', 'found' or 'given', as these rows mean one thing"
         raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
@@ -163,6 +164,20 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
     if not (found.is_plain and search.suffices(found)):
         return data
     return _read_as(found.apply(turned), f"angles left out: {found.orientation}, {found.size}; read so")
+
+
+def _with_units(robot: Robot, data: Dataset) -> Dataset:
+    """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
+    slides, nearest = np.array(sliding(robot), bool), None
+    scales = (1.0, 1e-3) if slides.any() and data.joints == robot.dof else (1.0,)
+    for is_turned, scale in product((True, False)[: 1 + (data.rotation is not None)], scales):
+        rows = data if scale == 1.0 else replace(data, q=data.q * np.where(slides, scale, 1.0))
+        meaning = understood(robot, rows if is_turned else replace(rows, rotation=None, written=None))[1]
+        nearest = nearest or meaning
+        if meaning is not None and meaning.is_found and not meaning.best.other:
+            note = f"what slides is in {'m' if scale == 1.0 else 'mm'}, as the rows tell"
+            return _with_notes(as_told(rows, meaning), *[note] * (len(scales) - 1))
+    raise _unread_units(robot, data, nearest)
 
 
 def _unread_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> UnitError:

@@ -4,7 +4,6 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Int
 
 from workbench.base.remedy import remedy as at_entrance
 from workbench.identification.meaning.bounds import flange_poses
@@ -29,7 +28,7 @@ class RowMeaning:
     Args:
         best: The simplest of the readings that fit best.
         plain: The rows as given.
-        margin: How many times worse the next one is that moves otherwise.
+        margin: How many times worse the next one is that moves otherwise, and not only changes more.
         alike: Readings that move the arm alike.
         blind: Readings of the same points that say more than the best one does.
         equal: The best one and those of the same points that are as likely and mean other arms, of which a
@@ -39,7 +38,7 @@ class RowMeaning:
         turned: The joints as given with other orientations, or poses inverted, if clearly theirs.
         told: Of rows that nothing explains, which fit the arm by themselves, or with which constant of its
             table changed all do; `cure`: what to do about those that don't.
-        kept: Numbers of the rows that fit, where the others don't and a column tells them; None otherwise.
+        kept: Heading and value of the rows that fit, where the others don't and a column tells; else empty.
     """
 
     best: RowReading
@@ -53,7 +52,7 @@ class RowMeaning:
     turned: RowReading | None = None
     told: str = ""
     cure: str = ""
-    kept: Int[np.ndarray, " k"] | None = None
+    kept: tuple[str, ...] = ()
 
     @property
     def is_found(self) -> bool:
@@ -110,7 +109,7 @@ class RowMeaning:
         instead = "" if self.plain is None else f" instead of {self.plain.size} as given"
         other = f" (next best {self.margin:.3g} times worse)" if self.margin < 1e6 else ""
         equal = [name for name, r in self.choices.items() if self.equal and r is not best]
-        if others := equal or self.blind[:2]:
+        if others := equal or self.blind[:2] or self.open[:2]:
             other = f"; or else {', or '.join(others)}: these rows can't tell"
         without = " without the arm's effects" if bare and not best.other else ""
         return f"{best.text}: {best.size}{without}{instead}{other}"
@@ -153,15 +152,16 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     unseen = [r for r in near if r not in alike and not held and r.score < CLEAR * floor]
     blind = [r for r in unseen if _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
+    rivals = [r for r in other if held or best.is_plain or not {*best.changes} < {*r.changes}]
     equal = () if search.conventions else _equal(best, sorted(blind, key=lambda r: r.cost), q)
     meaning = RowMeaning(
         best=best,
         plain=plain,
-        margin=min((r.score for r in other), default=far) / floor,
+        margin=min((r.score for r in rivals), default=far) / floor,
         alike=_texts(alike),
         blind=_texts([r for r in blind if r.mirrored <= best.mirrored and r not in equal]),
         equal=equal,
-        open=_texts([r for r in other if r.score < CLEAR * floor]),
+        open=_texts(sorted((r for r in other if r.score < CLEAR * floor), key=lambda r: r.cost)),
         tried=dict(search.tried),
         turned=search.turned,
     )

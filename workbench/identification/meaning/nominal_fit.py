@@ -13,24 +13,26 @@ from workbench.base.wording import in_mm, listed
 from workbench.data.dataset import Dataset
 from workbench.data.observations.places import PLANE, ContactObservation, DistanceObservation
 from workbench.data.postures import within_postures
+from workbench.data.readers.assemble import MAX_MARKERS
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
-from workbench.identification.errors.expected_deviation import MAX_DEVIATION
+from workbench.identification.errors.expected_deviation import MAX_DEVIATION, USUAL_DEVIATION
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.families import SIGN
 from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS, RowReading
 from workbench.identification.meaning.search import ReadingSearch
-from workbench.identification.meaning.usable_rows import usable
+from workbench.identification.meaning.usable_rows import MIN_ROWS, usable
 from workbench.identification.problem import FrameFreedom, Problem
+from workbench.identification.rows.outlying_rows import robust_fit
 
 CHANCE, EXACT = 1e-4, 1e-9
 """Significance level at which draw wires have unknown zeros, and |r|² that is rounding."""
 SURE_TORQUE = 0.8
 """Minimum correlation with the torque that holds a weight at the flange."""
 CLEAR = 10.0
-"""By how much planes must fit contacts better than points."""
+"""By how much planes must fit contacts better than points, and several points of the tool better than one."""
 
 
 def placed(robot: Robot, data: Dataset) -> Robot:
@@ -97,6 +99,30 @@ def with_wires(robot: Robot, data: Dataset) -> Dataset:
     where = listed(sorted({*data.anchor[rows]}))
     note = f"draw wires at {where} have unknown zeros: any arm leaves {np.sqrt(without / left):.2g} "
     return replace(wired, notes=(*data.notes, f"{note}times as much without (decided from the data)"))
+
+
+def with_tool_points(robot: Robot, data: Dataset) -> Dataset:
+    """The rows with several points of the tool, as many as they have labels, where one leaves far more."""
+    if data.point is None or data.position is None or data.rotation is not None or data.joints != robot.dof:
+        return data
+    rows = data.included & np.isfinite(data.position).all(1)
+    names, counts = np.unique(data.point[rows], return_counts=True)
+    if not 1 < len(names) <= MAX_MARKERS or "" in names or counts.min() < MIN_ROWS:
+        return data
+    own = (data.point[:, None] == names)[..., None]
+    apart = replace(data, position=None, point=None, markers=np.where(own, data.position[:, None], np.nan))
+    sizes, several = [], len(data.sessions) > 1
+    for tried, tool in ((data, FRAME_PARTS[:3]), (apart, ())):
+        freedom = FrameFreedom(FRAME_PARTS, tool, base_per_session=several)
+        arm, some = align(robot, tried.take(rows), freedom), tried.take(rows)
+        problem = Problem.build(arm, some, frames=freedom).with_shares().with_deviation(USUAL_DEVIATION)
+        off = robust_fit(problem, Opt2(limit=60).search(problem).x)[1]
+        sizes.append(float(np.median(off[:, 0])) * problem.noise.position)
+    one, left = sizes
+    if CLEAR * left > one:
+        return data
+    note = f"{listed(names.tolist())} are markers of one tool: {in_mm(left)} off, as one point {in_mm(one)}"
+    return replace(apart, notes=(*data.notes, f"{note} (decided from the data)"))
 
 
 def with_holding_torques(robot: Robot, data: Dataset) -> Dataset:

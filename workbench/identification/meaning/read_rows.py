@@ -11,10 +11,9 @@ from workbench.identification.meaning.families import FAMILIES, OTHER_ARMS, Rows
 from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
 from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
-from workbench.identification.meaning.unexplained import ELSEWHERE, majority, one_constant, parts_in_order
+from workbench.identification.meaning.unexplained import explained
 from workbench.identification.meaning.usable_rows import few_each, usable, without_still_turns
 
-MOVED = "name what was moved in between in a column 'session', or correct the rows"
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
 
@@ -28,6 +27,11 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
     """
     data = without_still_turns(robot, data)
+    meaning = _searched(robot, data, likely)
+    return meaning if meaning is None or likely or data.missing_units else explained(robot, data, meaning)
+
+
+def _searched(robot: Robot, data: Dataset, likely: bool) -> RowMeaning | None:
     rows = usable(data)
     rows, sessions = few_each(data) if rows is None else (rows, 1)
     if not sessions:
@@ -55,14 +59,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     if not search.found:
         return None
     search.twins()
-    meaning = ranked(search, plain)
-    given = meaning.given
-    if likely or given is None or meaning.is_found or sessions > 1:
-        return meaning
-    parts = parts_in_order(robot, rows)
-    if not parts.endswith(ELSEWHERE) and (most := majority(robot, rows)):
-        return replace(meaning, told=most, cure="correct the units or joints of these rows, or exclude them")
-    return replace(meaning, told=parts or one_constant(given, search.data), cure=MOVED if parts else "")
+    return ranked(search, plain)
 
 
 def other_arm(robot: Robot, data: Dataset, limit: float) -> RowReading | None:

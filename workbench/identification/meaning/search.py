@@ -247,7 +247,7 @@ class ReadingSearch:
 
     def _try(self, name: str, parts: list[Hypotheses], *, inverse: bool = False) -> None:
         robot, count = parts[0].robot, HELD_PLACED if self.held else PLACED
-        ranked, tried = list[tuple[float, RowReading]](), 0
+        ranked, tried = list[tuple[float, Hypotheses, int, dict[str, Any]]](), 0
         for part in (part.moving(self.still) for part in parts):
             tried += len(part.cost)
             for (factor, more), begin in product(self.units, range(0, len(part.cost), CHUNK)):
@@ -256,19 +256,14 @@ class ReadingSearch:
                 for turned in (False, True) if inverse and self.conventions else (False,):
                     cost = some.cost + more + INVERSE * turned
                     bound = self._bounds(robot, flange_poses(robot, joints, inverse=turned)) + 1e-4 * cost
-                    way: dict[str, Any] = {
-                        "robot": robot,
-                        "other": some.other,
-                        "unit": factor,
-                        "inverse": turned,
-                    }
-                    for k in np.argsort(bound)[:count].tolist():
-                        reading = RowReading(w=some.w[k], zero=some.zero[k], cost=float(cost[k]), **way)
-                        ranked.append((float(bound[k]), reading))
+                    way = {"other": some.other, "unit": factor, "inverse": turned}
+                    best = np.argsort(bound)[:count].tolist()
+                    ranked += [(float(bound[k]), some, k, way | {"cost": float(cost[k])}) for k in best]
         self.tried[name] = self.tried.get(name, 0) + tried
-        ranked.sort(key=lambda pair: pair[0])
+        ranked = sorted(ranked, key=lambda each: each[0])[:count]
         most = np.inf if self.held or not ranked else max(30.0 * ranked[0][0], 0.08)
-        if readings := [reading for bound, reading in ranked[:count] if bound < most]:
+        near = [(some, k, way) for bound, some, k, way in ranked if bound < most]
+        if readings := [RowReading(robot=robot, w=s.w[k], zero=s.zero[k], **way) for s, k, way in near]:
             self.found += self.place(self.refined(readings) if parts[0].refined else readings)
 
     def twins(self) -> None:

@@ -2,6 +2,7 @@
 moved; or with which constant of the arm's table all fit, if it is wrong."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -33,15 +34,24 @@ STEPS, UNIT = 30, 1e-4
 """Maximum steps of a fit, and its noise as a share of the reach."""
 ALIKE = 1.3
 """Ratio of misfits within which other constants are named as well."""
-ELSEWHERE = "with another base or tool"
+MOVED = "name what was moved in between in a column 'session', or correct the rows"
+Told = dict[str, Any]
+"""Fields of a meaning that an explanation gives; empty: it doesn't explain the rows."""
 
 
-def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeaning:
-    """The meaning of rows of which some or all don't fit, with what a column that was left out tells of them:
-    by its values they fit by themselves, or those of one of two."""
+def explained(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeaning:
+    """The meaning of rows of which some or all don't fit, with the first explanation of them."""
     all_fit = meaning.is_found and not (meaning.best.apart and meaning.best.is_plain)
     if all_fit or data.joints != robot.dof or (rows := usable(data)) is None:
         return meaning
+    some = EXPLANATIONS[:1] if meaning.is_found else EXPLANATIONS
+    found = (explain(robot, rows, meaning) for explain in some)
+    return replace(meaning, **next(filter(None, found), {}))
+
+
+def _by_column(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
+    """What a column that was left out tells of them: by its values they fit by themselves, or those of one of
+    two."""
     for heading, cells in rows.unread.items():
         parts = {value: rows.take(cells == value) for value in dict.fromkeys(cells.tolist())}
         fits = {v: own for v, own in parts.items() if len(own) >= MIN_PART and _fits(robot, own)}
@@ -53,22 +63,26 @@ def told_by_column(robot: Robot, data: Dataset, meaning: RowMeaning) -> RowMeani
             off = placed_errors(robot, kept, rows.take(cells != value)) > WITHIN * robot.reach
             if off.mean() < MIN_FITTING_SHARE:  # others fit as well: it tells nothing of those that don't
                 continue
-            text = f"those whose '{heading}' is {sizes}, the others don't"
-            return replace(meaning, told=text, kept=data.row[data.unread[heading] == value])
+            return {"told": f"those whose '{heading}' is {sizes}, the others don't", "kept": (heading, value)}
         if not meaning.is_found:
             key = "point" if len(np.unique(postures(rows.q))) < MIN_FITTING_SHARE * len(rows) else "session"
             text = f"rows with the same '{heading}' fit with a base and tool of their own ({sizes})"
             said = remedy(f"give columns='{key}={heading}' (--columns)", page=f"{CHOOSE_ON_PAGE}: {key}")
-            return replace(meaning, told=text, cure=said)
-    if not meaning.is_found and rows.rotation is not None and _fits(robot, rows):
-        text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
-        said = "leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
-        return replace(meaning, told=text, cure=said)
-    return meaning
+            return {"told": text, "cure": said}
+    return {}
 
 
-def majority(robot: Robot, located: Dataset) -> str:
-    """`12 rows (10–21) don't fit the others, which the arm fits to 2.6 mm`; empty if it doesn't fit most."""
+def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
+    """That only their orientations are in another frame."""
+    if rows.rotation is None or not _fits(robot, rows):
+        return {}
+    text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
+    cure = "correct them, or leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
+    return {"told": text, "cure": cure}
+
+
+def _most(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
+    """`12 rows (10–21) don't fit the others, which the arm fits to 2.6 mm`, if it fits most."""
     off = np.zeros(len(located))
     for _ in range(TRIM_ROUNDS):
         most = located.take(np.flatnonzero(off <= np.quantile(off, MIN_FITTING_SHARE)))
@@ -77,11 +91,13 @@ def majority(robot: Robot, located: Dataset) -> str:
     fits = off < FITS * robot.reach
     error = float(np.median(off[fits])) if fits.any() else np.inf
     if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
-        return ""
-    few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())}) don't fit the others"
+        return {}
+    few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())})"
+    few += f" {'doesn' if (~fits).sum() == 1 else 'don'}'t fit the others"
     places = np.unique(np.asarray(located.position)[~fits], axis=0)
     frozen = "; the instrument's reading stays the same in them" if 2 * len(places) <= (~fits).sum() else ""
-    return f"{few}, which the arm fits to {in_mm(error)}{frozen}"
+    cure = "correct the units or joints of these rows, or exclude them"
+    return {"told": f"{few}, which the arm fits to {in_mm(error)}{frozen}", "cure": cure}
 
 
 def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
@@ -91,9 +107,8 @@ def placed_errors(robot: Robot, some: Dataset, data: Dataset) -> np.ndarray:
     return np.linalg.norm(poses[:, :3, 3] - data.position, axis=1)
 
 
-def parts_in_order(robot: Robot, data: Dataset) -> str:
-    """`data rows 0–29 fit to 1.5 mm, 30–59 to 1.6 mm elsewhere` of rows in their order that fit an arm in no
-    reading; empty if neither end fits by itself."""
+def _in_order(robot: Robot, data: Dataset, meaning: RowMeaning) -> Told:
+    """`data rows 0–29 fit to 1.5 mm, 30–59 to 1.6 mm elsewhere`, if either end fits by itself."""
     for rows, where in ((data, "after"), (data.take(np.arange(len(data))[::-1]), "before")):
         found = list[str]()
         while len(rows) and (length := _part_that_fits(robot, rows)):
@@ -101,9 +116,10 @@ def parts_in_order(robot: Robot, data: Dataset) -> str:
             size = f"{'fit ' * (not found)}to {in_mm(_misfit(robot, own))}"
             found.append(f"{own.row.min()}–{own.row.max()} {size}")
         if len(found) > 1 or (found and len(rows)):
-            end = f", those {where} them don't" if len(rows) else f" {ELSEWHERE}"
-            return f"data rows {', '.join(found)}{end}"
-    return ""
+            end = f", those {where} them don't" if len(rows) else " with another base or tool"
+            other = _most(robot, data, meaning) if len(rows) else {}
+            return other or {"told": f"data rows {', '.join(found)}{end}", "cure": MOVED}
+    return {}
 
 
 def _part_that_fits(robot: Robot, data: Dataset) -> int:
@@ -135,13 +151,11 @@ def _fits(robot: Robot, data: Dataset) -> bool:
     return _misfit(robot, data) < min(WITHIN * robot.reach, NARROW * float(wide), beside)
 
 
-def one_constant(reading: RowReading, data: Dataset) -> str:
-    """`with joint4.d 108.8 instead of 88.8 mm they fit to 0.02 mm`; empty if no constant explains the rows.
-
-    Args:
-        reading: Plain joints, placed.
-        data: The rows that it was placed with.
-    """
+def _one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
+    """`with joint4.d 108.8 instead of 88.8 mm they fit to 0.02 mm`."""
+    if (reading := meaning.given) is None:
+        return {}
+    data = located.take(far_apart(located, PLACED_ROWS))
     arm, rows = reading.robot, reading.apply(data.take(np.delete(np.arange(len(data)), reading.apart)))
     arm = replace(arm, mounting=arm.mounting.at(reading.base, reading.tool))
     freedom, noise = FrameFreedom(FRAME_PARTS, FRAME_PARTS), Noise(UNIT * arm.reach, UNIT / WEIGHT)
@@ -159,5 +173,9 @@ def one_constant(reading: RowReading, data: Dataset) -> str:
     best = [pair for pair in found if pair[0].score < ALIKE * found[0][0].score + 1e-6]
     nearest = best[0][0]
     if CLEAR * nearest.score > reading.score or not nearest.fits:
-        return ""
-    return f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"
+        return {}
+    return {"told": f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"}
+
+
+EXPLANATIONS = (_by_column, _positions_alone, _in_order, _most, _one_constant)
+"""All in their order; rows that are found, of which some stand off, are asked of their columns alone."""

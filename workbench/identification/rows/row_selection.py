@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool
 
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
@@ -107,14 +107,13 @@ def choose_rows(
 
 
 def hold_out(
-    used: Dataset, held_out: float | tuple[str, ...], seed: int
-) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
-    """Fitted and held-out rows among the used ones, in increasing order."""
+    data: Dataset, stays: Bool[np.ndarray, " rows"], held_out: float | tuple[str, ...], seed: int
+) -> Bool[np.ndarray, " used"]:
+    """Which of the rows that stay are held out; the others were excluded, and take part in the draw alone, so
+    that excluding some changes little else."""
     if isinstance(held_out, tuple):
-        held = _of_sessions(used, held_out)
-    else:
-        held = _of_share(used, held_out, rng=np.random.default_rng(seed))
-    return np.flatnonzero(~held), np.flatnonzero(held)
+        return _of_sessions(of_rows(data, np.flatnonzero(stays)), held_out)
+    return _of_share(data, stays, held_out, rng=np.random.default_rng(seed))[stays]
 
 
 def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, list[str]]:
@@ -138,34 +137,46 @@ def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, li
     return held_out.take(np.delete(np.arange(len(held_out)), again)), [note]
 
 
-def _of_share(data: Dataset, fraction: float, *, rng: np.random.Generator) -> Bool[np.ndarray, " rows"]:
+def _of_share(
+    data: Dataset, stays: Bool[np.ndarray, " rows"], fraction: float, *, rng: np.random.Generator
+) -> Bool[np.ndarray, " rows"]:
     """Which rows are held out, if it is a fraction of them: whole postures and groups together.
 
     The units (means of their rows) are divided by medians of their widest joint into as many cells as
-    are to be held out, session by session; one random unit of each cell is held out. The held-out rows thus
-    cover the same joint space as the others, whatever the order of measurement.
+    are to be held out, session by session. One random unit of each cell comes first in a random order, and
+    those of the first that stay are held out: they cover the same joint space as the others, whatever the
+    order of measurement. Where they are fewer than the fraction of what stays, the next in order follow.
     """
     if fraction == 0.0:
         return np.zeros(len(data), bool)
     labels, keep, names = pose_units(data), placing_rows(data), np.zeros(len(data), int)
     if data.session is not None:
         names = np.unique(data.session, return_inverse=True)[1]
-        units = np.bincount(np.unique([names, labels], axis=1)[0])
+        units = np.bincount(np.unique([names[stays], labels[stays]], axis=1)[0], minlength=names.max() + 1)
         spare = np.maximum(units - keep, 0).sum()
-        if len(units) > 1 and spare < max(round(fraction * units.sum()), 1):  # whole sessions are held out
-            labels, names = names, np.zeros(len(data), int)
-    count = int(labels.max()) + 1 if len(labels) else 0
-    if count < 2:
-        raise DataError(f"{data.source}: {count} poses or groups are too few to hold some out; use share 0")
+        if (units > 0).sum() > 1 and spare < max(round(fraction * units.sum()), 1):
+            labels, names = names, np.zeros(len(data), int)  # whole sessions are held out
+    count = int(labels.max(initial=-1)) + 1
+    there = np.bincount(labels[stays], minlength=count) > 0
+    if there.sum() < 2:
+        few = f"{int(there.sum())} poses or groups are too few to hold some out; use share 0"
+        raise DataError(f"{data.source}: {few}")
     weight = np.bincount(labels)
     centre = np.stack([np.bincount(labels, column) / weight for column in data.q.T], axis=1)
     centre = centre / np.maximum(np.ptp(data.q, axis=0), 1e-9)
     session = np.zeros(count, int)
     session[labels] = names
-    held = np.zeros(count, bool)
-    for s, number in enumerate(_shares(np.bincount(session), fraction, keep if session.any() else 1)):
-        for cell in cells(centre, np.flatnonzero(session == s), int(number)):
-            held[cell[rng.integers(len(cell))]] = True
+    keep = keep if session.any() else 1
+    rank, held = rng.spawn(1)[0].permutation(count), np.zeros(count, bool)
+    sizes = (np.bincount(session[rows], minlength=session.max() + 1) for rows in (there | True, there))
+    first, wanted = (_shares(size, fraction, keep).tolist() for size in sizes)
+    for s, number in enumerate(first):
+        for cell in cells(centre, np.flatnonzero(session == s), number):
+            rank[cell[rng.integers(len(cell))]] -= count  # before all others
+    for s, number in enumerate(wanted):
+        mine = np.flatnonzero(there & (session == s))
+        most = min(max(number, (rank[mine] < 0).sum()), max(len(mine) - keep, 0))
+        held[mine[rank[mine].argsort()[:most]]] = True
     return held[labels]
 
 

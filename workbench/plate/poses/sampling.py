@@ -1,7 +1,6 @@
-"""Joint positions: random ones, within the limits or with the tool in a region, and other choices of some."""
+"""Random joint positions, within the limits or with the tool in a region."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
@@ -11,31 +10,12 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.parts import parts
 from workbench.plate.region import Region
 
 TRIES = 400
 """Number of random tries per hit above which a region counts as out of reach."""
 BLOCK = 2000
 """Random joint positions tried at a time."""
-
-
-class AbstractPoseChoice(ABC):
-    """Joint positions that determine an arm well, by an index that a package adds to the built-in ones."""
-
-    name: str
-    indices: Collection[str]
-    """Indices that it can maximise."""
-
-    @abstractmethod
-    def choose(
-        self, robot: Robot, number: int, *, index: str, rng: np.random.Generator
-    ) -> Float[np.ndarray, "number n"]:
-        """So many joint positions within the limits [rad or m]."""
-
-
-def pose_choices() -> tuple[AbstractPoseChoice, ...]:
-    return parts("pose_choices", AbstractPoseChoice)
 
 
 def in_base(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:

@@ -305,23 +305,3 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     checked = (note for note in begun.robot.notes if note.startswith(("it fits:", "change:")))
     return begun.with_message(Severity.INFO, "; ".join([text, *checked]))
-
-
-class CapturePose(AbstractChange):
-    """Keep the joint positions at which the arm stands."""
-
-    title = "Keep the pose"
-
-    def apply(self, session: Session) -> Session:
-        captured = (*session.choices.captured, tuple(drawn_joints(session).tolist()))
-        return session.updated("choices", captured=captured)
-
-
-class ForgetPoses(AbstractChange):
-    """Forget all kept poses."""
-
-    title = "Clear the kept poses"
-    key = "forget poses"
-
-    def apply(self, session: Session) -> Session:
-        return session.updated("choices", captured=())

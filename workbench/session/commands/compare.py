@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from workbench.arm.robot import Robot
+from workbench.base.advice import ask
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_drivers
@@ -13,27 +15,22 @@ from workbench.identification.meaning.nominal_fit import placed
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.comparison import MAX_TIMES, MIN_TIMES, Comparison, ModelStage, Overlay, compare
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.page_state import Severity
+from workbench.session.stages import suspects
 from workbench.session.state import Focus, Session
 
 
 def with_comparison(session: Session) -> Session:
     """The session with its measurements compared with every available model.
 
-    What was identified or diagnosed stays even if its rows can't be compared; a message then tells why.
+    What was identified or diagnosed stays even if its rows can't be compared.
     """
     loaded = session.measurements.loaded
     plain = session.updated("results", comparison=None)
     if loaded is None:
         return plain
-    try:
-        rows = _comparison(session, loaded)
-        return session.updated("results", comparison=rows, row=_same_row(session, rows))
-    except Exception as error:
-        if session.results.identification is None and session.results.diagnosis is None:
-            raise
-        text = f"the result is kept, but measured and predicted positions can't be compared: {error}"
-        return plain.with_message(Severity.WARNING, text)
+    found = partial(_comparison, session, loaded)
+    rows = found() if session.results.is_empty else ask("measured against predicted positions", found, None)
+    return plain if rows is None else plain.updated("results", comparison=rows, row=_same_row(session, rows))
 
 
 def _same_row(session: Session, rows: Comparison) -> int:
@@ -66,20 +63,11 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
     if found is None or not len(found.held_out_rows):
         checks = checks and replace(checks, row=checks.row + 1 + int(loaded.dataset.row.max(initial=-1)))
     rows = compare(fitted, checks, kept_out, nominal, models)
-    is_set_apart = np.isin(rows.number, list(_set_apart(session))) & np.isfinite(rows.measured).all(1)
+    off, diagnosis = suspects(session), session.results.diagnosis
+    off += [] if found is None else [outlier.row for outlier in found.outliers]
+    off += [] if diagnosis is None else diagnosis.data.row[diagnosis.outliers].tolist()
+    is_set_apart = np.isin(rows.number, off) & np.isfinite(rows.measured).all(1)
     return replace(rows, set_apart=rows.measured[is_set_apart])
-
-
-def _set_apart(session: Session) -> set[int]:
-    """Numbers of the rows that no arm explains."""
-    found, diagnosis = session.results.identification, session.results.diagnosis
-    rows: set[int] = set()
-    if found is not None:
-        rows |= {outlier.row for outlier in found.outliers} | set(found.suspects)
-    if diagnosis is not None:
-        rows |= set(diagnosis.data.row[diagnosis.outliers].tolist())
-        rows |= set(diagnosis.held_out_data.row[diagnosis.suspects].tolist())
-    return rows
 
 
 def _driven(robots: Iterable[Robot], data: Dataset) -> Dataset:

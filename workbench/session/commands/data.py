@@ -182,7 +182,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         pose = Observes.POSE
         instrument = Instrument(name=name, observes=pose, sigma_position=place, sigma_rotation=turn)
         progress(0.3, "measuring at the targets")
-        used, near = reached_postures(actual, session)
+        near = reached_postures(actual, session)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
         progress(0.6, "measuring in the region")
         around = nearby_poses(robot, session.plate.region, CHECK_POSES + self.more, rng=rng, measured=near)
@@ -190,8 +190,14 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         checks = seen.take(np.arange(CHECK_POSES))
         rows = rows.joined(seen.take(np.arange(CHECK_POSES, len(seen))))
         name = f"Virtual arm {self.seed}"
-        facts = _virtual_facts(len(used), session, self)
         rows = replace(rows, source=name)
+        length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
+        facts = (
+            *facts_of(rows),
+            ("Targets", f"{len(near)} of {len(session.states)}"),
+            ("Held out", f"{CHECK_POSES} more poses in the region near the targets"),
+            ("Hidden errors", f"up to {length:.3g} mm and {angle:.3g}° per constant"),
+        )
         return Loaded(rows, name, facts, virtual=True, checks=checks, actual=actual)
 
     def finish(self, session: Session, result: Loaded) -> Session:
@@ -245,22 +251,16 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
         raise DataError(loaded.match.text)
 
 
-def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
-    """Targets that the actual arm reaches, with postures in the nominal arm's branch or the nearest.
+def reached_postures(actual: Robot, session: Session) -> np.ndarray:
+    """Of the targets that the actual arm reaches, in the nominal arm's branch or the nearest.
 
     Its manufacturing errors may carry a joint beyond its limit; it then takes the nearest other branch.
     """
-    used, postures = [], []
-    for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
-        if not state.measurable:
-            continue
-        found = follow_target(actual, target, state)
-        if found.reached:
-            used.append(i)
-            postures.append(found.q)
-    if not used:
+    both = zip(session.plate.targets, session.states, strict=True)
+    found = [follow_target(actual, target, state) for target, state in both if state.measurable]
+    if not (postures := [state.q for state in found if state.reached]):
         raise DataError("the virtual arm reaches none of the targets; try another seed or move the targets")
-    return used, np.stack(postures)
+    return np.stack(postures)
 
 
 DAMAGED = zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, zlib.error
@@ -303,13 +303,8 @@ def packed(folder: Path) -> tuple[str, bytes]:
 
 
 def with_other_data(session: Session, loaded: Loaded | None) -> Session:
-    """As `with_data`; a calibration that goes with the old measurements is named, and undo restores it."""
-    before = session.measurements.loaded
-    after = with_data(begin_step(session, is_whole=True), loaded)
-    if before is None or session.results.is_empty:
-        return after
-    text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
-    return after.with_message(Severity.WARNING, text, refused="Identify")  # the next one ends it
+    """As `with_data`; undo restores the old ones with their results."""
+    return with_data(begin_step(session, is_whole=True), loaded)
 
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
@@ -319,20 +314,6 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     focus = Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW
     session = session.updated("playback", focus=focus)
     return with_comparison(session)
-
-
-def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
-    noise = f"{session.noise.position * 1e3:.3g} mm, {np.rad2deg(session.noise.rotation):.3g}°"
-    left_out = len(session.states) - targets
-    length, angle = command.errors
-    hidden = f"hidden errors up to {1e3 * length:.3g} mm and {np.rad2deg(angle):.3g}° per constant"
-    more = f", and {plural(command.more, 'pose')} in the region" if command.more else ""
-    return (
-        ("Arm", hidden),
-        ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
-        ("Held out for checking", f"{CHECK_POSES} poses in the region near the targets"),
-        ("Noise", noise),
-    )
 
 
 def too_large(name: str, size: int, maximum: int) -> str:

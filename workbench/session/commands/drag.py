@@ -56,7 +56,7 @@ class GrabTarget(AbstractChange):
     target: int
     client: int = NOBODY
 
-    title = computed(lambda self: f"Grab target {self.target + 1}")
+    title = computed(lambda self: f"Move target {self.target + 1}")  # as undo calls the whole drag
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)

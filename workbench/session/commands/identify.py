@@ -153,7 +153,7 @@ class LeaveRowsOut(AbstractChange):
 
     rows: tuple[int, ...]
 
-    title = computed(lambda self: f"Exclude {plural(len(self.rows), 'row')}")
+    title = computed(lambda self: f"Exclude {plural(len(self.rows), 'row')}" if self.rows else "Use all rows")
 
     def check(self, session: Session) -> None:
         known = set(measurements(session).dataset.row.tolist())

@@ -43,17 +43,13 @@ def _turned(session: Session, back: str, on: str) -> Session:
     if not (steps := getattr(session.history, back)):
         return session.with_message(Severity.INFO, f"nothing to {'undo' if back == 'done' else 'redo'}")
     *left, step = steps
-    now = UndoStep.of(session, is_whole=step.session is not None)
+    now = replace(UndoStep.of(session, is_whole=step.session is not None), by=step.by)
     lists = {back: tuple(left), on: (*getattr(session.history, on), now)}
     if (whole := step.session) is None:
         return go_to_step(session.updated("history", **lists), step)
     of_whole = whole.with_parts(GoesWith.PLATE, GoesWith.MEASUREMENTS).parts
     parts = {**of_whole, **session.with_parts(GoesWith.PAGE).parts}
-    loaded = whole.measurements.loaded
-    rows = "" if loaded is None else f", {loaded.name} with its results"
-    text = f"back to {whole.robot.name}, plate '{whole.plate.name}'{rows}"
-    restored = replace(whole, page=session.page, parts=parts).updated("history", **lists)
-    return restored.with_message(Severity.INFO, text)
+    return replace(whole, page=session.page, parts=parts).updated("history", **lists)
 
 
 def go_to_step(session: Session, step: UndoStep) -> Session:

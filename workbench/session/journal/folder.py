@@ -11,6 +11,7 @@ to the last digit. The header holds their digests, and like every line a checksu
 
 import json
 import shutil
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -212,12 +213,8 @@ def _make(folder: Path | None, root: Path) -> Path:
     root.mkdir(parents=True, exist_ok=True)
     for number in range(1, 1000):
         made = root / (stem if number == 1 else f"{stem}-{number}")
-        try:
+        with suppress(FileExistsError):
             made.mkdir()
-        except FileExistsError:
-            if not root.is_dir():
-                raise
-        else:
             return made
     raise OptionError(f"{root} already has 999 recordings from this second; try again")
 

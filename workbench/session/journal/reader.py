@@ -188,7 +188,7 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
 
 
 def _header(text: bytes, path: Path) -> dict[str, Any]:
-    """The first line; that of earlier versions has neither a checksum nor the digests of the inputs."""
+    """The first line, with its checksum and the digests of the inputs."""
     try:
         header = json.loads(text)
         name, _, number = header["schema"].partition("/")
@@ -200,8 +200,7 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
         raise FileError(f"{why}; install a newer workbench", path=str(path))
     if not isinstance(header.get("numbers"), dict):
         raise FileError("the first line has no table of numbers", path=str(path), line=1)
-    if header.pop(codec.CHECK, None) is None:
-        return header
+    header.pop(codec.CHECK, None)
     digests = header.get("inputs")
     if not codec.is_whole(text) or not isinstance(digests, dict):
         raise FileError("the first line was changed after it was recorded", path=str(path), line=1)

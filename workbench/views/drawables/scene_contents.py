@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from workbench.parts import parts, warn_of_broken
+from workbench.parts import warn_of_broken
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, blame, branches
 from workbench.views.drawables.measured import measured, selected_row_mark
@@ -18,11 +18,8 @@ ON_PAGE = (grid, branches, selected_row_mark)
 
 def items(session: Session, *, on_page: bool) -> Iterator[Item]:
     """Everything that the page, or a recording, shows."""
-    for subject in (*SUBJECTS, *parts("drawables"), *(ON_PAGE if on_page else ())):
+    for subject in (*SUBJECTS, *(ON_PAGE if on_page else ())):
         try:
-            for item in subject(session):
-                if not isinstance(item, Item) or not isinstance(item.inputs, tuple):
-                    raise TypeError(f"it must yield an Item whose inputs are a tuple, got {item!r}")
-                yield item
-        except Exception as error:  # whatever is wrong with somebody else's package
+            yield from subject(session)
+        except Exception as error:  # the rest is shown
             warn_of_broken(f"the drawable {subject.__name__}", error)

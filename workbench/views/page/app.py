@@ -7,7 +7,6 @@ from functools import partial
 import viser
 
 from workbench.arm.robot import Robot
-from workbench.parts import parts, warn_of_broken
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import load_command
 from workbench.session.commands.messages import OpenTab
@@ -59,11 +58,6 @@ class App:
         self.view = copy_context().run(make_view)  # which speaks to the page, as the caller need not
         self.worker.add_view(self.view)
         self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
-        for watcher in parts("watchers", AbstractView, classes=True):
-            try:
-                self.worker.add_view(watcher(self.worker))
-            except Exception as error:  # whatever is wrong with somebody else's package
-                warn_of_broken(f"the watcher {watcher.__name__}", error)
         for make in beside:
             if (view := make(self.worker)) is not None:
                 self.worker.add_view(view)

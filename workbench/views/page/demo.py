@@ -24,7 +24,7 @@ from workbench.session.commands.messages import OpenTab, SetCaption, Steer, Stee
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
-from workbench.session.stages import expected_elsewhere, stage_words
+from workbench.session.stages import counted, expected_elsewhere, stage_words, stages
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -204,13 +204,12 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     found = session().results.diagnosis
     causes = "" if found is None else " and ".join(cause.plain for cause in found.causes)
     if found is not None and found.effects:
-        yield DemoScene(f"Found: {_found(found, causes)}", seconds=8.0)
+        yield DemoScene(f"Found: {_found(session(), found, causes)}", seconds=8.0)
         yield DemoScene("One button adds what was found to the model …", (AddEffects(),), seconds=2.0)
         far = expected_elsewhere(session())
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
-    left = None if found is None or found.residual_map is None else found.residual_map.before.position_mm.mean
-    rest = "" if left is None else f"; the rest, {compared(left)} mm, has no name"
+    rest = "" if found is None or found.residual_map is None else "; the rest has no name"
     why = f"Geometry was off{f', {causes}' if causes else ''}{rest}. "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
     yield DemoScene(
@@ -218,14 +217,15 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
 
 
-def _found(found: Diagnosis, causes: str) -> str:
-    """What the causes explain, and what is learned without a name: each with the error that it leaves."""
-    before, after = (compared(e.judged.position_mm.mean) for e in (found.before, found.after))
+def _found(session: Session, found: Diagnosis, causes: str) -> str:
+    """The causes, and what is learned without a name; with the numbers that the page shows."""
+    errors = stages(session)[-1].errors, counted(session, found, found.after)
+    before, after = (compared(e.position_mm.mean) for e in errors)
     if found.residual_map is None:
         return f"{causes}. With that, {before} mm fall to {after} mm."
-    named = f"{causes} ({before} → {compared(found.residual_map.before.position_mm.mean)} mm)"
-    rest = f"The rest has no name; a correction learned from the rows leaves {after} mm."
-    return f"{named if causes else 'no cause'}. {rest}"
+    rest = "The rest has no name" if causes else "no cause with a name"
+    learned = f"{rest}; with a correction learned from the rows, {before} mm fall to {after} mm."
+    return f"{causes}. {learned}" if causes else learned
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

@@ -77,7 +77,7 @@ RULES = f"""
 .mantine-Notification-root button {{ pointer-events: auto !important }}
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
-{PANEL}[style*="overflow: hidden"] {{ overflow: clip !important }}
+{PANEL}[style*="overflow: hidden"] {{ overflow: clip !important; min-width: 0 }}
 {STRIP} {{ position: sticky; top: 0; z-index: 20; margin: -12px 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}

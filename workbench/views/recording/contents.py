@@ -49,6 +49,10 @@ class MomentDrawing:
         for timeline in self._timelines:
             self._try(type(timeline).__name__, timeline.draw, self._canvas, moment)
 
+    def end(self, step: int) -> None:
+        """Lay out the viewer for all steps up to the last one."""
+        self._canvas.arrange(blueprint(step))
+
     def _try(self, name: str, draw: Callable[..., None], *args: Any) -> None:
         try:
             draw(*args)
@@ -67,7 +71,8 @@ def sheets(session: Session) -> Iterator[Item]:
         yield Item("bars/O", _bars, (np.nan_to_num(session.score.per_target), SELECTED))
         return
     for k, stage in enumerate(known):
-        if len(errors := 1e3 * stage.rows[np.isfinite(stage.rows)]):
+        rows = stage.errors.position
+        if len(errors := 1e3 * rows[np.isfinite(rows)]):
             largest_first = np.quantile(errors, np.linspace(1.0, 0.0, 25))  # more bars are none to the eye
             drawn = largest_first, STAGE_COLOURS[stage.title], 0.3 * k, 0.3  # over others they turn white
             yield Item(f"bars/{PATHS[stage.title]}_mm", _bars, drawn)

@@ -104,5 +104,5 @@ def _score(score: SetScore) -> Iterator[tuple[str, float]]:
 def _errors(session: Session) -> Iterator[tuple[str, float]]:
     for stage in stages(session):
         yield f"error/{PATHS[stage.title]}_mm", stage.error
-        if stage.turned is not None:
-            yield f"error/{PATHS[stage.title]}_deg", stage.turned
+        if (turned := stage.errors.orientation_deg) is not None:
+            yield f"error/{PATHS[stage.title]}_deg", turned.mean

@@ -2,7 +2,7 @@
 
     R_i t + p_i = c,        i the touches, (R_i, p_i) the flange, t the tip in it, c the point
 
-is linear in t and c. With several points there are as many c.
+is linear in t and c.
 """
 
 from dataclasses import dataclass, replace
@@ -27,7 +27,6 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     Touches,
     TouchSolution,
-    check_wanted,
     flanges,
     names_of,
     read_touches,
@@ -91,10 +90,7 @@ class ToolTip(AbstractShown):
     def doubt(self) -> str:
         """Why the tip should not be used as it is; empty if it may be."""
         if self.of.scatter > SCATTERED * self.nominal.reach:
-            return (
-                f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched, "
-                "or name the points in a column 'contact'"
-            )
+            return f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched"
         widest, wanted = float(self.half.max()), self.wanted or USABLE
         if widest <= wanted:
             return ""
@@ -135,28 +131,23 @@ def tcp(
 
     Args:
         robot: The arm, calibrated or nominal; the tool in its file counts for nothing.
-        touches: Joint positions; `contact` names the point where there are several.
+        touches: Joint positions.
         wanted: Required half of the 95 % interval [m].
         columns: Of the file, as of `read_measurements`.
 
     Raises:
-        DataError: fewer than four touches, or orientations that are too much alike.
+        DataError: fewer than four touches, more than one point, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
-    check_wanted(wanted)
-    every = read_touches(touches, robot, columns)
+    every = read_touches(touches, robot, columns, wanted)
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
     given = replace(given, notes=tuple(again[: len(every) - len(given)]))
-    at, names = flanges(robot, given.q), names_of(given)
+    at = flanges(robot, given.q)
     for rows in (every, given):
         _check(rows, flanges(robot, rows.q)[:, :3, :3])
-    solved, slipped = solve_without_slipped(
-        lambda rows: _solve(at[rows], [names[k] for k in rows]), len(given), given.source
-    )
-    kept = [name for k, name in enumerate(names) if k not in slipped]
-    points = dict(zip(dict.fromkeys(kept), solved.x[3:].reshape(-1, 3), strict=True))
-    missed = se3.apply(at, solved.x[:3]) - [points.get(name, [np.nan] * 3) for name in names]
+    solved, slipped = solve_without_slipped(lambda rows: _solve(at[rows]), len(given), given.source)
+    missed = se3.apply(at, solved.x[:3]) - solved.x[3:]
     return ToolTip(
         nominal=robot,
         of=TouchErrors(given, np.linalg.norm(missed, axis=1), slipped),
@@ -168,19 +159,14 @@ def tcp(
 
 def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
     """Refuse touches that show no tip."""
-    count, names = len(touches), names_of(touches)
-    lonely = next((name for name in names if names.count(name) < 2), None)
-    if count < MIN_TOUCHES or lonely is not None:
-        what = f"{count} touches" if count < MIN_TOUCHES else f"point '{lonely}' was touched once"
-        if len(set(names)) == count > 1:
-            what += f" ({count} rows have {count} names: if these name the rows, remove their column)"
+    count, names = len(touches), len(set(names_of(touches)))
+    if count < MIN_TOUCHES or names > 1:
+        many = f" of {names} points (if these name the rows, remove their column)" if names > 1 else ""
         raise DataError(
-            f"{touches.source}: {what}; touch a point {MIN_TOUCHES} times or more, each time with "
-            "another orientation of the tool"
+            f"{touches.source}: {count} touches{many}; touch one point {MIN_TOUCHES} times or more, each "
+            "time with another orientation of the tool"
         )
-    same = np.array([[a == b for b in names] for a in names])
-    mean = np.einsum("ij,jkl->ikl", same / same.sum(1), rotations)  # of those at the same point
-    _, sizes, axes = np.linalg.svd((rotations - mean).reshape(-1, 3))
+    _, sizes, axes = np.linalg.svd((rotations - rotations.mean(0)).reshape(-1, 3))
     minimum = TILTED * np.sqrt(count)
     if sizes[-2] < minimum:
         raise DataError(
@@ -195,11 +181,9 @@ def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
         )
 
 
-def _solve(at: Float[np.ndarray, "rows 4 4"], names: list[str]) -> TouchSolution:
-    """The tip in the flange and the points in the base [m]."""
-    order = list(dict.fromkeys(names))
-    which = -np.array([[float(name == each) for each in order] for name in names])
-    flat = np.concatenate([at[:, :3, :3], np.kron(which, np.eye(3)).reshape(len(at), 3, -1)], axis=2)
-    flat, right = flat.reshape(3 * len(at), -1), -at[:, :3, 3].ravel()
+def _solve(at: Float[np.ndarray, "rows 4 4"]) -> TouchSolution:
+    """The tip in the flange and the point in the base [m]."""
+    flat = np.concatenate([at[:, :3, :3], np.tile(-np.eye(3), (len(at), 1, 1))], axis=2).reshape(-1, 6)
+    right = -at[:, :3, 3].ravel()
     x = np.linalg.lstsq(flat, right, rcond=None)[0]
     return TouchSolution(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))

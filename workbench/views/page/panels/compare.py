@@ -3,9 +3,15 @@
 import numpy as np
 import viser
 
+from workbench.identification.algorithms import ALGORITHMS
+from workbench.report.blocks import ResultTable
+from workbench.report.numbers import compared
+from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowRow
 from workbench.session.page_state import Tab
+from workbench.session.stages import counted, stages, without_suspects
 from workbench.session.state import Session
+from workbench.views.page.html import block, heading
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -20,12 +26,13 @@ SWITCHES = {
 
 
 class ComparePanel(AbstractPanel):
-    """Scrubber, switches, errors at the pose."""
+    """Errors of the models, scrubber, switches."""
 
     tab, order = Tab.COMPARE, 10
     depends = ("results", "choices.overlay", "measurements")
 
     def build(self, gui: viser.GuiApi) -> None:
+        self.html(_errors)
         row = self.slider(
             "Data row",
             (0, 1, 1),
@@ -45,6 +52,22 @@ class ComparePanel(AbstractPanel):
             return name == "ghosts" or is_fitted or (name == "points" and _has_rows(session))
 
         return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
+
+
+def _errors(session: Session) -> str:
+    """Mean and maximum error of every model that there is, on the same rows."""
+    found, shown = session.results.identification, session.results.fit
+    if found is None:
+        return ""
+    models = [(stage.words, stage.errors) for stage in stages(session)]
+    others = {ALGORITHMS[name].title: run for name, run in found.runs.items() if name != shown}
+    models += [(title, counted(session, found, run)) for title, run in others.items()]
+    kind = "held-out" if len(found.held_out_data) else "fitted"
+    title = f"Errors of {len(models[0][1])} {kind} poses{without_suspects(session)}"
+    cells = [(words, *(compared(v) for v in (e.main.mean, e.main.max))) for words, e in models]
+    unit = "mm" if np.isfinite(models[0][1].position_mm.mean) else "°"
+    table = ResultTable("", ("model", f"mean [{unit}]", f"max [{unit}]"), cells, words=1)
+    return block(heading(title) + as_html([table]), testid="comparison", style="margin:4px 0 8px")
 
 
 def numbers(session: Session) -> np.ndarray:

@@ -15,7 +15,7 @@ from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import block, folded, heading
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.result_card import former, weighed
+from workbench.views.page.panels.result_card import weighed
 
 SUSPECTS = 4
 """Bars of a diagnosis under way."""
@@ -75,5 +75,4 @@ def _verdict(session: Session) -> str:
     why: list[Block] = [Sentence(found.message), Sentence(weighed(session, found), tone=Tone.QUIET)]
     for part in (document.causes, document.effects, document.remarks):
         why += part(found)
-    shown = block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")
-    return former(session, found, "Diagnose") + shown
+    return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")

@@ -1,7 +1,5 @@
 """Saving the session's data and results, with the error of each file of the calibrated arm."""
 
-from functools import lru_cache
-
 import numpy as np
 import viser
 
@@ -9,7 +7,6 @@ from workbench.base.wording import capital
 from workbench.data.accuracy_requirement import Wanted
 from workbench.exports import FORMS, AbstractForm
 from workbench.identification.errors.row_errors import Errors
-from workbench.identification.result import Identification
 from workbench.identification.run import file_notes, judging_text, sizes
 from workbench.report.numbers import compared
 from workbench.session.export import (
@@ -22,10 +19,10 @@ from workbench.session.export import (
     report_zip,
 )
 from workbench.session.page_state import Tab
+from workbench.session.stages import file_errors, without_suspects
 from workbench.session.state import Session
-from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
+from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.result_card import former
 
 PARTS = "STL, the targets, joint positions to measure them with; STEP, drawings where [cad] is installed."
 FORMATS = (
@@ -34,28 +31,28 @@ FORMATS = (
 OTHER_FORMS = "Those of 'export --for' that suit an arm of so many joints."
 OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
-EMPTY_NOTE = "Identify the arm first; then it is saved here."
 
 
-@lru_cache(maxsize=1)
-def _errors(found: Identification | None, shown: str, wanted: Wanted | None) -> str:
+def _errors(session: Session) -> str:
     """A line for each format, with its error, whether it keeps the required one, and what it holds."""
-    if found is None or found.identifiability.refused:
+    found, run, wanted = session.results.identification, session.results.run, session.choices.wanted
+    if found is None or run is None or found.identifiability.refused:
         return ""
-    run = found.runs[shown]
-    added, errors = run.saved.robot.effects, sizes(run.file_errors)
+    known = file_errors(session)
+    added, errors = run.saved.robot.effects, sizes(known)
     holds = {
         "URDF": "geometry alone; the TOML holds the effects too" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
         f'<div><b>{text(errors[name])}</b> <span style="color:{MUTED}">'
-        f"{_range(run.file_errors[name])}{what}</span>{_verdict(run.file_errors[name], wanted)}</div>"
+        f"{_range(known[name])}{what}</span>{_verdict(run.file_errors[name], wanted)}</div>"
         for name, what in holds.items()
         if name in errors
     )
     notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
-    content = heading(f"Mean error of each file on {judging_text(run)}") + "".join(lines) + notes
+    rows = judging_text(run) + without_suspects(session)
+    content = heading(f"Mean error of each file on {rows}") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 
 
@@ -97,16 +94,13 @@ class FilesPanel(AbstractPanel):
     depends = ("robot", "measurements", "results", "choices.wanted")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Calibrated arm"):
-            self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
-            self.html(lambda s: former(s, s.results.identification))
-            self.html(lambda s: _errors(s.results.identification, s.results.fit, s.choices.wanted))
+        with self.folder("Calibrated arm", visible=_is_identified):
+            self.html(_errors)
             save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
-            self.press_one("Save", SAVED, save, FORMATS, visible=_is_identified)
-            form = self.dropdown("Other format", _forms, OTHER_FORMS, visible=_is_identified)
+            self.press_one("Save", SAVED, save, FORMATS)
+            form = self.dropdown("Other format", _forms, OTHER_FORMS)
             save_in = lambda event: self.save(event, exported_as(form.typed), is_arm=True)  # noqa: E731
-            icon = viser.Icon.DOWNLOAD
-            self.press("Save in this format", save_in, icon, OTHER, visible=_is_identified)
+            self.press("Save in this format", save_in, viser.Icon.DOWNLOAD, OTHER)
         with gui.add_folder("Plate and measurements"):
             self.download("Plate to make (ZIP)", fixture_zip, PARTS)
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")

@@ -6,23 +6,24 @@ import viser
 
 from workbench.base.wording import first_of, plural
 from workbench.identification.algorithms import ALGORITHMS, DEFAULT_ALGORITHMS
-from workbench.identification.report.document import models, parameter_blocks
+from workbench.identification.report.document import parameter_blocks
 from workbench.identification.result import Identification
-from workbench.report.blocks import lines
+from workbench.report.blocks import Sentence, Tone, lines
 from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify, SetLevelled
 from workbench.session.judgement import arm_judgement
+from workbench.session.next_step import BEYOND_NOISE
 from workbench.session.page_state import Tab
+from workbench.session.stages import share_of_noise
 from workbench.session.state import Session
-from workbench.views.page.html import CAREFUL, INKS, MUTED, block, bullets, folded, note, text
+from workbench.views.page.html import CAREFUL, INKS, block, bullets, folded, text
 from workbench.views.page.panels.form import Control, Make, Shown
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.plate import build_wanted
-from workbench.views.page.panels.result_card import former, result_card
+from workbench.views.page.panels.result_card import result_card
 
-EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 HOW_TO_FIT = (
     "Identify: the arm's geometry from the rows. Diagnose: what that can't explain. Add effects: both."
 )
@@ -35,6 +36,7 @@ LEVELLED = (
     "The z axis of the measuring frame is vertical, so that the base's orientation in it determines the "
     "direction of gravity."
 )
+IF_NOISE = "± of the constants hold if the error that is left is noise; find its cause first."
 SEEN, MAX_OUT = 2, 8
 """Warnings that are not folded, and rows that are named in one."""
 
@@ -58,7 +60,7 @@ class FitPanel(AbstractPanel):
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=lambda s: s.measurements.loaded)
         with gui.add_folder("Options", expand_by_default=False):
             self._build_options(gui)
-        self.html(_card)
+        self.html(result_card)
         self.html(_requirement)
         self.html(_of_fit(lambda found, s: _warnings(found)))
 
@@ -83,18 +85,17 @@ class FitPanel(AbstractPanel):
 
 
 class FitDetailsPanel(AbstractPanel):
-    """Algorithms side by side, and every parameter; folded."""
+    """Every parameter of a fit; folded."""
 
     tab, order = Tab.CALIBRATE, 40
-    depends = ("results.identification", "results.fit")
+    depends = ("results.identification", "results.fit", "results.diagnosis")
 
     def build(self, gui: viser.GuiApi) -> None:
         with self.folder("Details", is_open=False, visible=lambda s: s.results.identification is not None):
-            self.html(_of_fit(lambda found, s: block(as_html(models(found)), testid="errors")))
             fits = self.dropdown(
                 "Shown fit", _fits, "The fit that is shown and saved.", lambda s: s.results.fit
             )
-            self.html(_of_fit(lambda found, s: _details(found, s.results.fit)))
+            self.html(_of_fit(_details))
         self.form(ShowFit, fits)
 
 
@@ -106,12 +107,6 @@ def _of_fit(make: Callable[[Identification, Session], str]) -> Shown:
         return "" if found is None else make(found, session)
 
     return shown
-
-
-def _card(session: Session) -> str:
-    if session.results.identification is not None:
-        return former(session, session.results.identification) + result_card(session)
-    return "" if session.measurements.loaded else note(EMPTY_NOTE, "result", margin="6px 0")
 
 
 def _fits(session: Session) -> dict[str, str]:
@@ -126,11 +121,8 @@ def _requirement(session: Session) -> str:
     judged = arm_judgement(session)
     if judged is None:
         return ""
-    is_former = former(session, session.results.identification)
-    colour = MUTED if is_former else INKS[judged.tone]
-    return block(
-        text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
-    )
+    style = f"margin:4px 0;color:{INKS[judged.tone]};font-weight:600"
+    return block(text(judged.text), testid="requirement", style=style)
 
 
 def _warnings(found: Identification) -> str:
@@ -143,8 +135,10 @@ def _warnings(found: Identification) -> str:
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 
 
-def _details(found: Identification, shown: str) -> str:
+def _details(found: Identification, session: Session) -> str:
     """Every parameter, and what is to be known of the rows."""
+    is_open = not share_of_noise(session, found) <= BEYOND_NOISE and session.results.diagnosis is None
+    before = [Sentence(IF_NOISE, tone=Tone.CAREFUL)] * is_open
     remarks = [*lines("not identifiable", found.unidentifiable), *lines("note", found.notes)]
-    made = as_html([*parameter_blocks(found.runs[shown].fit), *remarks])
+    made = as_html([*before, *parameter_blocks(found.runs[session.results.fit].fit), *remarks])
     return block(made, testid="parameters", style="margin-bottom:10px")

@@ -1,7 +1,8 @@
 """The strip above the tabs, with the state, the next step and running tasks; the last message; captions."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import viser
 
 from workbench.base.wording import capital
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
+from workbench.session.commands.undo import Redo, Undo
 from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.page_state import PASSING, Message, RunningJob, Severity, Tab
 from workbench.session.state import Session
@@ -29,6 +31,7 @@ TINTS = {
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 AWAY = 'style="float:right;margin-left:8px;color:inherit;text-decoration:none"'
+STEP = 'style="color:inherit"'
 CREEP = 0.08
 """How far a bar goes beyond what was reported, at most: a round of a search reports a tenth at once."""
 PLAYING = "This is the demo; the first thing that you change ends it."
@@ -40,12 +43,13 @@ class Strip(AbstractPanel):
     of the demo or of long work under way, with its bar."""
 
     keeps_typed = True
-    depends = (next_step, title)
+    depends = (next_step, title, "history")
 
     _step = NextStep("")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.html(_verdict)
+        links = [(kind.title, self.link(kind.title, partial(self.send, kind))) for kind in (Undo, Redo)]
+        self.html(lambda s: _verdict(s, links))
         self._offer(lambda step: step.next, "What to do next.", main=True)
         self._offer(lambda step: step.other, "An alternative next step.", main=False)
         for k in range(MOST_MORE):
@@ -135,8 +139,17 @@ def _progress(session: Session) -> float:
     return 100.0 * min(max(job.fraction + np.nan_to_num(ahead), 0.02), 1.0)
 
 
-def _verdict(session: Session) -> str:
-    """The sentence of the next step, or of the work under way with its time left."""
+def _steps(session: Session, links: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Links that take the last step back and make it again; each says which step that is."""
+    is_free = session.drag is None and not session.page.caption
+    for (what, address), steps in zip(links, (session.history.done, session.history.undone), strict=True):
+        if address and steps and is_free:
+            name = f"{what}: {steps[-1].by[:1].lower()}{steps[-1].by[1:]}"
+            yield f'<a role="button" href="{text(address)}" {STEP}>{text(name)}</a>'
+
+
+def _verdict(session: Session, links: Sequence[tuple[str, str]]) -> str:
+    """The sentence of the next step, or of the work under way with its time left; what can be undone."""
     step = next_step(session)
     sentence = text(step.sentence)
     if session.page.caption:  # which a phone has no room for above the arm
@@ -145,6 +158,7 @@ def _verdict(session: Session) -> str:
     if (job := session.page.job) is not None:
         muted = " · ".join(filter(None, (job.text, _time(job))))
         sentence += f'<div data-testid="job" style="color:{MUTED}">{text(capital(muted))}</div>'
+    sentence += f'<div style="color:{MUTED}">{" · ".join(_steps(session, links))}</div>'
     style = (
         f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:var(--words, 13px)"
     )

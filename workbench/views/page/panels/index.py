@@ -87,7 +87,8 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
     error_change = change(now.position, before.position) if is_moved else ""
     index_change = change(index, last, is_verdict=False) if is_moved else ""
     pairs = (now.position, before.position), (index, last)
-    is_told = is_moved and not any(isclose(*pair, rel_tol=UNCHANGED) for pair in pairs)
+    is_told = is_moved and now.measurable == before.measurable  # else it is told that a target is lost
+    is_told = is_told and not any(isclose(*pair, rel_tol=UNCHANGED) for pair in pairs)
     differ = is_told and (now.position > before.position) == (index > last)
     below = OTHERWISE if differ else _about(session)
     errors, indices = zip(*trace, strict=True) if trace else ((), ())
@@ -112,9 +113,8 @@ def _figure(name: str, shown: str, below: str, hint: str, curve: Sequence[float]
 def _about(session: Session) -> str:
     """The predicted error against that of one reading, or why there is none."""
     error = session.score.position
-    if np.isnan(error):
-        is_sampled = session.region.sampled is session.plate.region
-        return "The arm does not reach the region." if is_sampled else "Not computed yet."
+    if np.isnan(error):  # the strip says why
+        return ""
     if np.isinf(error):
         is_reached = session.score.measurable == len(session.plate)
         way = "Add targets at other places and heights" if is_reached else "Move more targets into reach"

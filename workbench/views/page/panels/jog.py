@@ -11,12 +11,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4
-from workbench.base.wording import plural
-from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
-from workbench.session.export import captured_csv
+from workbench.session.commands.arm import Jog, JogTo, drawn_joints
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.views.page.html import note
 from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
@@ -98,33 +95,3 @@ def _tool(session: Session) -> Matrix4:
     """The tool in the robot's base."""
     tool = tool_poses(session.robot, Motion(drawn_joints(session)[None]))[0]
     return se3.inverse(session.robot.base.pose) @ tool
-
-
-class CapturedPanel(AbstractPanel):
-    """A button that keeps, a count, a file."""
-
-    tab, order = Tab.ROBOT, 50
-    depends = ("choices.captured",)
-
-    def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Kept poses"):
-            self.button(
-                "Keep this pose",
-                CapturePose,
-                viser.Icon.PLUS,
-                "Keep the joint positions, and the tool pose of both models.",
-            )
-            self.html(lambda s: note(f"{plural(len(s.choices.captured), 'pose')} kept.", "captured"))
-            self.download(
-                "Save the kept poses (CSV)",
-                captured_csv,
-                "Joint positions, and tool poses of both models.",
-                visible=lambda s: s.choices.captured,
-            )
-            self.button(
-                ForgetPoses.title,
-                ForgetPoses,
-                viser.Icon.TRASH,
-                "Empty the list.",
-                visible=lambda s: s.choices.captured,
-            )

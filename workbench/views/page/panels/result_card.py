@@ -5,15 +5,13 @@ from jaxtyping import Float
 
 from workbench.base.wording import capital
 from workbench.diagnosis.result import Diagnosis
-from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.report.numbers import compared
 from workbench.session.comparison import ModelStage
-from workbench.session.loaded_measurements import is_of_other_rows
-from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages
+from workbench.session.stages import StageErrors, expected_elsewhere, noise_length, stages, without_suspects
 from workbench.session.state import Session
 from workbench.views.appearance.colours import STAGE_COLOURS, css
-from workbench.views.page.html import CAREFUL, MUTED, block, note, text
+from workbench.views.page.html import CAREFUL, MUTED, block, text
 
 HEIGHT, BINS = 84.0, 36
 TICKS = (1.0, 2.0, 5.0)
@@ -27,11 +25,11 @@ def result_card(session: Session) -> str:
     if found is None:
         return ""
     done = first, *_ = stages(session)
-    kind = "held-out" if len(done[0].rows) == len(found.held_out_data) else "fitted"
+    kind = "held-out" if len(found.held_out_data) else "fitted"
     fitted = [frame for frame, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
-    measured = int(np.isfinite(done[0].rows).sum())
-    below = f"Mean position error on {measured} {kind} poses{where}; the chart counts them by their error."
+    measured, aside = int(np.isfinite(first.errors.position).sum()), without_suspects(session)
+    below = f"Mean position error on {measured} {kind} poses{aside}{where}; the chart counts them by error."
     if not measured:
         below = f"No positions were measured{where}."
     elsewhere = ""
@@ -49,13 +47,6 @@ def result_card(session: Session) -> str:
         testid="result",
         style="margin:8px 0",
     )
-
-
-def former(session: Session, found: AbstractSplit | None, again: str = "Identify") -> str:
-    """What stands above a result of other rows than those that are kept now."""
-    sentence = f"Of the former rows: other ones are excluded now. {again} again."
-    is_former = is_of_other_rows(found, session.measurements.left_out)
-    return note(sentence, "former", colour=CAREFUL) if is_former else ""
 
 
 def weighed(session: Session, diagnosis: Diagnosis) -> str:
@@ -88,7 +79,8 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
 
     `noise` is the mean length of the instrument's errors [mm], NaN where it is unknown.
     """
-    values = [np.maximum(1e3 * s.rows[np.isfinite(s.rows)], MIN_DRAWN_ERROR) for s in done]
+    rows = (stage.errors.position for stage in done)
+    values = [np.maximum(1e3 * some[np.isfinite(some)], MIN_DRAWN_ERROR) for some in rows]
     if not all(map(len, values)):
         return ""
     ends = [v for some in values for v in (some.min(), some.max())] + ([noise] if noise > 0.0 else [])

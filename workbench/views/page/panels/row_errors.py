@@ -13,9 +13,9 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.page_state import Tab
-from workbench.session.stages import stage_words
+from workbench.session.stages import stage_words, suspects
 from workbench.session.state import Session
-from workbench.views.appearance.colours import EVENT, EXCLUDED, STAGE_COLOURS, css
+from workbench.views.appearance.colours import EVENT, EXCLUDED, SET_APART, STAGE_COLOURS, css
 from workbench.views.page.html import block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
@@ -49,7 +49,7 @@ class RowErrorsPanel(AbstractPanel):
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
         words = stage_words(session)
-        drawing = chart(rows, session.results.row, links, words, excluded, happened)
+        drawing = chart(rows, session.results.row, links, words, excluded, happened, suspects(session))
         return block(drawing + _named(session, rows, link), testid="row-chart")
 
 
@@ -114,14 +114,18 @@ def chart(
     words: Mapping[ModelStage, str],
     excluded: Collection[int] = (),
     happened: Sequence[AbstractEvent] = (),
+    wrong: Collection[int] = (),
 ) -> str:
     """Errors of what was identified, stage by stage; without the nominal arm, which would dwarf them.
 
-    Excluded rows are grey. A line stands before the first row after something happened.
+    Excluded rows are grey. Those that no arm explains are red, at the upper edge where they lie beyond it. A
+    line stands before the first row after something happened.
     """
     stages = tuple(s for s in rows.stages if s is not ModelStage.NOMINAL)
     errors, order = 1e3 * rows.stage_errors, shown(rows)
     x, marks, is_out = rows.number[order].astype(float), [], np.isin(rows.number[order], list(excluded))
+    is_wrong = np.isin(rows.number[order], list(wrong)) & ~is_out
+    top = np.nanmax(errors[order][~is_wrong, 1:], initial=0.0)
     for stage in stages:
         y = errors[order, STAGES.index(stage)]
         kinds = ("held out" if out else "fitted" for out in rows.held_out[order])
@@ -129,13 +133,15 @@ def chart(
         titles = [f"row {k} ({kind}): {error:.3g} mm {words[stage]}" for k, kind, error in told]
         leads = [links[k] for k in order]
         ink, name = css(STAGE_COLOURS[stage]), words[stage].capitalize()
-        marks.append(Marks(x, np.where(is_out, np.nan, y), ink, titles, leads, name=name))
+        edge = np.where(is_wrong, np.minimum(y, top), np.nan)
+        marks.append(Marks(x, np.where(is_out | is_wrong, np.nan, y), ink, titles, leads, name=name))
+        marks.append(Marks(x, edge, css(SET_APART), titles, leads, radius=4.0))
         marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
     ends = [(x.min(), f"row {int(x.min())}"), (x.max(), str(int(x.max())))]
     now = float(rows.number[row])
     uprights = [Upright(event.row - 0.5, event.mark, css(EVENT)) for event in happened]
-    if is_out.any():
-        marks[-1] = replace(marks[-1], name="Excluded")
+    for place, name, is_any in ((-2, "No arm explains", is_wrong.any()), (-1, "Excluded", is_out.any())):
+        marks[place] = replace(marks[place], name=name * bool(is_any))
     uprights += [Upright(now, "", "currentColor")] if x.min() <= now <= x.max() else []
     drawing = Chart(marks, 90.0, ends, floor=0.0, uprights=uprights).svg()
     return heading("Remaining error by row, from 0 [mm]; a click puts the arm there") + drawing

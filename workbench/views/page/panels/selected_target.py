@@ -1,6 +1,5 @@
-"""The selected target: its pose, state, branch and lock; undo and redo."""
+"""The selected target: its pose, state, branch and lock."""
 
-import numpy as np
 import viser
 
 from workbench.base.wording import capital
@@ -8,7 +7,7 @@ from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarget, LockTarget, free_place
-from workbench.session.commands.undo import Redo, RestoreBest, Undo
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.session.target_postures import branches_to, clearance
@@ -51,14 +50,11 @@ class TargetsPanel(AbstractPanel):
             {
                 "Add": lambda: AddTarget(free_place(self._worker.session)),
                 "Delete": lambda: DeleteTarget(chosen.typed),
+                "Best": RestoreBest,
             },
-            "Add a target like the selected one in a free place of the region, or delete the selected one.",
+            "Add a target like the selected one in a free place of the region, or delete the selected one; "
+            "go back to the plate with the lowest predicted error so far.",
             visible=lambda s: s.shows_plate,
-        )
-        self.buttons(
-            "Steps",
-            {"Undo": Undo, "Redo": Redo, "Best": RestoreBest},
-            "Undo or redo the last step, or go back to the plate with the lowest predicted error so far.",
         )
 
 
@@ -75,13 +71,12 @@ def _is_fixed(session: Session) -> bool:
 
 
 def _selected(session: Session) -> str:
-    """State of the selected target."""
-    target, state = _target(session), session.states[session.selected]
-    shown = "The scene shows measured rows; plate and targets are hidden: choose a target to show them."
-    if session.shows_plate:
-        shown = _state(target, state)
-        if state.measurable and (gap := clearance(session.robot, session.plate, state.q)):
-            shown += f'<div data-testid="clearance" style="color:{MUTED}">{capital(gap)}.</div>'
+    """State of the selected target; nothing while the plate is hidden, which the strip says."""
+    if not session.shows_plate:
+        return ""
+    shown = _state(state := session.states[session.selected])
+    if state.measurable and (gap := clearance(session.robot, session.plate, state.q)):
+        shown += f'<div data-testid="clearance" style="color:{MUTED}">{capital(gap)}.</div>'
     return block(shown, testid="state", style="margin:4px 0 6px")
 
 
@@ -114,30 +109,11 @@ def _branches(session: Session) -> dict[str, str]:
     return {shown: name for name, shown in names.items()}
 
 
-def _state(target: Target, state: TargetState) -> str:
+def _state(state: TargetState) -> str:
+    branch = state.branch and f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
     if state.measurable:
-        return badge("Reached", css(REACHED)) + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
-    if state.reached:
-        sentence = "Choose another branch, or move the target."
-        return (
-            badge("Blocked", css(BLOCKED))
-            + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
-            + f"<div>In this posture {text(state.hit)}.</div>"
-            + f'<div style="color:{MUTED}">{sentence}</div>'
-        )
-    distance, angle = state.missing
-    if " off" in state.reason:  # it says how far, for the nearest orientation there
-        distance = angle = 0.0
-    short = (
-        f"The arm stops {1e3 * distance:.1f} mm and {np.rad2deg(angle):.1f}° short of it. Drag the target "
-        "back, or press Undo."
-        if distance > 1e-6 or angle > 1e-6
-        else "Turn or move the target, or press Undo."
-        if target.branch == AUTO
-        else "Choose another branch, or set the branch to automatic."
-    )
-    return (
-        badge("Out of reach", css(OUT_OF_REACH))
-        + f"<div>{text(capital(state.reason))}.</div>"
-        + f'<div style="color:{MUTED}">{short}</div>'
-    )
+        return badge("Reached", css(REACHED)) + branch
+    named = badge("Blocked", css(BLOCKED)) if state.reached else badge("Out of reach", css(OUT_OF_REACH))
+    why = f"In this posture {state.hit}" if state.reached else capital(state.reason)
+    way = f'<div style="color:{MUTED}">Choose another branch, or move the target.</div>'
+    return f"{named}{branch}<div>{text(why)}.</div>{way}"
