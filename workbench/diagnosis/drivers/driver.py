@@ -6,7 +6,7 @@
 | | sum and difference of two joints next to each other | either joint |
 | load | a joint's moment about its axis, also with its angle, the payload, other gravity | the joint |
 | | its moments across its axis | its bearing, its link |
-| | the direction of gravity in its frame | the tool |
+| | the direction of gravity in its frame | the tool, a link's lengths |
 | motion | a joint's last motion, also with its load, its angle or the time | the joint |
 | | a joint's last motion | another joint |
 | | the speed of all joints: places and joints of different times | all joints |
@@ -24,12 +24,12 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
-from itertools import permutations, product
+from itertools import pairwise, permutations, product
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.chain import Axis, Chain
+from workbench.arm.chain import Axis, Chain, frames
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import Insertion, across, driven_names, inserted_names, own, turns
 from workbench.arm.effects.base_drift import mixed_share
@@ -203,7 +203,7 @@ def followers(
 
 
 class DrivenRows:
-    """DrivenRows of a problem at its solution, with what drives them."""
+    """Rows of a problem at its solution, with what drives them."""
 
     def __init__(self, problem: Problem, x: np.ndarray, path: Path | None):
         self.problem, self.x, self.path, self.data = problem, x, path, problem.data
@@ -226,6 +226,14 @@ class DrivenRows:
     def constants(self) -> tuple[str, ...]:
         """Unknown constants of the arm."""
         return tuple(p.name for p in self.problem.parameters if p.is_geometry and p.name in self.chain.index)
+
+    @cached_property
+    def lengths(self) -> dict[int, tuple[str, ...]]:
+        """Lengths of the link after every joint that has some; the tool is that of the last."""
+        elements, places = self.chain.elements, self.chain.driven.tolist()
+        links = enumerate(elements[first + 1 : last] for first, last in pairwise(places))
+        own = {j: tuple(e.name for e in link if Axis.TX <= e.axis <= Axis.TZ) for j, link in links}
+        return {j: names for j, names in own.items() if names}
 
     @cached_property
     def wrenches(self) -> np.ndarray:
@@ -313,14 +321,18 @@ def _angles(rows: DrivenRows) -> Iterator[Follower]:
 
 
 def _hangs(rows: DrivenRows) -> Iterator[Follower]:
-    """What gravity moves by its direction in the frame of the tool."""
+    """What gravity moves by its direction in the frame of the tool or of a link."""
+    ends, place = np.unique([*rows.chain.driven, len(rows.chain.elements) - 1], return_inverse=True)
     pull = rows.arm.base.rotation @ rows.arm.gravity
-    turned = tool_poses(rows.arm, rows.motion)[:, :3, :3]
-    down = np.einsum("rij,i->rj", turned, pull / max(float(np.linalg.norm(pull)), 1e-300))
-    what = "the direction of gravity in the frame of the tool, in it"
-    both, tool = np.column_stack([down, np.sign(down)]), Insertion.SLIP
-    for moved, features in (tool.frame[:3], down), ((), both):
-        yield rows.follower(Driver.LOAD, what, features, moved=moved, kind=tool)
+    turned = frames(rows.chain, rows.motion.q, ends)[:, place, :3, :3]
+    down = np.einsum("rfij,i->rfj", turned, pull / max(float(np.linalg.norm(pull)), 1e-300))
+    what = "the direction of gravity in the frame of the "
+    both, tool = np.column_stack([down[:, -1], np.sign(down[:, -1])]), Insertion.SLIP
+    for moved, features in (tool.frame[:3], down[:, -1]), ((), both):
+        yield rows.follower(Driver.LOAD, f"{what}tool, in it", features, moved=moved, kind=tool)
+    what, link = f"{what}link after {{}}, in its lengths", Insertion.BEND
+    for j in rows.lengths.keys() & rows.varied(down):
+        yield rows.follower(Driver.LOAD, what, down[:, j], joints=(j,), moved=rows.lengths[j], kind=link)
 
 
 def _loads(rows: DrivenRows) -> Iterator[Follower]:
@@ -337,6 +349,10 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
         simple = (Shape.LINE, load[:, None]), (Shape.JUMP, leap)
         for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
             yield by_load("the load of {}", found, joints=(j,), shape=shape, tag=f" {k}")
+        if j in rows.lengths:
+            what = "the load of {}, in the lengths of its link"
+            free = np.column_stack([load, np.abs(load), leap])
+            yield by_load(what, free, joints=(j,), moved=rows.lengths[j], kind=Insertion.BEND)
     turning = [j for j in range(chain.dof) if turns(chain, j)]
     beside = across(chain, turning, rows.wrenches)
     for k in rows.varied(beside):
