@@ -14,6 +14,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import NO_WRENCHES
+from workbench.arm.effects.events import WarmUp
 from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -119,11 +120,16 @@ class CauseSearch:
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
 
-        What has no name must predict the rows that judge it.
+        The arm after a warm-up that any smooth function of the time explains as well is that function beyond
+        its rows, which nobody knows. What has no name must predict the rows that judge it.
         """
         model, drivers = self.last.model, self.drivers
         if not model or drivers is None:
             return model
+        warm = [t for t in model if isinstance(t.candidate.effect, WarmUp)]
+        caps = [challenge.cap for challenge in drivers.challenges([(t,) for t in warm])]
+        if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
+            return drop(model, lost)
         kept = drivers.lasting(undecided(drivers))
         if gone := [t for t in kept if self._is_over(kept, t)]:
             return drop(kept, gone)

@@ -12,10 +12,12 @@ from workbench.diagnosis.search.evidence import (
     Remainder,
     Term,
     compatible,
+    drop,
     joints_of,
     left_by,
     left_without,
     offers,
+    with_one_more,
 )
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import group_evidence, kind_of
@@ -72,3 +74,24 @@ def distinct(found: Sequence[Offer]) -> list[Offer]:
     for one in found:
         best.setdefault(one.term.candidate.effect.label, one)
     return list(best.values())
+
+
+def replaceable_joints(searched: Searched, group: Model, minimum: float) -> set[int]:
+    """Joints of an effect of several in whose place another kind of effect, another joint, or none would do
+    beside its other joints, as the log evidence of the effect there is not so much better."""
+    candidates, mine, kind = searched.offered.candidates, joints_of(group), kind_of(group[0])
+    widest = max((c for c in candidates if c.alike and kind_of(Term(c)) == kind), key=lambda c: len(c.names))
+    left, out = left_by(searched.grams, drop(searched.model, group)), set[int]()
+    for joint in mine:
+        rest = widest.only([k for k, j in enumerate(widest.effect.joints) if j in mine - {joint}])
+        for found in offers(left, [rest], group=group):
+            beside, own, best = with_one_more(left, (*left.model, found.term)), 0.0, 0.0
+            for each in offers(beside, compatible(candidates, beside.model), group=group):
+                joints = each.term.candidate.effect.joints
+                if kind_of(each.term) != kind or joint not in joints:
+                    best = max(best, each.gain)
+                elif joints == (joint,):
+                    own = max(own, each.gain)
+            if best > own - minimum:
+                out.add(joint)
+    return out

@@ -8,7 +8,8 @@ Effects of one kind in several joints are one cause. An accepted effect is a cau
 All others, and smooth errors of a joint without a physical name, form the *residual map*. The odds compare
 the evidence with that of the best effect of another claim in the cause's place, or of none; an effect that
 contains the cause and has more coefficients is no rival. One standard error of the log odds, from leaving out
-fold after fold, is subtracted; a cause preferred by every fold is at least probable.
+fold after fold, is subtracted; a cause preferred by every fold is at least probable. Of one in several joints
+nobody can tell where each is replaceable (`accepted_terms.py`).
 
 A law must also win against smooth dependence without a law, on any driver and through any elements
 (`diagnosis/drivers/evidence.py`). Where it does not, nobody can tell what the cause is. A cause whose driver
@@ -34,7 +35,7 @@ from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.tilting import AbstractTilting, BearingCompliance
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
-from workbench.diagnosis.claims.accepted_terms import distinct, includes, place_of
+from workbench.diagnosis.claims.accepted_terms import distinct, includes, place_of, replaceable_joints
 from workbench.diagnosis.claims.cause import MIN_NOISE_SHARE, Cause, largest_first, together
 from workbench.diagnosis.claims.standard_errors import (
     MIN_NAMED_ERRORS,
@@ -57,6 +58,7 @@ MIN_RESIDUAL_SHARE = 0.1
 MAX_CAUSES = 6
 """Maximum number of causes."""
 UNTRIED = "without masses, what else gives way under load can't be tried"
+NO_JOINT = "in the place of each of its joints another claim does nearly as well"
 UNCLEAR = "its size is less than four standard errors"
 LINK_TILTS = "a next link that gives way alike about both axes would give the same rows: check both"
 FIRST_ROWS = "only the first rows tell of it"
@@ -163,6 +165,8 @@ class _Judge:
         odds = min(odds, 1.0) if slides else odds
         if odds >= CERTAIN and len(unclear) == len(clear):
             reason = reason or UNCLEAR
+        if len(clear) > 1 and odds >= PROBABLE and self._replaceable(terms.group).issuperset(clear):
+            odds, reason = 1.0, reason or NO_JOINT
         if reason:
             odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
@@ -178,6 +182,11 @@ class _Judge:
             driver=challenge.driver,
             is_law=challenge.cap > 1.0,
         )
+
+    def _replaceable(self, group: Model) -> set[int]:
+        """Joints in whose place another claim does nearly as well, with all rows or without a fold."""
+        parts = (self.searched, *(replace(self.searched, grams=g) for g in self.searched.grams.without_each))
+        return {j for part in parts for j in replaceable_joints(part, group, float(np.log(PROBABLE)))}
 
     def _twin(self, whole: AbstractEffect) -> str:
         """What would give the same rows, or nearly, as a clause."""

@@ -40,6 +40,7 @@ from workbench.diagnosis.drivers.driver import (
     products,
 )
 from workbench.diagnosis.drivers.path import Path, path_of
+from workbench.diagnosis.drivers.process import DriverProcess
 from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.event_search import EVENT_PRIOR_ODDS
 from workbench.diagnosis.search.evidence import (
@@ -75,6 +76,9 @@ MIN_GAIN_SHARE = 0.01
 """Share of the largest law's evidence below which a process may be what its linear model leaves."""
 MAX_LAG_REST = 0.5
 """Share of an error's square that a lag may leave for effects not to be looked for beside it."""
+MAX_PLAY, STEADY = 2e-3, 0.9
+"""Way of a joint that play may take [rad or m]: a lag that moves none farther can't be told from it where
+speeds are steady: share of their mean square that is their mean's, 0.81 where they are sines."""
 MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
 MIN_SIDE, MAX_STEPS = 3, 40
@@ -373,8 +377,8 @@ class DriverEvidence:
                     shown, left = step, left_of(grams, left.model)
                     larger = (*left.model, what_add(left, [step])[step].term)
             if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
-                against = min(before.lead, self._against_play(left, tried[best]))
-                lag = best.as_lag(coefficients(self.grams, larger)[best.candidate.names[0]])
+                against = min(before.lead, self._against_play(left, best, tried[best]))
+                lag = best.as_lag(self._delay(best, larger))
                 found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag))
                 break
             found[best.driver] = replace(before, parts=(*before.parts, shown))
@@ -389,11 +393,21 @@ class DriverEvidence:
         if best is None or best.shape is not Shape.LAG:
             return False
         left, lag = left_of(self.grams, self._model), self.beside[best]
-        is_sure = self._against_play(left, lag) >= np.log(CERTAIN)
+        is_sure = self._against_play(left, best, lag) >= np.log(CERTAIN)
         return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
 
-    def _against_play(self, left: Remainder, lag: Offer) -> float:
+    def _delay(self, lag: Follower, model: Model) -> float:
+        """By how long places are later than joints in a model with this process [s]."""
+        return coefficients(self.grams, model)[lag.candidate.names[0]]
+
+    def _against_play(self, left: Remainder, process: Follower, lag: Offer) -> float:
         """Log odds of a lag against play in all joints, which at steady speed moves them as it does."""
+        effect = process.candidate.effect
+        assert isinstance(effect, DriverProcess)
+        speed, delay = np.abs(effect.together), abs(self._delay(process, (*left.model, lag.term)))
+        is_steady = (speed.mean(0) ** 2).sum() > STEADY * (speed**2).mean(0).sum()
+        if is_steady and speed.max() * delay < MAX_PLAY:
+            return 0.0
         return lag.gain - evidence_of(left, [f for f in self.followers if f.phrase == WAY])
 
     def lasting(self, undecided: Model) -> Model:
