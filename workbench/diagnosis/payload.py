@@ -89,8 +89,7 @@ def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[Followed
     if gain < MIN_GAIN or lead < np.log(PROBABLE):
         return ()
     sizes = coefficients(grams, (*model, offer.term))
-    coefficient = {n: c for e in rows.arm.effects for n, c in zip(e.names, e.coefficients, strict=True)}
-    now, then = np.array([(sizes[n], c) for n, c in coefficient.items() if n in sizes]).T
+    now, then = np.array([(sizes[n], c) for n, c in rows.arm.coefficients.items() if n in sizes]).T
     more = np.array([sizes[n] for n in found[what].candidate.names]) * (then @ then) / (now @ then)
     if what == "factor" and abs(np.log(max(1.0 + float(more[0]), 1e-3))) < np.log(MAX_FACTOR):
         return ()

@@ -15,7 +15,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
-from types import MappingProxyType
 
 import numpy as np
 
@@ -265,9 +264,14 @@ class DriverEvidence:
         if is_event:  # it was charged for its pace, so creeps are as well
             creeps = {f: o for f, o in first.items() if f.shape is Shape.CREEP}
             first |= {f: replace(o, gain=o.gain - np.log(len(CREEPS))) for f, o in creeps.items()}
+        other = {f: max(o.gain, 0.0) for f, o in self.beside.items()}
 
         def best(some: Iterable[Follower]) -> tuple[float, tuple[Follower, ...]]:
-            return self._described(left, {f: first[f] for f in some if f in first}, most)
+            """Evidence of the best of some processes in the law's place, one after the other, and these; what
+            each of them adds to the whole model doesn't count: it is another error."""
+            steps = _one_by_one(left, {f: first[f] for f in some if f in first}, 0.0, other)
+            found = [*islice(steps, most)]
+            return sum(gain for gain, *_ in found), tuple(f for _, f, _ in found)
 
         home = [f for f in self._over(driver) if self._holds(f, law)]
         there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
@@ -508,17 +512,6 @@ class DriverEvidence:
     def _holds(self, process: Follower, law: Model) -> bool:
         return any(process.holds(t.candidate.effect, self.problem.robot.chain) for t in law)
 
-    def _described(
-        self, left: Remainder, offered: Mapping[Follower, Offer], most: int
-    ) -> tuple[float, tuple[Follower, ...]]:
-        """Evidence of the best of some processes in the place of a law, one after the other, and these.
-
-        What each of them adds to the whole model doesn't count: it is another error.
-        """
-        other = {f: max(o.gain, 0.0) for f, o in self.beside.items()}
-        steps = [*islice(_one_by_one(left, offered, 0.0, other), most)]
-        return sum(gain for gain, *_ in steps), tuple(f for _, f, _ in steps)
-
     def _share(self, left: Remainder, law: Model, more: Model) -> float:
         """Share of the error of some terms and more of them that is of these: what both may explain is the
         law's, which is sized without the prior that selected it."""
@@ -569,11 +562,11 @@ def _one_by_one(
     left: Remainder,
     offered: Mapping[Follower, Offer],
     minimum: float = MIN_GAIN,
-    less: Mapping[Follower, float] = MappingProxyType({}),
+    less: Mapping[Follower, float] | None = None,
 ) -> Iterator[tuple[float, Follower, Remainder]]:
     """Evidence of the best process beside a model, less some, it, and what it leaves, while there is one."""
     while True:
-        gains = {f: o.gain - less.get(f, 0.0) for f, o in offered.items()}
+        gains = {f: o.gain - (less or {}).get(f, 0.0) for f, o in offered.items()}
         best = max(gains, key=gains.__getitem__, default=None)
         if best is None or gains[best] <= minimum:
             return
