@@ -46,11 +46,7 @@ class Catalogue:
 
 
 def catalogue(robot: Robot, motion: Motion) -> Catalogue:
-    """All candidates that some rows could show.
-
-    Args:
-        robot: The arm; effects that it already has are not offered again.
-    """
+    """All candidates that some rows could show, but for effects that the arm already has."""
     offers = [offer for kind in EFFECTS.values() for offer in _offers(kind, robot, motion)]
     found = (offer for offer in offers if isinstance(offer, Candidate))
     own = set(robot.coefficients)
@@ -121,7 +117,6 @@ def candidate_columns(
 
     Args:
         problem: Problem with the effects accepted so far.
-        x: Its solution.
         effects: Effects without common coefficients; K coefficients in all.
         loaded: Fitted effects of load; masses, centres and gravity act through each of them.
 
@@ -133,9 +128,7 @@ def candidate_columns(
     def columns(arm: tuple[RowBlock, Robot, Motion]) -> Columns:
         block, robot, motion = arm
         places, varying = acting(problem, block)
-        poses, twists, laws = effect_twists(
-            robot, motion, effects, loaded=loaded, varying=varying, link=block.observation.link
-        )
+        poses, twists, laws = _twists(robot, motion, effects, loaded, varying, block.observation.link)
         part = block.observation.linearise(poses, block.unknown(x))
         shown = problem.whiten(block, part.by_twist) @ twists
         plain: list[tuple[np.ndarray, np.ndarray]] = []
@@ -173,24 +166,12 @@ def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[RowBlock, Robot, Mo
         yield block, arm.in_session(block.session), mine
 
 
-def effect_twists(
-    robot: Robot,
-    motion: Motion,
-    effects: Sequence[AbstractEffect],
-    *,
-    loaded: Sequence[AbstractEffect] = (),
-    varying: np.ndarray | None = None,
-    link: int | None = None,
+def _twists(
+    robot: Robot, motion: Motion, effects, loaded, varying: np.ndarray, link: int | None
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 e"], list[tuple[np.ndarray, np.ndarray]]]:
-    """Poses of an arm with its effects, the tool's twists per element moved by further effects, and for each
-    of these, and of `loaded`, its elements and its law.
-
-    Args:
-        effects: Further effects.
-        loaded: Effects of load with their coefficients, for twists per mass and centre.
-        varying: Which masses and centres, as in `load_regressor`.
-        link: The moving link, from 1, that is observed from a level frame instead of the tool.
-    """
+    """Poses of an arm with its effects, twists of the tool, or of a link from 1, per element moved by further
+    effects, and for each of these, and of `loaded` by what is `varying` as in `load_regressor`, its elements
+    and its law."""
     deflected = deflect(robot, motion)
     offered = {name for e in effects for name in e.names}
     others = (e for e in robot.effects if not offered & set(e.names))
@@ -205,7 +186,7 @@ def effect_twists(
     view = watched(wide, link)
     poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
     laws = [e.law(chain, motion, wrenches) for e in effects]
-    if loaded and varying is not None:
+    if loaded:
         known = load_regressor(robot, motion, varying, shift=deflected.shift)
         for effect in loaded:
             loads = effect.components(chain)
