@@ -72,8 +72,6 @@ def next_poses(
     """Joint positions [rad or m] to measure next, each with a reason that assumes that those before are.
 
     Args:
-        problem: The fitted problem.
-        x: Its solution.
         effects: Effects of interest; the geometry as a whole if empty.
         measurable: Whether postures can be measured; all reachable ones if None.
     """
@@ -158,7 +156,8 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
 def _pool(
     problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int, measurable: Measurable | None
 ) -> Dataset:
-    """Poses within the measured joint ranges whose tool stays near the measured positions."""
+    """Poses within the measured joint ranges whose tool stays near the measured positions, as the most common
+    instrument would observe them, with typical drivers."""
     data, arm = problem.data, problem.robot_at(x).with_effects()
     low, high = data.q.min(0), data.q.max(0)
     session = data.sessions[0]
@@ -166,7 +165,21 @@ def _pool(
     q = rng.uniform(low, high, (8 * size, data.joints))
     q = q[_about(arm, data.q, q)]
     q = q[: 2 * size] if measurable is None else q[np.asarray(measurable(q), bool)]
-    return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)
+    q = q[_clear(arm, data.q, q)][:size]
+    maximum = max((rows for _, rows in observed_kinds(data)), key=len)
+    like = data.take(np.resize(maximum, len(q)))
+    poses = tool_poses(arm, Motion(q))
+    return replace(
+        like,
+        q=q,
+        row=np.arange(len(q)),
+        position=_where_measured(like.position, poses[:, :3, 3]),
+        rotation=_where_measured(like.rotation, poses[:, :3, :3]),
+        session=None if like.session is None else np.full(len(q), session),
+        group=None,
+        torque=None,
+        sigma=None,
+    )
 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -184,24 +197,6 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     shape = capsule_arm(arm)
     closest = float(shape.own_distances(shape.placements(measured), far=MIN_CLEARANCE).min())
     return shape.own_distances(shape.placements(q), far=closest) >= closest
-
-
-def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
-    """Rows as the most common instrument would observe them, with typical drivers."""
-    maximum = max((rows for _, rows in observed_kinds(data)), key=len)
-    like = data.take(np.resize(maximum, len(q)))
-    poses = tool_poses(arm, Motion(q))
-    return replace(
-        like,
-        q=q,
-        row=np.arange(len(q)),
-        position=_where_measured(like.position, poses[:, :3, 3]),
-        rotation=_where_measured(like.rotation, poses[:, :3, :3]),
-        session=None if like.session is None else np.full(len(q), session),
-        group=None,
-        torque=None,
-        sigma=None,
-    )
 
 
 def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarray | None:
