@@ -70,10 +70,7 @@ def best_geometry(fit: Fit, noises: Iterable[Noise]) -> Robot | None:
 
     Either fitted to them as `identify` does, beside the events, or to the predictions of the arm with
     effects. Masses and gravity are as given: they were unknowns for the sake of the effects of load alone.
-
-    Args:
-        fit: An arm with effects.
-        noises: By which the rows may be weighed: what geometry leaves, and as before any search.
+    Rows may be weighed by what geometry leaves, and as before any search.
     """
     problem, arm = fit.problem, fit.calibrated
     events = events_of(arm)

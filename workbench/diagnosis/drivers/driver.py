@@ -122,9 +122,8 @@ class Follower:
     """A process over one driver.
 
     Args:
-        driver: The driver.
-        phrase: It in words, `{}` for the joints: `the last motion of {}`.
-        joints: These joints, counted from 0.
+        phrase: The driver in words, `{}` for the joints: `the last motion of {}`.
+        joints: Counted from 0.
         candidate: The process, its weights with one variance.
         shape: How it depends on its driver, if as simply as a law; by any function without.
         by: The joints that it follows, if these aren't those that it moves.
@@ -167,12 +166,8 @@ class Follower:
         return ("constants" if is_plain else "joint", "bearing", "link", "frame", "tool")[kind]
 
     def as_step(self, clock: Float[np.ndarray, " rows"], row: np.ndarray, moment: float) -> "Follower":
-        """The same elements, changed once at a moment of the clock: what a process over time may be.
-
-        Args:
-            clock: Clock of some rows …
-            row: … and their numbers in the file, ascending.
-        """
+        """The same elements, changed once at a moment of the clock of some rows, whose numbers in the file
+        ascend: what a process over time may be."""
         assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
         before, after = row[clock < moment], row[clock >= moment]
         shape = (clock >= moment).astype(float)[:, None]

@@ -34,13 +34,8 @@ class Path:
 
 
 def path_of(data: Dataset, whole: Dataset) -> Path | None:
-    """How the joints came to some rows of a file; None where the file doesn't tell.
-
-    Args:
-        data: Some of its rows.
-        whole: All of them, which came one after the other by their times, or as they stand in the file, if
-            directions agree.
-    """
+    """How the joints came to some rows of a file; None where it doesn't tell. All its rows, `whole`, came one
+    after the other by their times, or as they stand in the file, if directions agree."""
     if data.direction is None:
         return None
     is_timed = whole.time is not None and bool(np.isfinite(whole.time).all())

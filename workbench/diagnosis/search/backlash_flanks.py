@@ -268,13 +268,8 @@ class Propagated:
     def of(
         cls, size: Float[np.ndarray, " k"], slope: Float[np.ndarray, "k v"], right: Float[np.ndarray, " k"]
     ) -> "Propagated":
-        """Expectation propagation, all loads at once.
-
-        Args:
-            size: Loads for the prior masses.
-            slope: Their derivative.
-            right: Probability of the positive flank given a row's residuals.
-        """
+        """Expectation propagation, all loads at once; `right` is the probability of the positive flank by the
+        residuals of a row."""
         precision, shift = np.zeros(len(size)), np.zeros(len(size))
         last: np.ndarray | float = np.inf  # at least one round
         for _ in range(SWEEPS):

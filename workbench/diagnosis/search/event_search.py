@@ -71,12 +71,7 @@ class Timeline:
 
     @classmethod
     def of(cls, data: Dataset, near: Sequence[float] = ()) -> "Timeline":
-        """Of some rows.
-
-        Args:
-            data: The rows.
-            near: Clock readings near which every row is a separate piece.
-        """
+        """Of some rows, each a separate piece `near` some clock readings."""
         clock, is_timed = clock_of(data)
         known = np.unique(clock)
         bounds = np.unique(np.linspace(0, len(known), min(len(known), MAX_PIECES) + 1).round().astype(int))
@@ -160,14 +155,8 @@ def changeable(problem: Problem) -> tuple[Changeable, ...]:
 
 
 def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Changeable]) -> list[Candidate]:
-    """The best time for every kind of event beside a model, if the evidence prefers it to none.
-
-    Args:
-        grams: Inner products with the history of what may change.
-        model: Other effects in the model.
-        line: The rows' order, in the pieces of that history.
-        kinds: Kinds of change.
-    """
+    """The best time for every kind of event beside a model, if the evidence prefers it to none; `line` is in
+    the pieces of the history of what these kinds may change."""
     if grams.history is None or not kinds:
         return []
     search = _EventSearch.of(grams, model)

@@ -150,11 +150,8 @@ def offer(left: Remainder, candidate: Candidate) -> Offer | None:
 def offers(left: Remainder, candidates: Sequence[Candidate], *, group: Model = ()) -> list[Offer]:
     """Contributions of candidates to a model, each alone; unobservable ones are omitted.
 
-    Args:
-        left: Residual of the model.
-        candidates: The candidates.
-        group: Terms that they would replace. Masses and centres that act through these also act through the
-            replacement, so both are evaluated with them.
+    Masses and centres that act through the `group` of terms that they would replace also act through the
+    replacement, so both are evaluated with them.
     """
     alike: dict[tuple[str, ...], list[Candidate]] = {}
     for c in candidates:

@@ -168,7 +168,6 @@ def compress(
 
     Args:
         problem: Geometry, and the effects accepted so far.
-        x: Its solution.
         effects: All candidates, accepted effects included.
         fold: Fold of every row, counted from 0.
         changed: Effects whose columns form its history.
