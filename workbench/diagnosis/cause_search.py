@@ -145,7 +145,8 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     too_few, events = too_few_rows(first.fit), None
     tried: Tried | None = (lambda effect: True) if too_few is None else None
     if too_few is not None and loads_vary(first.fit.problem.data):
-        ready, too_few, tried, events = replace(ready, notes=(*ready.notes, ONLY_LOADS)), None, _of_load, ()
+        ready, too_few = replace(ready, notes=(*ready.notes, ONLY_LOADS)), None
+        tried, events = (lambda effect: bool(effect.loads) or isinstance(effect, GravitySag)), ()
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
     if too_few is None and path is not None and path.is_steady:
@@ -182,10 +183,6 @@ def _shows_gravity(search: CauseSearch) -> bool:
         return False
     left = left_of(drivers.grams, drop(sure, laws))
     return group_evidence(left, laws) > evidence_of(left, drivers.pulls) + np.log(CERTAIN)
-
-
-def _of_load(effect: AbstractEffect) -> bool:
-    return bool(effect.loads) or isinstance(effect, GravitySag)
 
 
 def _rounds_with_sure_events(

@@ -58,7 +58,7 @@ from workbench.diagnosis.search.evidence import (
 )
 from workbench.diagnosis.search.gram_matrices import Grams, compress
 from workbench.diagnosis.search.refit import FLAT
-from workbench.diagnosis.search.rounds import Searched
+from workbench.diagnosis.search.rounds import Searched, compressed_at
 from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.errors.row_errors import NOTHING, Errors
 from workbench.identification.problem import Problem
@@ -486,9 +486,8 @@ class DriverEvidence:
     def with_parts(self, parts: Sequence[Follower]) -> Searched:
         """The search with processes in its model, on all its rows."""
         model, stage, some = self._model, self.searched.stage, [part.candidate for part in parts]
-        problem = stage.problem.with_noise(stage.geometric_problem.noise)
         effects = [c.effect for c in (*(t.candidate for t in model), *some)]
-        grams = compress(problem, stage.fit.x, effects, self.searched.fold[stage.keep])
+        grams = compressed_at(stage, effects, self.searched.fold)
         more = (o.term for o in offers(left_of(grams, model), some))
         return replace(self.searched, grams=grams, model=(*model, *more))
 

@@ -179,11 +179,11 @@ def reduced(searched: Searched, kept: Model) -> Searched:
     """The search with some of its terms alone, refitted."""
     stage = _fit(searched.stage, searched.grams, kept)
     offered = searched.offered.candidates
-    grams = _compressed(stage, [c.effect for c in offered], searched.fold)
+    grams = compressed_at(stage, [c.effect for c in offered], searched.fold)
     return replace(searched, stage=stage, grams=grams, model=_among(kept, offered))
 
 
-def _compressed(
+def compressed_at(
     stage: Stage,
     effects: Sequence[AbstractEffect],
     fold: np.ndarray,
@@ -247,7 +247,7 @@ def _search(
     plain, happened = offered.candidates, [*(known if events is None else events)]
 
     def compressed() -> Grams:
-        return _compressed(stage, [c.effect for c in (*plain, *happened)], fold, kinds, line)
+        return compressed_at(stage, [c.effect for c in (*plain, *happened)], fold, kinds, line)
 
     grams = compressed()
     model = _among(stage.model, (*plain, *happened))
