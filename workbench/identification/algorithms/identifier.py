@@ -75,7 +75,7 @@ outcome with which the search ends."""
 
 
 def descend(
-    problem: Problem, step: Step, *, limit: int, begin: Float[np.ndarray, " p"] | None = None
+    problem: Problem, step: Step, *, limit: int = 100, begin: Float[np.ndarray, " p"] | None = None
 ) -> SearchOutcome:
     """Take at most so many steps, from the problem's start or from a given x."""
     x = (problem.start if begin is None else begin).copy()
@@ -121,7 +121,7 @@ def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:
         found = factorise_products(products, problem.units)
         if found is not None and found.inverse is not None:
             return found
-    return factorise(at.jacobian, at.residual, problem.units)
+    return factorise([at], problem.units)
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:
