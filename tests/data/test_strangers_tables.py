@@ -138,10 +138,10 @@ def test_gaps_in_words_headings_that_stand_again_or_in_two_rows_and_their_words(
     assert "Target" not in text or data.point.tolist() == ["A", "A", "B"]
 
 
-def test_external_axes_come_before_the_arm_and_each_of_several_distances_is_a_row(tmp_path):
-    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n90,7,,\n")
+def test_each_of_several_distances_is_a_row(tmp_path):
+    (tmp_path / "t.csv").write_text("A1[deg],A2[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n90,7,,\n")
     data = read_measurements(tmp_path / "t.csv", joints=2)
-    assert data.q == pytest.approx(np.array([[0.005, H], [0.005, H], [0.006, H], [0.007, H]]))
+    assert data.q == pytest.approx(np.array([[H, 0.005], [H, 0.005], [H, 0.006], [H, 0.007]]))
     assert data.distance[data.included] == pytest.approx([0.001, 0.002, 0.003])
     assert data.anchor.tolist() == ["distance1", "distance2", "distance1", "distance1"]
     (tmp_path / "t.csv").write_text(f"{HEAD},dist1,dist2[mm]\n90,1,2,3,4,5\n")
