@@ -6,7 +6,6 @@ from refusals import refuses
 
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import read_measurements
-from workbench.data.readers.read import read_fields
 
 SPOTS, H = ("A", "B", "C"), np.pi / 2
 
@@ -168,22 +167,6 @@ def test_joints_stand_in_the_first_of_repeats_or_a_row_that_lacks_one_is_left_ou
     data = read_measurements(tmp_path / "m.csv")
     assert data.exclude.tolist() == [False, True, False]
     assert "data row 1 (line 3) lacks q2 and is excluded" in data.notes
-
-
-@pytest.mark.parametrize(
-    "form",
-    [
-        "DECL E6AXIS P={{A1 {},A2 {},A3 {},E1 0.0}}\nDECL E6POS Q={{X 1.0,Y 2.0,Z 3.0,A 4.0,B 5.0,C 6.0}}\n",
-        "q1={} q2={} q3={} X=1.0 mm\n",
-        "P[1]{{ J1= {} deg, J2= {} deg,\n J3= {} deg }};\n",
-    ],
-)
-def test_joints_stand_after_their_names(tmp_path, form):
-    text = "&ACCESS RVP\n" * ("DECL" in form) + form.format(10.5, -20, 30) + form.format(11.5, -21.0, 31)
-    (tmp_path / "t.txt").write_text(text)
-    found = read_fields(tmp_path / "t.txt").values
-    assert np.rad2deg([*found["q1"], found["q2"][1], found["q3"][0]]) == pytest.approx([10.5, 11.5, -21, 30])
-    assert ("x" in found) == ("X=" in text)
 
 
 def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):
