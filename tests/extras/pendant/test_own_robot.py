@@ -194,8 +194,8 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     (tmp_path / "t.json").write_text(json.dumps({"order": ["a1"], "joints": joints}, indent=2))
     listed = dict(zip(keys, zip(*rows, strict=True), strict=True)) | {"type": ["p", "p"]}
     (tmp_path / "lists.json").write_text(json.dumps(listed))
-    lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in joint.items()) for joint in joints)
-    (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  - k: 1\n{own}" for own in lines))
+    lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in reversed(joint.items())) for joint in joints)
+    (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  joint:\n{own}" for own in lines))
     cells = [["theta", "d", "a", "alpha", "type"], *([*r, "p"] for r in rows)]
     (tmp_path / "t.xlsx").write_bytes(workbook({"DH": cells}))
     for name in ("t.json", "lists.json", "t.yaml", "t.xlsx"):

@@ -104,7 +104,7 @@ def separator_of(lines: list[str]) -> str:
     """The separator that most lines carry: tab, semicolon, comma, else blanks.
 
     Of several, the one that parts an earlier line, the heading, into as many fields as most: others stand in
-    labels or numbers.
+    labels or numbers. Tabs among blanks, all of which part as many fields in every line, are blanks.
     """
     bare = [re.sub(r'"[^"]*"', '""', line).strip(" ") for line in lines[:_SAMPLE]]
     later = len(bare) // 2  # titles and headings are apart
@@ -115,7 +115,8 @@ def separator_of(lines: list[str]) -> str:
 
     carried = [mark for mark in "\t;,|" if 2 * sum(mark in line for line in bare[later:]) > len(bare) - later]
     mark = min(carried, key=first, default=" ")
-    cells = [cell.split() for cell in bare[-1].split(mark)] if mark == "\t" else []
+    is_even = mark == "\t" and len({len(line.split()) for line in bare if mark in line}) == 1
+    cells = [cell.split() for cell in bare[-1].split(mark)] if is_even else []
     return " " if any(len(own) > 1 and all(map(NUMBER.fullmatch, own)) for own in cells) else mark
 
 

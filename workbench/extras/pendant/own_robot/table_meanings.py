@@ -31,7 +31,7 @@ NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r":
 NAMES |= {"joint_type": "type"}
 """Other headings of the constants."""
 KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k): str(k) for k in JointKind}
-KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:\s*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
+KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
 """A key and what stands behind it in JSON and YAML."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
