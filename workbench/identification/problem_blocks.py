@@ -404,10 +404,6 @@ def build_blocks(
     """Divide the rows by session, observation and size.
 
     Args:
-        robot: Arm with its frames per session.
-        parameters: The unknowns.
-        frames: Which parts of base and tool are unknown.
-        noise: Standard deviations on top of the rows' own.
         values: Initial guesses and known values of the instruments' unknowns.
     """
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
