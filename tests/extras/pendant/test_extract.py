@@ -87,6 +87,18 @@ def test_a_nominal_controller_is_said_to_be_one(run, tmp_path):
     assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 50)).max() < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("length", "angle", "verdict"), [(0.0, 0.0, ModelVerdict.NOMINAL), (1e-3, 2e-3, ModelVerdict.EXTRACTED)]
+)
+def test_a_log_with_all_digits_may_scatter_by_micrometres(tmp_path, length, angle, verdict):
+    """Joints and pose of one row were read up to 20 µm apart: no sag is looked for in that."""
+    q, rng = random_joints("ur5e", 30), np.random.default_rng(5)
+    shown = poses(hidden("ur5e", tmp_path / "hidden.toml", length=length, angle=angle), q)
+    turned = Rotation.from_matrix(shown[:, :3, :3]) * Rotation.from_rotvec(2e-5 * rng.normal(size=(30, 3)))
+    rows = wb.Dataset(q, shown[:, :3, 3] + 1e-5 * rng.normal(size=(30, 3)), turned.as_matrix())
+    assert wb.extract(wb.load_robot("ur5e"), rows).verdict is verdict
+
+
 @pytest.mark.slow
 def test_a_controller_that_compensates_sag_is_sent_to_diagnose(run, tmp_path):
     sag = JointCompliance((1, 2), (2e-5, 2e-5))

@@ -5,6 +5,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from binary_files import workbook
 from points_and_tilts import frames
 from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
@@ -177,6 +178,34 @@ def test_tables_as_people_write_them(tmp_path):
         path.write_text(text)
         with pytest.raises(FileError):
             read_joint_table(path)
+
+
+def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
+    """JSON, YAML and a workbook of one table; what is none of these is refused before poses are typed."""
+    rows = [[0.0, 89.2, 0.0, 90.0], [-90.0, 0.0, -425.0, 0.0]]
+    path = tmp_path / "t.csv"
+    path.write_text("theta,d,a,alpha,type\n" + "".join(f"{','.join(map(str, r))},p\n" for r in rows))
+    table = read_joint_table(path)
+    keys = ("theta_offset", "d", "a", "alpha")
+    joints = [{"joint_id": "a1", "joint_type": "prismatic", **dict(zip(keys, r, strict=True))} for r in rows]
+    (tmp_path / "t.json").write_text(
+        json.dumps({"order": ["a1"], "joints": joints}, indent=2)
+    )
+    listed = dict(zip(keys, zip(*rows, strict=True), strict=True)) | {"type": ["p", "p"]}
+    (tmp_path / "lists.json").write_text(json.dumps(listed))
+    lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in joint.items()) for joint in joints)
+    (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  - k: 1\n{own}" for own in lines))
+    cells = [["theta", "d", "a", "alpha", "type"], *([*r, "p"] for r in rows)]
+    (tmp_path / "t.xlsx").write_bytes(workbook({"DH": cells}))
+    for name in ("t.json", "lists.json", "t.yaml", "t.xlsx"):
+        assert read_joint_table(tmp_path / name) == table, name
+    del joints[1]["a"]
+    (tmp_path / "t.json").write_text(json.dumps(joints))
+    with refuses(FileError, "2 of d", "1 of a"):
+        read_joint_table(tmp_path / "t.json")
+    for name, text in (("a.yaml", "joint_1: [0, 0.05, 0.5, 0]\n"), ("a.m", "L(1) = Link([0 0.1 0 pi/2])\n")):
+        (tmp_path / name).write_text(text)
+        refused([name, "theta, d, a, alpha"], "new", tmp_path / name, "--out", tmp_path / "o.toml")
 
 
 FANUC = [

@@ -23,7 +23,7 @@ from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.fields import Fields
-from workbench.data.readers.headings import PIXEL_LABELS
+from workbench.data.readers.headings import PIXEL_LABELS, is_observed
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.corner_detection import PixelRows, find_corners
@@ -215,8 +215,8 @@ def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
     """The joints; those of an arm of slides and turns where the tool's poses are given, and words for it."""
     values: Mapping[str, np.ndarray] = {k: v for k, v in joints.values.items() if k not in PIXEL_LABELS}
     position = joints.stacked(("x", "y", "z"))
-    if joints.numbers(r"q(\d+)") or position is None:
-        return replace(joints, values=values), ()
+    if joints.numbers(r"q(\d+)") or position is None:  # poses beside joints are the controller's own
+        return replace(joints, values={k: v for k, v in values.items() if not is_observed(k)}), ()
     rotation, notes = read_orientation(joints, usable=np.ones(joints.rows, bool))
     if rotation is None:
         wanted = "an orientation too (qw qx qy qz, or roll pitch yaw)"

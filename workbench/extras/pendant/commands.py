@@ -93,7 +93,7 @@ def frame(
 
 @in_section("Calibrate")
 def new(
-    source: Annotated[str, argument("A DH table (.csv), a .urdf, or a known arm.")],
+    source: Annotated[str, argument("A DH table (CSV, xlsx, JSON, YAML), a .urdf, or a known arm.")],
     out: Annotated[Path, option("Write the robot here (.toml).")],
     pose: Annotated[
         list[str] | None,
@@ -120,7 +120,8 @@ def new(
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
-    if apply is None and not pose and poses is None:
+    readings = readings_of(source, tip=tip) if apply is None else []
+    if readings and not pose and poses is None:
         raise OptionError(
             'at least three poses are needed to check a robot: --pose "q1,…,qn = x,y,z,roll,pitch,yaw" for '
             "each, or --poses FILE"
@@ -130,8 +131,7 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        first = readings_of(source, tip=tip)[0].robot
-        shown = pose or [] if poses is None else read_display(poses, first, columns=columns)
+        shown = pose or [] if poses is None else read_display(poses, readings[0].robot, columns=columns)
         found = check_robot(source, shown, tip=tip)
         arm, reading = found.robot, found.reading
         for text in found.notes:

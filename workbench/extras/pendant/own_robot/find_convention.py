@@ -127,7 +127,7 @@ def check_robot(
     Its base and tool are decided from the data: the pendant's are not those of a later measurement.
 
     Args:
-        source: A joint table (.csv), a file of a robot, or a built-in arm by name.
+        source: A joint table, a file of a robot, or a built-in arm by name.
         poses: `q1,…,qn = x,y,z,a,b,c` (or a quaternion) each, whose units are found; or rows.
         tip: Last link of the chain, for a URDF with several.
     """
@@ -140,7 +140,7 @@ def check_robot(
 def readings_of(source: Path | str, *, tip: str | None = None) -> list[TableReading]:
     """What a file or a built-in arm may mean: a table in several ways, everything else in one."""
     path = Path(source)
-    if path.suffix.lower() != ".csv":
+    if path.suffix.lower() in ("", ".toml", ".urdf", ".xml", ".xacro"):
         return [TableReading(load_robot(source, tip=tip).bare)]
     return table_readings(**read_joint_table(path)._asdict(), name=path.stem)
 

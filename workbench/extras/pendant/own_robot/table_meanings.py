@@ -1,9 +1,11 @@
 """Joint tables: what stands in their files, and what it may mean, in conventions and units.
 
-A table is CSV: Denavit–Hartenberg constants of a joint in each row, with units in the headings or without.
+Denavit–Hartenberg constants of a joint stand in each row, with units in the headings or without, or behind
+their names, joint by joint, as in JSON and YAML.
 """
 
 import re
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -20,13 +22,18 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import read_bytes
 from workbench.base.units import parse_heading
-from workbench.data.readers.table import Grid
-from workbench.data.readers.text import read_text
+from workbench.data.readers.table import Grid, grid_of
+from workbench.data.readers.text import decode, read_text
+from workbench.data.readers.workbooks import read_excel
 from workbench.extras.pendant.displayed import SIZES
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
+NAMES |= {"joint_type": "type"}
 """Other headings of the constants."""
-KINDS = {"r": "revolute", "p": "prismatic"} | {k: k for k in ("revolute", "prismatic", "fixed")}
+KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"}
+KINDS |= {k: k for k in ("revolute", "prismatic", "fixed")}
+KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:\s*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
+"""A key and what stands behind it in JSON and YAML."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
 INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
@@ -35,6 +42,7 @@ DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
 MAX_FILE_BYTES = 2**20
+WANTED = "write a table (.csv) with the headings theta, d, a, alpha and a line for each joint"
 
 
 class JointTable(NamedTuple):
@@ -55,18 +63,16 @@ class JointTable(NamedTuple):
 
 def read_joint_table(path: Path | str) -> JointTable:
     """Columns theta, d, a, alpha (beta, type) in any order; a line `# convention = dh` may tell which."""
-    path = Path(path)
-    grid = read_text(read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES), path)
+    grid = _grid(Path(path))
     stated = tuple(m[1] for text in grid.comments if (m := re.match(r"\s*convention\s*=\s*([\w-]+)", text)))
     if stated and stated[0] not in ORDERS:
         raise grid.error(f"convention is '{stated[0]}'; known: {', '.join(ORDERS)}")
     if len(grid.rows) < 2:
-        raise grid.error("has no joints; give a line of headings and one for each joint")
+        raise grid.error(f"has no joints; {WANTED}")
     heads = [parse_heading(cell) for cell in grid.rows[0]]
-    names = [INDEX.sub("", head.name.lower().removesuffix("_offset")) for head in heads]
-    names = [NAMES.get(name, name) for name in names]
+    names = [_constant(head.name) for head in heads]
     if missing := [name for name in CONSTANTS[:4] if name not in names]:
-        raise grid.error(f"has no column {', '.join(missing)}; give theta, d, a, alpha", 0)
+        raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
     rows = [_row(dict(zip(names, cells, strict=False)), grid, k) for k, cells in filled]
     stands = {name: (head.unit or "").lower() for name, head in zip(names, heads, strict=True)}
@@ -75,6 +81,29 @@ def read_joint_table(path: Path | str) -> JointTable:
     units |= {"°": "deg"} if any("°" in c for cells in grid.rows[1:] for c in cells) else {}
     angles = _units(units, ("theta", "alpha", "beta", "°"), ANGLES, grid)
     return JointTable(tuple(rows), stated[:1] or ("dh", "craig"), lengths, angles)
+
+
+def _grid(path: Path) -> Grid:
+    """The cells of a table."""
+    data = read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES)
+    if path.suffix.lower() == ".xlsx":
+        return read_excel(data, path, sheet=None)
+    if path.suffix.lower() not in (".json", ".yaml", ".yml"):
+        return read_text(data, path)
+    found = defaultdict[str, list[str]](list)
+    for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(data, path)[0])):
+        if _constant(key) in (*CONSTANTS, "type"):
+            found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
+    if len({*map(len, found.values())}) > 1:
+        counts = ", ".join(f"{len(cells)} of {key}" for key, cells in found.items())
+        raise FileError(f"names {counts}: give each joint all of theta, d, a, alpha", path=str(path))
+    return grid_of(list(found), found.values(), source=str(path))
+
+
+def _constant(heading: str) -> str:
+    """Name of a constant under a heading; another one's as it stands there."""
+    name = INDEX.sub("", heading.lower().removesuffix("_offset"))
+    return NAMES.get(name, name)
 
 
 def _row(cells: dict[str, str], grid: Grid, number: int) -> dict[str, Any]:
