@@ -11,6 +11,7 @@ from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from workbench.base.errors import FileError
 from workbench.parts import parts
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class AbstractCompanion(ABC):
         """What makes the view, for as long as the page is served; it may only see to something else."""
 
 
+TABLES = (".csv", ".tsv", ".txt", ".xlsx", ".json", ".yaml", ".yml")
 KINDS: dict[str, type] = {"sources": AbstractSource, "companions": AbstractCompanion}
 
 
@@ -73,6 +75,7 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
             name: replace(made(record), joined=tuple(map(made, more))) if more else made(record)
             for name, (record, more) in records.items()
         }
+        _refuse_table(options.get("robot") or "", options.get("data"))
         command(**options, **whole)
 
     shown: list[Parameter] = []
@@ -84,6 +87,14 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
     call.__annotations__ = {p.name: p.annotation for p in shown}
     call.__signature__ = Signature(shown)  # type: ignore[attr-defined]
     return call
+
+
+def _refuse_table(robot: str, data: Path | None) -> None:
+    """Raise where the robot is a file of joints, with the command that makes a robot of it by the rows."""
+    path = Path(robot)
+    if data is not None and path.suffix.lower() in TABLES and path.is_file():
+        command = f"workbench new {robot} --poses {data} --out {path.with_suffix('.toml')}"
+        raise FileError(f"is a joint table; make a robot of it by these rows: {command}", path=robot)
 
 
 def _options(record: Any) -> list[Parameter]:
