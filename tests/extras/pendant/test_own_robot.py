@@ -339,10 +339,11 @@ def test_a_table_is_read_by_what_a_tracker_measured(run, tmp_path, convention, t
     ("actual", "moving", "facts"),
     [
         (WRIST, [1.0] * 6, ("none", "base and tool")),
-        (FANUC, [1.0, 0, 0, 0, 0, 1.0], ("standard", "modified")),
+        (FANUC, [1.0, 0, 0, 0, 0, 1.0], ("joint 2, 3, 4, 5",)),
+        (FANUC, [1.0, 0, 0, 0, 0, 0], ("standard", "modified")),
     ],
 )
-def test_rows_of_another_arm_or_of_two_conventions_are_refused(refused, tmp_path, actual, moving, facts):
+def test_rows_of_another_arm_or_that_tell_no_convention_are_refused(refused, tmp_path, actual, moving, facts):
     write_table(tmp_path / "dh.csv", FANUC)
     q = np.random.default_rng(5).uniform(-1.5, 1.5, (60, 6)) * moving
     write_measured(tmp_path / "m.csv", "dh", actual, q, "points")
@@ -350,9 +351,7 @@ def test_rows_of_another_arm_or_of_two_conventions_are_refused(refused, tmp_path
 
 
 @pytest.mark.parametrize("verb", ["identify", "evaluate", "diagnose"])
-def test_a_table_in_place_of_a_robot_ends_with_the_command_that_makes_one(
-    refused, tmp_path, monkeypatch, verb
-):
+def test_a_table_in_place_of_a_robot_ends_with_the_command_for_it(refused, tmp_path, monkeypatch, verb):
     monkeypatch.chdir(tmp_path)
     write_table(tmp_path / "dh.csv", FANUC)
     refused(["workbench new dh.csv --poses m.csv --out dh.toml"], verb, "m.csv", "--robot", "dh.csv")

@@ -109,25 +109,25 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
             f"none of {tried} readings of the table fits {where}; the nearest is {best.size} off "
             f"({', '.join(assumed)}); {CHECK if held else CHECK_ROWS}"
         )
-    says_more = [
-        r for r in found.open if of[id(r.robot.elements)] is table and {*best.changes} < {*r.changes}
-    ]
-    if len(found.open) > (0 if held else len(says_more)):
-        still = np.flatnonzero(np.ptp(best.in_units(data.q), axis=0) < HARDLY).tolist()
-        rest = f"; joint {', '.join(str(k + 1) for k in still)} hardly moves" if still else ""
+    same = (r for r in found.open if of[id(r.robot.elements)] is table)
+    says_more = [r for r in same if {*best.changes} < {*r.changes}]
+    still = np.flatnonzero(np.ptp(best.in_units(data.q), axis=0) < HARDLY).tolist()
+    if len(found.open) > (0 if held else len(says_more)) or (still and not held):
+        rest = f"; hardly moved: joint {', '.join(str(k + 1) for k in still)}" if still else ""
         every = (", ".join((*of[id(r.robot.elements)].assumptions[:1], r.text)) for r in (best, *found.open))
         ways = [*dict.fromkeys(every)]
         raise DataError(
-            f"{len(ways)} readings fit {where} and differ elsewhere: {'; or '.join(ways[:3])}{rest}; add "
-            "poses with every joint moved by 30° or more"
+            f"{where} leave open how joints count: {'; or '.join(ways[:3])}{rest}; add poses with every "
+            "joint moved by 30° or more"
         )
     robot = table.robot if found.equal else best.on(table.robot)
     if robot is None:
         raise DataError(f"'{first.name}' can't count so: {best.text}; give its table")
     either = f"{', or '.join(found.choices)}: these rows can't tell, 'identify' asks"
-    worse = f" (next best {found.margin:.3g} times worse)" if found.margin < 1e6 else ""
-    untold = [change for r in says_more for change in r.changes if change not in best.changes]
-    other = f"; {untold[0]} would fit alike" if untold else worse
+    name, margin = "", found.margin
+    for r in says_more[:1]:
+        name, margin = f", {next(c for c in r.changes if c not in best.changes)},", r.score / best.score
+    other = f" (next best{name} {margin:.3g} times worse)" if margin < 1e6 else ""
     return FoundConvention(
         robot=robot,
         reading=best,
