@@ -117,7 +117,8 @@ def new(
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import save_robot
-    from workbench.extras.pendant.own_robot.find_convention import check_robot, read_poses, readings_of
+    from workbench.extras.pendant.displayed import typed
+    from workbench.extras.pendant.own_robot.find_convention import find_convention, read_poses, readings_of
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
@@ -132,8 +133,9 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        shown = pose or [] if poses is None else read_poses(poses, readings[0].robot, columns=columns)
-        found = check_robot(source, shown, tip=tip)
+        first = readings[0].robot
+        shown = typed(pose or [], first.dof) if poses is None else read_poses(poses, first, columns=columns)
+        found = find_convention(readings, shown)
         arm, reading = found.robot, found.reading
         for text in found.notes:
             opt.say(text)

@@ -41,7 +41,7 @@ class FoundConvention:
     """A reading that fits.
 
     Args:
-        robot: The arm, whose joints count as the rows do.
+        robot: The arm, whose joints count as the rows do; a later measurement decides on base and tool.
         reading: Of table and numbers, and how well it fits.
         assumptions: What was assumed of table and numbers.
         tried: Number of readings.
@@ -81,10 +81,11 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     """
     if not readings:
         raise OptionError("no table to compare; give at least one reading of it")
-    first, is_posed = readings[0].robot, isinstance(poses, Displayed) or poses.rotation is not None
-    shown = of_dataset(poses, first) if isinstance(poses, Dataset) and is_posed else poses
+    first = readings[0].robot
+    shown = of_dataset(poses, first) if isinstance(poses, Dataset) and poses.rotation is not None else poses
     data = shown.dataset(first) if isinstance(shown, Displayed) else shown
-    rows, least = usable(data), HELD_ROWS if is_posed else MIN_ROWS
+    rows, is_posed = usable(data), data.rotation is not None
+    least = HELD_ROWS if is_posed else MIN_ROWS
     if len(data) < least or (rows is None and not is_posed):
         text = f"at least {least} poses are needed, got {len(data)}; move every joint between"
         raise ShapeError(text, expected=least, found=len(data))
@@ -129,7 +130,7 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
         name, margin = f", {next(c for c in r.changes if c not in best.changes)},", r.score / best.score
     other = f" (next best{name} {margin:.3g} times worse)" if margin < 1e6 else ""
     return FoundConvention(
-        robot=robot,
+        robot=robot.with_frames(base=UNKNOWN, tool=UNKNOWN),
         reading=best,
         assumptions=assumed,
         tried=tried,
@@ -166,24 +167,6 @@ def _check_slip(best: RowReading, data: Dataset, assumed: str) -> None:
         raise DataError(f"pose {row + 1} alone is {in_mm(off)} off, {others}: check its numbers")
 
 
-def check_robot(
-    source: Path | str, poses: Sequence[str] | Displayed | Dataset, *, tip: str | None = None
-) -> FoundConvention:
-    """The reading of an arm or its table that gives the poses of the pendant.
-
-    Its base and tool are decided from the data: the pendant's are not those of a later measurement.
-
-    Args:
-        source: A joint table, a file of a robot, or a built-in arm by name.
-        poses: `q1,…,qn = x,y,z,a,b,c` (or a quaternion) each, whose units are found; or rows.
-        tip: Last link of the chain, for a URDF with several.
-    """
-    readings = readings_of(source, tip=tip)
-    shown = poses if isinstance(poses, Displayed | Dataset) else typed(poses, readings[0].robot.dof)
-    found = find_convention(readings, shown)
-    return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
-
-
 def read_poses(path: Path, robot: Robot, *, columns: str | None = None) -> Displayed | Dataset:
     """Poses of a table as a pendant shows them, or measured points or markers."""
     try:
@@ -212,5 +195,6 @@ def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:
             raise OptionError(f"the table may be {ways}: say its convention, or type three poses")
         notes = (*read.robot.notes, f"it fits: {', '.join(read.assumptions)}")
         return replace(read.robot.with_frames(base=UNKNOWN, tool=UNKNOWN), notes=notes)
-    found = check_robot(source, poses)
+    readings = readings_of(source)
+    found = find_convention(readings, typed(poses, readings[0].robot.dof))
     return replace(found.robot, notes=(*found.robot.notes, *found.notes))
