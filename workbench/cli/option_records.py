@@ -75,7 +75,10 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
             name: replace(made(record), joined=tuple(map(made, more))) if more else made(record)
             for name, (record, more) in records.items()
         }
-        _refuse_table(options.get("robot") or "", options.get("data"))
+        robot, data = options.get("robot") or "", options.get("data")
+        if data is not None and Path(robot).suffix.lower() in TABLES and Path(robot).is_file():
+            made = f"workbench new {robot} --poses {data} --out {Path(robot).with_suffix('.toml')}"
+            raise FileError(f"is a joint table; make a robot of it by these rows: {made}", path=robot)
         command(**options, **whole)
 
     shown: list[Parameter] = []
@@ -87,14 +90,6 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
     call.__annotations__ = {p.name: p.annotation for p in shown}
     call.__signature__ = Signature(shown)  # type: ignore[attr-defined]
     return call
-
-
-def _refuse_table(robot: str, data: Path | None) -> None:
-    """Raise where the robot is a file of joints, with the command that makes a robot of it by the rows."""
-    path = Path(robot)
-    if data is not None and path.suffix.lower() in TABLES and path.is_file():
-        command = f"workbench new {robot} --poses {data} --out {path.with_suffix('.toml')}"
-        raise FileError(f"is a joint table; make a robot of it by these rows: {command}", path=robot)
 
 
 def _options(record: Any) -> list[Parameter]:

@@ -113,7 +113,7 @@ def new(
     tip: opt.TipOption = None,
     columns: opt.ColumnsOption = None,
 ) -> None:
-    """Your own robot: signs, offsets, units and convention determined from three pendant poses."""
+    """Your own robot: signs, offsets, units, convention told by three pendant poses or measured rows."""
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import save_robot

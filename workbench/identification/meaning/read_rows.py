@@ -86,13 +86,13 @@ def read_any(robots: Sequence[Robot], data: Dataset, *, held: bool) -> RowMeanin
         best = min(search.found, key=lambda r: r.score)
         if best.score < search.sure:
             break
-    if not held:
+    if held:
+        flips, middle = 1.0 - 2.0 * np.eye(len(best.w)), best.w @ best.in_units(search.data.q).mean(0)
+        turned = ((s[:, None] * best.w, best.zero + (1.0 - s) * middle) for s in flips)
+        back = [replace(best, w=w, zero=zero, convention=None) for w, zero in turned]
+        search.found += search.place(search.refined(back))  # each joint the other way about its middle
+    else:
         search.twins()
-        return ranked(search, None)
-    flips, middle = 1.0 - 2.0 * np.eye(len(best.w)), best.w @ best.in_units(search.data.q).mean(0)
-    turned = ((s[:, None] * best.w, best.zero + (1.0 - s) * middle) for s in flips)
-    back = [replace(best, w=w, zero=zero, convention=None) for w, zero in turned]
-    search.found += search.place(search.refined(back))  # each joint the other way about its middle
     return ranked(search, None)
 
 

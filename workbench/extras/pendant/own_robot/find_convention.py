@@ -45,8 +45,8 @@ class FoundConvention:
         reading: Of table and numbers, and how well it fits.
         assumptions: What was assumed of table and numbers.
         tried: Number of readings.
-        changes: What differs from the table.
-        fit: Where it fits, how well, and what else would.
+        changes: What differs from the arm as it was given.
+        notes: What fits, what differs, how well, and what else would, one sentence each.
     """
 
     robot: Robot
@@ -54,16 +54,7 @@ class FoundConvention:
     assumptions: tuple[str, ...]
     tried: int
     changes: tuple[str, ...]
-    fit: str
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What fits, what differs from the arm as it was given, and how well, one sentence each."""
-        return (
-            f"it fits: {', '.join(self.assumptions) or 'as it was given'}",
-            *(f"change: {change}" for change in self.changes),
-            f"errors at {self.fit}; {self.tried} readings tried",
-        )
+    notes: tuple[str, ...]
 
 
 @checked_arguments()
@@ -125,6 +116,7 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     if robot is None:
         raise DataError(f"'{first.name}' can't count so: {best.text}; give its table")
     either = f"{', or '.join(found.choices)}: these rows can't tell, 'identify' asks"
+    changes = (either,) if found.equal else best.changes
     name, margin = "", found.margin
     for r in says_more[:1]:
         name, margin = f", {next(c for c in r.changes if c not in best.changes)},", r.score / best.score
@@ -134,8 +126,12 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
         reading=best,
         assumptions=assumed,
         tried=tried,
-        changes=(either,) if found.equal else best.changes,
-        fit=f"{where}: {best.size}{other}",
+        changes=changes,
+        notes=(
+            f"it fits: {', '.join(assumed) or 'as it was given'}",
+            *(f"change: {change}" for change in changes),
+            f"errors at {where}: {best.size}{other}; {tried} readings tried",
+        ),
     )
 
 
