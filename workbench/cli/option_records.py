@@ -37,7 +37,6 @@ class AbstractCompanion(ABC):
         """What makes the view, for as long as the page is served; it may only see to something else."""
 
 
-TABLES = (".csv", ".tsv", ".txt", ".xlsx", ".json", ".yaml", ".yml")
 KINDS: dict[str, type] = {"sources": AbstractSource, "companions": AbstractCompanion}
 
 
@@ -75,10 +74,10 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
             name: replace(made(record), joined=tuple(map(made, more))) if more else made(record)
             for name, (record, more) in records.items()
         }
-        robot, data = options.get("robot") or "", options.get("data")
-        if data is not None and Path(robot).suffix.lower() in TABLES and Path(robot).is_file():
-            made = f"workbench new {robot} --poses {data} --out {Path(robot).with_suffix('.toml')}"
-            raise FileError(f"is a joint table; make a robot of it by these rows: {made}", path=robot)
+        data, table = options.get("data"), Path(options.get("robot") or "")
+        if data and table.is_file() and table.suffix.lower() in (".csv", ".xlsx", ".json", ".yaml", ".yml"):
+            new = f"workbench new {table} --poses {data} --out {table.with_suffix('.toml')}"
+            raise FileError(f"is a joint table; make a robot of it by these rows: {new}", path=str(table))
         command(**options, **whole)
 
     shown: list[Parameter] = []
