@@ -27,6 +27,7 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     Touches,
     TouchSolution,
+    check_wanted,
     flanges,
     names_of,
     read_touches,
@@ -137,7 +138,9 @@ def tcp(
 
     Raises:
         DataError: fewer than four touches, more than one point, or orientations that are too much alike.
+        OptionError: a width that is not positive.
     """
+    check_wanted(wanted)
     every = read_touches(touches, robot, columns)
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]

@@ -18,7 +18,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Like
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
 from workbench.data.readers.assemble import excluded_rows, joint_columns, joint_units
@@ -73,6 +73,12 @@ def read_touches(source: Path | Dataset, robot: Robot, columns: str | None) -> D
     refuse_joint_units(found.q[kept], robot.limits, where)
     labels = None if names is None else np.array([str(name).strip() for name in names])
     return replace(found, contact=labels, source=where).take(kept)
+
+
+def check_wanted(value: float | None) -> None:
+    """Refuse an accuracy that is not positive."""
+    if value is not None and not value > 0.0:
+        raise OptionError(f"wanted must be positive, got {value:g} m", option="wanted", found=value)
 
 
 @dataclass(frozen=True, eq=False)

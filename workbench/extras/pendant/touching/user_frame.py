@@ -32,6 +32,7 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     Touches,
     TouchSolution,
+    check_wanted,
     flanges,
     names_of,
     read_touches,
@@ -152,7 +153,9 @@ def frame(
 
     Raises:
         DataError: no tool, too few touches, unknown names, or points on one line.
+        OptionError: an accuracy out of range.
     """
+    check_wanted(wanted)
     given = read_touches(touches, robot, columns)
     if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
