@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 from generator import four, move, rotation, turn
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 SCALES = {"rad": 1.0, "deg": np.pi / 180.0, "m": 1.0, "mm": 1e-3, "s": 1.0, "degC": 1.0, "kg": 1.0}
@@ -376,11 +375,6 @@ def _scale(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
     }
 
 
-def _coupling(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
-    mine, other = _joints(effect)
-    return {_driven(arm, mine): effect["coefficients"][0] * rows.q[:, other]}
-
-
 def _fading(q: np.ndarray, low: float, high: float, spacing: float) -> np.ndarray:
     """1 where the law was learned, 0 from three spacings beyond."""
     beyond = np.maximum(np.maximum(low - q, q - high), 0.0) / (3.0 * spacing)
@@ -399,23 +393,6 @@ def _harmonic(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
             value = value * _fading(q, *effect["range"], np.pi / orders[-1])
         out[_driven(arm, j)] = value
     return out
-
-
-def spline(knots: np.ndarray, heights: np.ndarray, at: np.ndarray, *, periodic: bool) -> np.ndarray:
-    """Cubic spline with continuous second derivatives, periodic over a turn or level at both ends."""
-    if periodic:
-        knots, heights = np.append(knots, knots[0] + 2 * np.pi), np.append(heights, heights[0])
-        return CubicSpline(knots, heights, bc_type="periodic")(at)
-    return CubicSpline(knots, heights, bc_type="clamped")(np.clip(at, knots[0], knots[-1]))
-
-
-def _local(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
-    (joint,), knots = _joints(effect), np.array(effect["knots"])
-    periodic, q = effect.get("periodic", False), rows.q[:, joint]
-    value = spline(knots, np.array(effect["coefficients"]), q, periodic=periodic)
-    if effect.get("range") or not periodic:
-        value = value * _fading(q, *(effect.get("range") or knots[[0, -1]]), np.diff(knots).mean())
-    return {_driven(arm, joint): value}
 
 
 def _tipped(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
@@ -444,15 +421,6 @@ def _flexure(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shi
     return out
 
 
-def _uneven(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
-    (joint,) = _joints(effect)
-    load = _own(arm, joint, moments) / effect["load"]
-    low, high = effect["range"]
-    t, u = np.clip(load, -1, 1), np.clip((rows.q[:, joint] - (low + high) / 2) / ((high - low) / 2), -1, 1)
-    shapes = (u * t, u * u * t, np.sign(t) * t * t)
-    return {_driven(arm, joint): -sum(c * s for c, s in zip(effect["coefficients"], shapes, strict=True))}
-
-
 def _sag(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
     (joint,) = _joints(effect)
     frames = arm.frames(rows.q, {})
@@ -472,14 +440,11 @@ LAWS: dict[str, Callable[[TomlArm, dict, Rows, Any], Shift]] = {
     "joint-compliance": _compliance,
     "backlash": _backlash,
     "encoder-scale": _scale,
-    "joint-coupling": _coupling,
     "joint-harmonic": _harmonic,
-    "local-joint-error": _local,
     "bearing-compliance": _tipped,
     "clearance-tilt": _tipped,
     "gravity-sag": _sag,
     "link-flexure": _flexure,
-    "uneven-compliance": _uneven,
     "extension-compliance": _tipped,
     "extension-clearance": _tipped,
 }

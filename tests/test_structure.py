@@ -36,37 +36,37 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 """`Robot.from_dh`, `save` and `predict` call these, which take or make a `Robot`."""
 LONGEST = 600
 BUDGETS = {
-    "root": 254,
+    "root": 251,
     "base": 2_137,
     "report": 800,
-    "arm": 8_806,
+    "arm": 8_792,
     "data": 5_053,
-    "plate": 4_875,
+    "plate": 4_816,
     "identification": 9_030,
     "diagnosis": 6_644,
     "exports": 316,
-    "session": 6_175,
-    "views": 6_873,
-    "cli": 1_433,
+    "session": 6_115,
+    "views": 6_847,
+    "cli": 1_431,
     "extras": 1,
-    "extras/camera": 3_469,
+    "extras/camera": 3_468,
     "extras/controllers": 696,
-    "extras/hobby": 746,
+    "extras/hobby": 719,
     "extras/katana": 998,
     "extras/live": 1_030,
     "extras/logs": 915,
-    "extras/pendant": 1_874,
-    "extras/poses": 1_081,
+    "extras/pendant": 1_838,
+    "extras/poses": 884,
     "extras/production": 447,
     "extras/reproduce": 88,
     "extras/review": 266,
     "extras/service": 1_160,
     "extras/trajectories": 875,
     "extras/workshop": 846,
-    "tests": 38_466,
+    "tests": 38_361,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 17_831
+READING_SET = 17_813
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

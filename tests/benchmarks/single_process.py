@@ -1,11 +1,10 @@
 """Figures of workbench alone, each in a process of its own: `python tests/benchmarks/single_process.py`.
 
-One alone: `single_process.py growth|first|large|wrenches`.
+One alone: `single_process.py growth|first|large`.
 
 growth: poses with identification Jacobians block by block, and the greatest memory beyond the input.
 first: the very first calls of a process (`NUMBA_CACHE_DIR` says where the compiled code is).
 large: 11 911 poses of a 7-joint arm with 40 parameters, base and tool among them.
-wrenches: what the joints of ARIA carry in 12 000 poses.
 """
 
 import json
@@ -22,7 +21,7 @@ import numpy as np
 from workbench.arm.motion import Motion
 
 ROWS = (1_000, 10_000, 100_000, 1_000_000)
-LARGE, STATIC = 11_911, 12_000
+LARGE = 11_911
 MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10
 
 
@@ -120,21 +119,8 @@ def large():
     }
 
 
-def wrenches():
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.arm.statics.wrenches import motion_wrenches
-
-    robot = load_robot("aria")
-    motion = Motion(np.random.default_rng(0).uniform(-1, 1, (STATIC, robot.dof)))
-    motion_wrenches(robot, motion)
-    return {
-        "rows": STATIC,
-        "seconds": min(timed(lambda: motion_wrenches(robot, motion))[0] for _ in range(8)),
-    }
-
-
 if __name__ == "__main__":
-    parts = {f.__name__: f for f in (growth, first, large, wrenches)}
+    parts = {f.__name__: f for f in (growth, first, large)}
     if len(sys.argv) == 2:
         print(json.dumps(parts[sys.argv[1]]()))
     else:

@@ -11,8 +11,7 @@ from workbench.arm.inverse.solve import solve_many
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.data.simulation.readings import three_anchors
-from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
+from workbench.data.simulation.simulate import simulate, simulate_targets, three_anchors, virtual_arm
 from workbench.plate.simulated_measurement import without
 
 

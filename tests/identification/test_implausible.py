@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from checks import robot_of
 from generator import three_parallel
+from refusals import mentions
 
 import workbench as wb
 from workbench.base import se3
@@ -40,9 +41,13 @@ def test_a_joint_with_another_zero_is_implausible(kind, off, tmp_path):
 def test_rows_that_the_nominal_arm_computed_calibrate_nothing(tmp_path):
     arm = robot_of(three_parallel(), tmp_path, free='"auto"')
     q = np.random.default_rng(2).uniform(-1.2, 1.2, (40, three_parallel().dof))
-    rows = Dataset(q=q, row=np.arange(40), position=np.round(three_parallel().pose(q)[:, :3, 3], 5))
-    with pytest.raises(wb.WorkbenchError, match="they were computed with it"):
+    other = "columns left out: 'lt_p1', 'lt_p2', 'lt_p3'"
+    rows = Dataset(q=q, position=np.round(three_parallel().pose(q)[:, :3, 3], 5), notes=["a", other])
+    with pytest.raises(wb.WorkbenchError, match=f"they were computed with it; {other}"):
         wb.identify(arm, rows).robot.save(tmp_path / "b.toml")
+    (warning,) = wb.evaluate(arm, rows).warnings
+    assert mentions(warning, "0.005 mm", "they were computed with it", "lt_p1")
+    assert not wb.evaluate(arm, replace(rows, position=rows.position + [[3e-5, 0, 0]] * 40)).warnings
     with pytest.raises(wb.WorkbenchError, match="tell only a base for each"):
         wb.identify(arm, replace(rows, session=np.arange(40).astype(str)))
 

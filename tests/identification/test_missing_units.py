@@ -109,14 +109,19 @@ def test_rows_tell_the_units(form, measured, tmp_path):
     assert form == "a controller" or errors.orientation_deg.mean < 1e-4
 
 
-@pytest.mark.parametrize("form", ["lines", "rows", "objects", "columns", "npz", "npz of columns"])
+@pytest.mark.parametrize("form", ["lines", "rows", "objects", "columns", "npz", "npz of columns", "files"])
 def test_arrays_of_programs_are_tables(form, measured, tmp_path):
     q, t = measured
     xyz, quat = t[:, :3, 3], Rotation.from_matrix(t[:, :3, :3]).as_quat()
     each = [*zip(q.tolist(), xyz.tolist(), quat.tolist(), strict=True)]
     rows = [{"q": a, "xyz": p, "quat": o} for a, p, o in each]
     path = tmp_path / f"rows.{'npz' if form[:3] == 'npz' else 'json'}"
-    if form[:3] == "npz":
+    if form == "files":
+        path = tmp_path
+        for k, (a, pose) in enumerate(zip(q, t, strict=True)):
+            np.savetxt(path / f"joints_{k:02}.txt", a)
+            np.savetxt(path / f"pose_{k:02}.txt", pose, delimiter=",")
+    elif form[:3] == "npz":
         columns = (q, t) if form == "npz" else (q.T, np.moveaxis(t, 0, 2))
         np.savez(path, joint_positions=columns[0], poses=columns[1], commanded_poses=np.ones_like(t))
     else:

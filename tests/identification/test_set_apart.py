@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench import Dataset, Frame, identify, load_robot
+from workbench import Dataset, Frame, evaluate, identify, load_robot
 from workbench.base.errors import OptionError
 from workbench.base.types import Freedom
 from workbench.identification.report.results_json import identification_json
@@ -75,6 +75,14 @@ def test_held_out_rows_stay_so_whichever_others_are_excluded(count):
     fewer = identify(robot, rows, exclude=held[:count], set_apart=False)
     assert {*held[count:]} < {*fewer.held_out_data.row.tolist()}
     assert len(fewer.held_out_data) == round(0.2 * (len(rows) - count))
+
+
+def test_base_and_tool_of_an_evaluation_are_those_of_the_other_rows():
+    robot, rows = load_robot("aria"), rows_of(1)
+    found, clean = (evaluate(robot, data, fit_frames=True) for data in (wrong(rows, 7, 0.8), rows))
+    assert found.errors.position_mm.max == pytest.approx(clean.errors.position_mm.max, rel=0.02)
+    assert (found.data.row.tolist().count(7), "row 7" in found.warnings[0]) == (0, True)
+    assert not clean.warnings
 
 
 def test_clean_rows_are_left_alone():

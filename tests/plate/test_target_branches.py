@@ -54,7 +54,11 @@ def test_sockets_leave_orientation_open_not_the_position(aria, plate, solutions,
         choose_branches(aria, p, solutions, goal=everywhere, rng=rng(0)) for p in (plate, sockets)
     )
     assert seats.cost < choice.cost < np.inf
-    chosen = linearise(aria, choice.q, sigma_rotation=None)
+    full = linearise(aria, choice.q)
+    rows = np.arange(len(full.sigma)) % 6 < 3
+    chosen = replace(
+        full, jacobian=full.jacobian[rows], sigma=full.sigma[rows], measurement=full.measurement[rows]
+    )
     assert chosen.rank() < 24
     assert np.isinf(predicted_error(chosen, aria, everywhere).rotation_rms)
     assert choice.cost == pytest.approx(predicted_error(chosen, aria, everywhere).position_rms, rel=1e-6)

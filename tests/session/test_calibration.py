@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from tests.session.direct_commands import done
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
+from workbench.base.assets import assets
 from workbench.data.readers.mapping import understood_as, with_column
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
@@ -19,7 +21,6 @@ from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtual
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
-from workbench.session.commands.messages import Dismiss
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
@@ -74,11 +75,14 @@ def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_
     assert do(Undo()).results.identification is None
     assert do(Redo()).results.identification is before.results.identification
     assert "one.csv" in LoadData("two.csv", file).removes(before)
+    rows = before.measurements.loaded
+    demo = replace(rows, file=replace(rows.file, content=(assets() / "samples" / "ur10.csv").read_bytes()))
+    assert not LoadData("two.csv", file).removes(before.updated("measurements", loaded=demo))
     for other in (LoadData("two.csv", file), MeasureVirtualArm(3), ForgetData()):
         session = do(other)
         assert session.results.identification is None
         assert session.history.done[-1].by == other.title
-        back = do(Undo(), Dismiss())
+        back = do(Undo())
         assert back.measurements.loaded is before.measurements.loaded
         assert back.results.identification is before.results.identification
 

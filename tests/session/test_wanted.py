@@ -65,10 +65,8 @@ def test_the_guide_and_the_panel_judge_a_predicted_error_alike(first, position, 
 def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, position):
     """Green within the wanted 0.15 mm stood beside a yield of 13.5 %."""
     score = replace(first.score, position=1e-3 * position)
-    trial = trial_of(first, share)
-    session = replace(
-        first, score=score, history=replace(first.history, done=(UndoStep.of(first),))
-    ).with_part(trial)
+    changed = replace(first, score=score, history=replace(first.history, done=(UndoStep.of(first),)))
+    session = changed.with_part(trial_of(first, share))
     judged, step = plate_judgement(session), next_step(session)
     assert judged.tone is step.tone is tone
     assert judged.text in step.sentence

@@ -9,9 +9,10 @@ import pytest
 from workbench import load_robot
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
 from workbench.session.state import Focus
-from workbench.views.appearance.colours import EXCLUDED, ErrorScale
+from workbench.views.appearance.colours import EXCLUDED, SET_APART, ErrorScale, css
 from workbench.views.drawables.measured import error_scale, measured, selected_row_mark
 from workbench.views.page.panels.legend import colour_bar
+from workbench.views.page.panels.row_errors import chart
 from workbench.views.page.scene.picking import nearest_to_ray
 
 ERRORS = 1e-3 * np.array([[1.0, 0.3, 0.1], [2.0, 0.2, 0.1], [4.0, 0.4, 0.2], [3.0, 0.3, 0.1]])
@@ -103,6 +104,14 @@ def test_the_scale_has_round_ends_and_ticks_between(errors, low, high, ticks):
     text = colour_bar(scale)
     assert "≤" in text
     assert "mm" in text
+
+
+def test_a_row_that_no_arm_explains_does_not_hide_the_others_at_the_foot_of_the_chart():
+    links, words = dict.fromkeys(range(4), ""), dict(zip(STAGES, STAGES, strict=True))
+    drawn = chart(comparison(2), 0, links, words, wrong=[2])
+    assert css(SET_APART) in drawn
+    assert ">0.3<" in drawn  # the upper end of the axis
+    assert ">0.4<" not in drawn
 
 
 def test_a_click_means_the_nearest_point_under_the_pointer():

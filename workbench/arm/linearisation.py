@@ -21,11 +21,12 @@ from jaxtyping import Float, Int
 from workbench.arm.kinematics.forward import identification_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
 RANK_TOLERANCE = 1e-9
 """Singular values below this share of the largest (scaled) one count as zero."""
+SIGMA = (1e-4, float(np.deg2rad(0.02)))
+"""Standard deviations of a measured coordinate [m], and of a rotation about an axis [rad]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -79,10 +80,10 @@ class Linearisation:
         u, values, vt = np.linalg.svd(self.scaled, full_matrices=False)
         return frozen(u), frozen(values), frozen(vt)
 
-    def rank(self, tolerance: float = RANK_TOLERANCE) -> int:
+    def rank(self) -> int:
         """Number of combinations of parameters that the measurements determine."""
         values = self.singular_values
-        return int(np.count_nonzero(values > tolerance * values[0])) if len(values) and values[0] > 0 else 0
+        return int(np.count_nonzero(values > RANK_TOLERANCE * values[:1]))
 
     @cached_property
     def condition(self) -> float:
@@ -111,37 +112,22 @@ class Linearisation:
 
 
 def linearise(
-    robot: Robot,
-    q: Float[np.ndarray, "rows n"],
-    *,
-    names: tuple[str, ...] | None = None,
-    sigma_position: float = 1e-4,
-    sigma_rotation: float | None = 3.490658503988659e-4,
-    length: float | None = None,
+    robot: Robot, q: Float[np.ndarray, "rows n"], *, names: tuple[str, ...] | None = None
 ) -> Linearisation:
-    """Linearisation of full poses, or of points, at the robot's current constants.
+    """Linearisation of full poses at the robot's current constants, of the usual `SIGMA`.
 
     Args:
         q: Joint positions [rad or m].
         names: Constants to identify, P of them; the robot's default free ones if None. With an unknown
             base or tool its `base.…` and `tool.…` constants belong here.
-        sigma_position: Standard deviation of a measured coordinate [m].
-        sigma_rotation: Standard deviation of a measured rotation about an axis [rad]; None if the instrument
-            measures points only. Default 0.02°.
-        length: Characteristic length L [m]; the robot's reach if None.
 
     Returns:
-        Six rows per pose (or three per point): position first, then rotation, base axes.
+        Six rows per pose: position first, then rotation, base axes.
     """
-    given = {"sigma_position": sigma_position, "sigma_rotation": sigma_rotation, "length": length}
-    for what, value in given.items():
-        if value is not None and not value > 0:
-            raise OptionError(f"{what} is {value:g}; give a positive number")
     names = robot.default_free if names is None else names
     _, twists = identification_jacobian(robot, Motion(q), names)
-    deviations = np.full(3 if sigma_rotation is None else 6, sigma_position)
-    deviations[3:] = sigma_position if sigma_rotation is None else sigma_rotation
-    whitened = twists[:, : len(deviations)] / deviations[:, None]
+    deviations = np.repeat(SIGMA, 3)
+    whitened = twists / deviations[:, None]
     elements, coefficients = robot.chain.elements, robot.coefficient_units
     return Linearisation(
         jacobian=frozen(whitened.reshape(-1, len(names))),
@@ -149,5 +135,5 @@ def linearise(
         units=tuple(coefficients.get(n) or elements[robot.chain.index[n]].unit for n in names),
         sigma=frozen(np.tile(deviations, len(q))),
         measurement=frozen(np.repeat(np.arange(len(q)), len(deviations))),
-        length=robot.reach if length is None else length,
+        length=robot.reach,
     )

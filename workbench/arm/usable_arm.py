@@ -243,11 +243,10 @@ def _in_degrees(angle: float) -> str:
     return f"{np.rad2deg(angle):.2g}°" if angle > NO_DIFFERENCE else "0°"
 
 
-def sampled(robot: Robot, rng: np.random.Generator | None = None) -> Float[np.ndarray, "rows n"]:
-    """Joint positions uniform within the limits; seeded with 0 if rng is None."""
-    rng = np.random.default_rng(0) if rng is None else rng
+def sampled(robot: Robot) -> Float[np.ndarray, "rows n"]:
+    """Joint positions uniform within the limits, always the same."""
     lower, upper = robot.search_limits.T
-    return rng.uniform(lower, upper, (LIMIT_SAMPLES, robot.dof))
+    return np.random.default_rng(0).uniform(lower, upper, (LIMIT_SAMPLES, robot.dof))
 
 
 def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:

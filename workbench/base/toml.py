@@ -43,7 +43,7 @@ class AbstractTableReader(ABC):
         except UnicodeDecodeError as error:
             raise self.fail(f"can't be read as a text file ({error}); give {self.wanted}") from None
         except ValueError as error:  # of TOML, or of a number with thousands of digits
-            raise self.fail(f"is not valid TOML: {error}") from None
+            raise self.fail(f"is not valid TOML: {error}; give {self.wanted}") from None
         except RecursionError:
             raise self.fail("is not valid TOML: it has too many brackets within brackets") from None
 

@@ -39,7 +39,7 @@ RobotOption = Annotated[
     str, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm such as aria, ur10, panda.")
 ]
 DataArgument = Annotated[
-    Path, argument("Measurements, one file: CSV, TSV, xlsx, parquet, .mat; or a mukca folder.")
+    Path, argument("Measurements: CSV, TSV, xlsx, parquet, .mat; a folder of numbered files, or of mukca.")
 ]
 ColumnsOption = Annotated[
     str | None,

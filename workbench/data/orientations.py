@@ -76,5 +76,5 @@ ORIENTATIONS = (
     Orientation("matrix", "rotation matrix", 9, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
 )
 """All of them, the likeliest first."""
-USUAL_ORIENTATIONS = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")"))
+USUAL_ORIENTATIONS = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")") or kind.name == "matrix")
 """Those that makers show."""

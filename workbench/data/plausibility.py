@@ -56,11 +56,9 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
     mine = (getattr(dataset, f.name) for f in fields(dataset) if f.name not in UNCOMPARED)
     columns = [a for a in (*mine, *others) if isinstance(a, np.ndarray)]
     numbers = [np.unique(a, return_inverse=True)[1] if a.dtype.kind in "UO" else a for a in columns]
-    whole = np.hstack([a.reshape(len(dataset), -1) for a in numbers]) + 0.0  # -0.0 and 0.0 are alike
-    first: dict[bytes, int] = {}
-    keys = (row.tobytes() for row in np.ascontiguousarray(whole))
-    pairs = [(first.setdefault(key, row), row) for row, key in enumerate(keys)]
-    return [pair for pair in pairs if pair[0] != pair[1]]
+    whole = np.hstack([a.reshape(len(dataset), -1) for a in numbers])
+    number, first = equal_rows(np.nan_to_num(whole, nan=np.inf))  # missing alike is alike
+    return [(int(first[k]), row) for row, k in enumerate(number.tolist()) if first[k] != row]
 
 
 def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], source: str) -> None:

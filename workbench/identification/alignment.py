@@ -1,23 +1,25 @@
-"""Initial alignment of base and tool, before anything else is known: `place`, then a short fit."""
+"""Initial alignment of base and tool, before anything else is known: closed forms, then a short fit.
+
+With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) both come from `hand_eye`.
+With points alone the base (Arun's rigid fit) and the tool point (linear) are found alternately.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm import chain as chains
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.hand_eye import mean_base
+from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.meaning.placement import place
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
-MAX_STEPS = 100
-"""Maximum steps of a search."""
-MIN_PLACED = 3
-"""Minimum number of rows of a session that tell the tool."""
+MAX_ALTERNATIONS, MAX_STEPS = 20, 100
+"""Alternations between base and tool for points, each a closed form; and steps of a search."""
 MAX_ALIGNED_ROWS = 500
 """Maximum number of rows for the closed forms; all rows take part in the final fit."""
 MAX_FIRST_ROWS = 1_500
@@ -97,9 +99,9 @@ def spread_rows(data: Dataset, count: int) -> np.ndarray:
 def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
     """Starting points: the robot as given, then with base and tool from the closed forms."""
     yield robot
-    points, turns, tool = data.position, data.rotation, robot.tool.pose
-    if points is None and data.markers is not None:  # one of them is a point of the tool
-        points = data.markers[:, np.isfinite(data.markers).all(2).sum(0).argmax()]
+    points, is_free = data.position, bool(freedom.tool)
+    if points is None and data.markers is not None:  # the one that is seen most is a point of the tool
+        points, is_free = data.markers[:, np.isfinite(data.markers).all(2).sum(0).argmax()], True
     if not freedom.base or points is None:
         return
     arm = chains.poses(robot.bare.chain, data.q)
@@ -108,20 +110,31 @@ def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot
     groups = groups if freedom.base_per_session else [np.concatenate(groups)]
     if not all(map(len, groups)):
         return
-    if turns is not None and not np.isfinite(turns[seen]).all():
-        turns = None
-    rows = max(groups, key=len)
-    if (freedom.tool or data.position is None) and len(rows) >= MIN_PLACED:
-        rotations = None if turns is None else turns[rows][None]
-        tool = place(robot.bare, data.q[rows][None], points[rows][None], rotations, robust=False).tool[0]
-        if turns is None:
-            tool[:3, :3] = robot.tool.rotation
-    reached = arm @ tool
-    if turns is None:
-        bases = [se3.best_fit(reached[g, :3, 3], points[g]) for g in groups]
-    else:
-        bases = [mean_base(reached[g], se3.pose(turns[g], points[g])) for g in groups]
-    yield _with_frames(robot, data, freedom, bases, tool)
+    rotations = data.rotation
+    if rotations is not None and np.isfinite(rotations[seen]).all():
+        largest = max(groups, key=len)
+        tool = robot.tool.pose
+        if freedom.tool and len(largest) >= 3:
+            tool = hand_eye(arm[largest], se3.pose(rotations[largest], points[largest]))
+        bases = [mean_base(arm[g] @ tool, se3.pose(rotations[g], points[g])) for g in groups]
+        yield _with_frames(robot, data, freedom, bases, tool)
+        return
+    point = _tool_point(robot, points, arm, groups) if is_free else robot.tool.xyz
+    bases = [se3.best_fit(se3.apply(arm[g], point[None]), points[g]) for g in groups]
+    yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
+
+
+def _tool_point(robot, points, arm, groups) -> Float[np.ndarray, "3"]:
+    """Initial guess of the tool point from points alone."""
+    point = np.array(robot.tool.xyz)
+    for _ in range(MAX_ALTERNATIONS):
+        rows, right = [], []
+        for g in groups:
+            base = se3.best_fit(se3.apply(arm[g], point[None]), points[g])
+            rows.append((base[:3, :3] @ arm[g, :3, :3]).reshape(-1, 3))
+            right.append((points[g] - se3.apply(base, arm[g, :3, 3])).ravel())
+        point = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0]
+    return point
 
 
 def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool) -> Robot:

@@ -97,8 +97,9 @@ def choose_frames(
             partial(_FrameTrial.of, robot, trial, prior, noise=noise, free=free, effects=effects, known=known)
         )
         *simpler, freest = candidates
-        if not several and all(tried(*freest).is_needed(robot, freedom) for freedom, _ in simpler):
-            candidates = [freest]
+        if not several:
+            simpler = [each for each in simpler if not tried(*freest).is_needed(robot, each[0])]
+            candidates = [*simpler, freest]
         taken = tried(*candidates[0])
         for candidate in candidates[1:]:
             if cancelled():

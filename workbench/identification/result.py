@@ -242,11 +242,7 @@ class Identification(AbstractReported, AbstractSplit):
     @property
     def computed(self) -> str:
         """That rows were computed with the nominal arm and not measured; empty if they may be measured."""
-        off = self.nominal.train.position_mm.rms
-        if not off < 1e3 * COMPUTED * self.nominal_robot.reach:
-            return ""
-        size = f"{off:.1g} mm, as no real arm does"
-        return f"the nominal arm meets these rows to {size}: they were computed with it"
+        return computed_text(self.nominal_robot, self.nominal.train, self.data)
 
     @property
     def unidentifiable(self) -> tuple[str, ...]:
@@ -271,7 +267,7 @@ class Identification(AbstractReported, AbstractSplit):
         if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:
             yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
-            yield _set_apart(self.outliers, after)
+            yield set_apart(self.outliers, after)
             yield self.missed
         yield self.foreign
         yield implausible_text(best.implausible)
@@ -338,6 +334,14 @@ class Evaluation(AbstractReported):
         return residuals_frame(self.robot, self.data)
 
 
+def computed_text(robot: Robot, errors: Errors, data: Dataset) -> str:
+    """That rows were computed with an arm, and what else their file has; empty if they may be measured."""
+    if not (off := errors.position_mm.rms) < 1e3 * COMPUTED * robot.reach:
+        return ""
+    met = f"the nominal arm meets these rows to {off:.1g} mm, as no real arm does: they were computed with it"
+    return "; ".join((met, *(note for note in data.notes if note.startswith("columns left out"))))
+
+
 def implausible_text(doubts: tuple[str, ...]) -> str:
     """A sentence on doubts about an arm; empty without any."""
     look_again = "too large for manufacturing errors: check robot, units and joint order"
@@ -345,7 +349,7 @@ def implausible_text(doubts: tuple[str, ...]) -> str:
 
 
 @beside("the note on outliers", "")
-def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
+def set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were excluded as outliers, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")

@@ -18,14 +18,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.kinematics.forward import identification_jacobian
-from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.linearisation import SIGMA, Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.plate import Kind, Plate
 
-SEAT = (1e-4, float(np.deg2rad(0.02)))
+SEAT = SIGMA
 """Default standard deviations of a seat's reading: position [m], rotation about an axis [rad]."""
 POSITIONS = {Kind.SEAT: SEAT[0], Kind.SOCKET: 5e-5, Kind.POINT: 1e-4}
 """Default standard deviation of a position that is read [m]."""

@@ -15,6 +15,7 @@ from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import implausible_text
+from workbench.plate.plate import AUTO
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
@@ -22,6 +23,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.export import File, NotedFile, calibrated_urdf, fixture_zip, next_poses_csv
@@ -301,6 +303,8 @@ def _plate(session: Session) -> NextStep:
         i = session.selected if session.selected in bad else bad[0]
         why = f"target {i + 1} is {session.states[i].obstacle}"
         show = Action(f"Show target {i + 1}", Tab.PLATE, SelectTarget(i))
+        if i == session.selected and session.plate.targets[i].branch != AUTO:
+            show = Action("Choose its branch anew", Tab.PLATE, ChooseBranch(i, AUTO))
         text = f"{count - len(bad)} of {count} targets can be measured; {why}."
         return NextStep(text, Tone.BAD, show, improve)
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):

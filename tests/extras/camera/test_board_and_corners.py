@@ -11,8 +11,7 @@ from rendered_boards import looking_at, render
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.extras.camera.camera import Camera, Mount, project
-from workbench.extras.camera.corner_detection import BoardFinder, find_corners
-from workbench.extras.camera.printed import printed_sheet
+from workbench.extras.camera.corner_detection import BoardFinder, find_corners, printed_sheet
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, PictureTarget, charuco_target, read_targets
 

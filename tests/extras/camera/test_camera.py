@@ -114,6 +114,7 @@ def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path, ta
         (BOARDS, 'name = "tag"', "colour = 3", "colour"),
         (CAMERA, "fx = 900.0\n", "", "fx"),
         (CAMERA, '"world"', '"ceiling"', "mounted"),
+        (CAMERA, CAMERA, "image_width: 640\ncamera_name: head\n", "size, fx, fy, cx, cy, distortion"),
     ],
 )
 def test_cameras_and_targets_that_can_not_be_are_refused(tmp_path, text, old, new, named):
@@ -140,6 +141,24 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
     more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
     with refuses(DataError, "8 of 10 rows of more.csv", "'3', '4', '5', '6', '7' and 3 more"):
         read_pixels(source, rig, joints=more)
+
+
+POSE = "x[m],y[m],z[m],rx[rad],ry[rad],rz[rad]"
+
+
+@pytest.mark.parametrize("given", [POSE, "x[m],y[m],z[m]", "x[m]", "m1x[mm],m1y[mm],m1z[mm]"])
+def test_pixels_are_what_was_measured_whatever_stands_beside_the_joints(tmp_path, given):
+    """Logs have the controller's own pose there."""
+    rig, cells = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),)), ",1" * (1 + given.count(","))
+    pixels = [f"{i},{k},{100 + 9 * k},{200.5 + k}" for i in (2, 10) for k in range(6)]
+    source = table(tmp_path, ["image,id,u[px],v[px]", *pixels])
+    joints = table(tmp_path, [f"image,q1[deg],{given}", f"10,90{cells}", f"2,45{cells}"], "joints.csv")
+    rows = [f"{row},{90 if row[0] == '1' else 45}{cells}" for row in pixels]
+    whole = table(tmp_path, [f"image,id,u[px],v[px],q1[deg],{given}", *rows], "whole.csv")
+    for data in (read_pixels(source, rig, joints=joints), read_pixels(whole, rig)):
+        assert data.position is data.rotation is data.markers is data.written is None
+        assert data.readings.seen.any((1, 2)).all()
+        assert sum(given.split(",")[0] in note and "left out" in note for note in data.notes) == 1
 
 
 def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):

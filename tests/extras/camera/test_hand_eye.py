@@ -1,6 +1,7 @@
 """Hand–eye from pairs that numpy and scipy made: files, mounts, wrong pairs, motions that tell too little."""
 
 import json
+import pickle
 import re
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import pytest
 from refusals import refuses
 from scipy.spatial.transform import Rotation
 
-from workbench.base.errors import DataError, FileError
+from workbench.base.errors import DataError, FileError, OptionError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.hand_eye import handeye
 
@@ -141,6 +142,114 @@ def test_every_file_gives_the_camera_on_the_hand(tmp_path, name):
     told = {"samples.yaml", "opencv.yml", "franka.json", "asked.csv"}
     assert any("poses may be inverse" in note for note in found.notes) == (name not in told)
     assert found.target.xyz == pytest.approx(Z[:3, 3], abs=1e-3)
+
+
+def quaternion(pose):
+    numbers = [*pose[:3, 3].tolist(), *xyzw(pose[None])[0].tolist()]
+    return "\n".join(
+        f"{n}: {v!r}" for n, v in zip(["x", "y", "z", "qx", "qy", "qz", "qw"], numbers, strict=True)
+    )
+
+
+def vector(pose):
+    numbers = [*pose[:3, 3].tolist(), *Rotation.from_matrix(pose[:3, :3]).as_rotvec().tolist()]
+    return "rows: 6\ncols: 1\ndata:\n" + "".join(f"  - [{v!r}]\n" for v in numbers)
+
+
+def storage(pose):
+    numbers, head = " ".join(map(repr, pose.ravel().tolist())), "<rows>4</rows>\n<cols>4</cols>\n<dt>d</dt>"
+    inside = f'<pose type_id="opencv-matrix">{head}<data>{numbers}</data></pose>'
+    return f"<opencv_storage>\n{inside}</opencv_storage>"
+
+
+def rows(pose):
+    return "\n".join(" ".join(map(repr, row)) for row in pose.reshape(-1, 4).tolist())
+
+
+EACH = {
+    ("robot_0", "cam_0", ".txt"): rows,
+    ("ee/", "tag/", ".yaml"): quaternion,
+    ("pose_fPe_", "pose_cPo_", ".yaml"): vector,
+    ("robot", "board", ".xml"): storage,
+}
+
+
+@pytest.mark.parametrize("names", EACH)
+def test_every_numbered_file_is_a_pose(tmp_path, names):
+    for name, side in zip(names, pairs(), strict=False):
+        (tmp_path / f"{name}0").parent.mkdir(exist_ok=True)
+        for k, pose in enumerate(side):
+            (tmp_path / f"{name}{k}{names[2]}").write_text(EACH[names](pose))
+    (tmp_path / f"{names[1]}9{names[2]}").unlink()
+    (tmp_path / "readme.txt").write_text("15 poses")
+    np.savetxt(tmp_path / "lens.txt", np.eye(3))
+    found = handeye(tmp_path)
+    assert (found.mounted, found.doubt, found.fit.apart) == (Mount.TOOL, "", ())
+    assert (np.array(off(found)) < (0.6, 0.1)).all()
+    assert any(note.endswith(", left out: 9") for note in found.notes)
+    assert found.row.tolist() == [*range(9), *range(10, 15)]
+    if names[0] == "ee/":
+        assert off(handeye([tmp_path / "tag", tmp_path / "ee"])) == off(found)
+
+
+def arrays_each(folder, hands, seen):
+    for k, (a, b) in enumerate(zip(hands, seen, strict=True)):
+        sides = {"R_gripper2base": a[:3, :3], "t_gripper2base": a[:3, 3:]}
+        np.savez(folder / f"s{k}.npz", **sides, R_target2cam=b[:3, :3], t_target2cam=b[:3, 3:])
+
+
+def stacks(folder, hands, seen):
+    for name, side in (("robot_cali", hands), ("board", seen)):
+        (folder / f"{name}.txt").write_text(f"{len(side)}\n\n{rows(side)}")
+
+
+def one_stack(folder, hands, seen):
+    (folder / "all.txt").write_text(rows(np.stack([hands, seen], axis=1)))
+
+
+def timed(folder, hands, seen):
+    """Two logs, the camera's with two samples less and 10 ms late."""
+    time = np.arange(15.0)[:, None]
+    for name, side, late in (("hand", hands, 0.0), ("eye_target", seen, 0.01)):
+        table = np.hstack([time + late, side[:, :3, 3], xyzw(side)])[2 * (late > 0.0) :]
+        np.savetxt(
+            folder / f"{name}.csv", table, delimiter=",", header="t,x,y,z,q_x,q_y,q_z,q_w", comments=""
+        )
+
+
+def objects(folder, hands, seen):
+    content = [
+        {"robot_pose": a, "marker_pose": b, "lens": [0.1] * 5} for a, b in zip(hands, seen, strict=True)
+    ]
+    (folder / "all.pkl").write_bytes(pickle.dumps(content, protocol=2))
+
+
+@pytest.mark.parametrize("layout", [arrays_each, stacks, one_stack, timed, objects])
+def test_every_folder_of_arrays_gives_the_camera_on_the_hand(tmp_path, layout):
+    layout(tmp_path, *pairs())
+    files = [*tmp_path.iterdir()]
+    found = handeye(files[0] if len(files) == 1 else tmp_path)
+    assert (found.mounted, found.doubt, found.fit.apart) == (Mount.TOOL, "", ())
+    assert (np.array(off(found)) < (0.6, 0.1)).all()
+
+
+def test_whose_poses_are_whose_is_asked_where_no_name_tells(tmp_path):
+    for name, side in zip("ba", pairs(), strict=True):
+        np.save(tmp_path / f"{name}.npy", side)
+    with refuses(OptionError, "'a', 'b'", "the robot's first"):
+        handeye(tmp_path)
+    assert off(handeye([tmp_path / "b.npy", tmp_path / "a.npy"]))[0] < 0.6
+
+
+class Hostile:
+    def __reduce__(self):
+        return exec, ("raise SystemExit",)
+
+
+def test_a_pickle_of_anything_but_arrays_is_refused(tmp_path):
+    (tmp_path / "all.pkl").write_bytes(pickle.dumps({"robot": Hostile()}))
+    with refuses(FileError, "can't be read"):
+        handeye(tmp_path / "all.pkl")
 
 
 @pytest.mark.parametrize("vectors", [False, True])

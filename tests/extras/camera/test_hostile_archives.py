@@ -108,7 +108,7 @@ import resource, sys
 from pathlib import Path
 from workbench.base.errors import FileError
 from workbench.extras.camera.panels import CamerasPanel
-from workbench.extras.camera.picture_files import read_picture
+from workbench.extras.camera.corner_detection import read_picture
 from workbench.extras.camera.camera import opencv
 opencv()
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -103,15 +103,7 @@ def test_pictures_joints_and_a_board_lead_to_the_zeros(aria, first, tmp_path):
 @pytest.mark.data
 def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first, tmp_path, shared_data):
     """Real pictures, of whose lens nothing is known: 1.10 px is what OpenCV comes to with poses and lens."""
-    source, keys = shared_data / "charuco_poses", ("x", "y", "z", "qw", "qx", "qy", "qz")
-    lines = ["image,x[m],y[m],z[m],qw,qx,qy,qz"]
-    for k in range(16):
-        text = (source / f"poses/{k}.yaml").read_text().strip()
-        pairs = dict(line.split(": ") for line in text.split("\n"))
-        lines.append(",".join([f"{k}.jpg", *(pairs[key].strip() for key in keys)]))
-    (tmp_path / "poses.csv").write_text("\n".join(lines) + "\n")
-    for path in (source / "images").iterdir():
-        shutil.copy(path, tmp_path)
+    shutil.copytree(shared_data / "charuco_poses", tmp_path, dirs_exist_ok=True)
     board = Charuco((5, 7), 0.036195, 0.018256, "DICT_6X6_250")
     (tmp_path / "target.toml").write_text(target_toml(charuco_target(board, "tool")))
     found = wb.identify(None, read_folder(tmp_path))

@@ -166,8 +166,8 @@ def _text(path: Path) -> str:
 
 def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     from workbench.extras.camera.camera import read_cameras
+    from workbench.extras.camera.corner_detection import read_picture
     from workbench.extras.camera.folder import unpacked
-    from workbench.extras.camera.picture_files import read_picture
     from workbench.extras.camera.pixel_table import read_pixels
     from workbench.extras.camera.pose_pairs import read_pairs
     from workbench.extras.camera.rig import read_rig

@@ -72,6 +72,14 @@ def test_matlab_matrices_that_do_not_fit(read_here, tmp_path):
     file = save_mat(tmp_path / "t.mat", Q=np.zeros((4, 2)), P=np.zeros((5, 3)))
     with refuses(OptionError, "'Q'", "4 measurements", "5 of"):
         read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
+    save_mat(tmp_path / "v.mat", Q=np.zeros((4, 2)), Y=np.arange(12.0))  # x, y, z of row by row
+    stacked = read_measurements(tmp_path / "v.mat", columns="q[deg|row]=Q, xyz[m]=Y")
+    assert stacked.position.tolist() == np.arange(12.0).reshape(4, 3).tolist()
+    save_mat(tmp_path / "v.mat", Q=np.zeros((8, 2)) + np.arange(8)[:, None], P=np.arange(72.0).reshape(24, 3))
+    markers = read_measurements(
+        tmp_path / "v.mat", columns="q[deg]=Q, xyz[m]=P"
+    ).markers  # three points a posture
+    assert markers.tolist() == np.arange(72.0).reshape(8, 3, 3).tolist()
     for bad in ("q[deg|row]=Z", "q[deg|row]=Q,foo[mm]=P", "q1[deg],q2[deg]"):
         with pytest.raises(OptionError):
             read_measurements(file, columns=bad)

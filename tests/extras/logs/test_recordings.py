@@ -12,6 +12,7 @@ import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.extras.logs.standstills import still
+from workbench.extras.pendant.displayed import read_display
 
 POSES, RATE = 8, 25.0
 UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -161,6 +162,7 @@ def test_frames_of_tf_are_chosen_by_name(read_here, run_of_arm, tmp_path):
     check(wb.read_measurements(bag, columns="pose=probe"), run_of_arm)
     with refuses(OptionError, "poses 'probe'", "'other'"):
         wb.read_measurements(bag, columns="pose=other")
+    assert len(read_display(bag, wb.load_robot("ur5e"), columns="pose=probe")) == POSES
 
 
 def test_what_is_no_bag_is_refused(tmp_path):

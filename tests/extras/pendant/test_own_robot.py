@@ -119,14 +119,17 @@ def test_a_slip_in_one_pose_is_named_with_its_size():
         find_convention([TableReading(arm, ("as given",))], exactly(q, poses))
 
 
-@pytest.mark.parametrize(("axes", "expected"), [("ZYZ", "Doosan"), ("XYZ", "Stäubli"), ("", "ABB")])
+@pytest.mark.parametrize(
+    ("axes", "expected"), [("ZYZ", "Doosan"), ("XYZ", "Stäubli"), ("", "ABB"), ("R", "matrix")]
+)
 def test_makers_angles_are_read(axes, expected):
-    """R = R1(a) R2(b) R3(c), each about an axis that the last one turned; or a quaternion."""
+    """R = R1(a) R2(b) R3(c), each about an axis that the last one turned; or a quaternion; or R itself."""
     arm = plain("ur10")
     q = np.random.default_rng(7).uniform(-2.0, 2.0, (3, 6))
     poses = tool_poses(arm, Motion(q))
     turned = Rotation.from_matrix(poses[:, :3, :3])
-    angles = turned.as_euler(axes, degrees=True) if axes else turned.as_quat(scalar_first=True)
+    angles = turned.as_matrix().reshape(3, 9) if axes == "R" else turned.as_quat(scalar_first=True)
+    angles = turned.as_euler(axes, degrees=True) if axes[1:] else angles
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
     found = find_convention([TableReading(arm)], shown(numbers, 6))
     assert expected in found.assumptions[-1]
@@ -194,8 +197,8 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     (tmp_path / "t.json").write_text(json.dumps({"order": ["a1"], "joints": joints}, indent=2))
     listed = dict(zip(keys, zip(*rows, strict=True), strict=True)) | {"type": ["p", "p"]}
     (tmp_path / "lists.json").write_text(json.dumps(listed))
-    lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in joint.items()) for joint in joints)
-    (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  - k: 1\n{own}" for own in lines))
+    lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in reversed(joint.items())) for joint in joints)
+    (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  joint:\n{own}" for own in lines))
     cells = [["theta", "d", "a", "alpha", "type"], *([*r, "p"] for r in rows)]
     (tmp_path / "t.xlsx").write_bytes(workbook({"DH": cells}))
     for name in ("t.json", "lists.json", "t.yaml", "t.xlsx"):

@@ -39,7 +39,8 @@ def urscript(rows) -> str:
     return f"def job(): # [1,2,3,4,5,6]\n{moves}  force_mode([0,0,1,0,0,0])\nend\n"
 
 
-WRITTEN = {"a.mod": rapid, "b.src": krl, "d.script": urscript, "d.txt": urscript}
+WRITTEN = {"a.mod": rapid, "a.pgf": rapid, "a": rapid, "b.src": krl, "b.bak": krl, "d.script": urscript}
+WRITTEN |= {"d.txt": urscript}
 
 
 @pytest.fixture

@@ -107,8 +107,6 @@ def test_file_identify_overlay_save(app, look, tmp_path):
 
     screen = look()
     page = screen.page
-    screen.tab("Calibrate")
-    screen.wait_text("hint", "Nothing has been measured yet")
     screen.tab("Measure")
     screen.give("Load measurements", path)
     screen.wait_text("preview", "60")
@@ -175,7 +173,7 @@ def test_a_click_on_a_row_of_the_chart_puts_the_arm_there(app, look):
     screen = look()
     screen.tab("Measure")
     screen.press("Measure a virtual arm")
-    screen.wait_text("preview", "10 targets")
+    screen.wait_text("preview", "10 of 10")
     screen.tab("Calibrate")
     screen.press("Identify")
     screen.wait_text("result", "40 held-out poses")

@@ -27,6 +27,7 @@ from workbench.session.export import (
     report_zip,
 )
 from workbench.session.page_state import Severity, Tab
+from workbench.session.stages import stages
 from workbench.session.state import Focus
 from workbench.views.drawables.drawable import Points
 from workbench.views.drawables.sink import Item
@@ -125,6 +126,8 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     results = app.worker.session.results
     assert results.row == np.nanargmax(results.comparison.stage_errors[:, 1])
     assert "Excluded by hand: rows" in html_of(app, "row-chart")
+    mean, _, most, _ = map(compared, stages(app.worker.session)[1].errors.position_mm)
+    assert all(f">{size}</td>" in html_of(app, "comparison") for size in (mean, most))
     for row, kind, does in ((1, "", "Exclude data row 1"), (0, "kept out", "Use data row 0 again")):
         change(app, "Data row", row)
         assert app.worker.wait()

@@ -62,9 +62,8 @@ class Reached:
 
     @property
     def converged(self) -> Bool[np.ndarray, "*rows"]:
-        """Whether the targets are met."""
-        near = (self.position_error < POSITION_TOLERANCE) & (self.rotation_error < ROTATION_TOLERANCE)
-        return np.asarray(near)
+        """Whether the targets are met; of one an array as well."""
+        return ((self.position_error < POSITION_TOLERANCE) & (self.rotation_error < ROTATION_TOLERANCE))[...]
 
     def cost(self, weight: float) -> Float[np.ndarray, "*rows"]:
         """|p* − p|² + w² |ρ|² [m²]."""

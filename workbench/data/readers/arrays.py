@@ -1,4 +1,5 @@
-"""Arrays as programs keep them: an .npz, or JSON of lists or of one object a row or line.
+"""Arrays by name, as programs keep them: .npz, .npy, pickles, JSON, YAML, XML of OpenCV, text of numbers,
+and folders of such files, where files that differ in one number are rows: `robot_00.txt`, `robot_01.txt` …
 
 An array of rows is a column, or several: joints `q1 …`, places `x y z`, quaternions, poses and rotations by
 their entries. Their units, and the order of a quaternion, are told by the rows like those of any table.
@@ -6,20 +7,24 @@ their entries. Their units, and the order of a quaternion, are told by the rows 
 
 import io
 import json
+import pickle
 import re
 import zipfile
-from collections import Counter
-from collections.abc import Mapping
+from collections import Counter, defaultdict
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.base.errors import FileError
+from workbench.base.bounded_process import ChildError
+from workbench.base.errors import FileError, WorkbenchError
 from workbench.base.units import parse_heading
-from workbench.data.readers.file_kind import POSE_PAIRS, TABLE
+from workbench.data.binary_tables import read_in_child
+from workbench.data.readers.file_kind import POSE_PAIRS, TABLE, read_bytes
 from workbench.data.readers.headings import (
     is_commanded,
     is_of_measurement,
@@ -29,36 +34,121 @@ from workbench.data.readers.headings import (
     quantities_of,
 )
 from workbench.data.readers.table import Grid, grid_of
+from workbench.data.readers.text import decode, read_text
 
-MAX_BYTES = 256 * 2**20
-"""Maximum size of unpacked arrays."""
-_JOINTS = re.compile("q|joints?|joint_(?:positions|angles|states)|angles")
+MAX_BYTES, MAX_FILES = 256 * 2**20, 20_000
+"""Maximum size of unpacked arrays, and number of files of a folder."""
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
+BLOCKS = (".txt", ".csv", ".tsv", ".dat", ".json", ".yaml", ".yml", ".xml", ".npy", ".npz", ".pkl", ".pickle")
+"""Endings of pictures, and of files that may hold a block."""
+_NUMPY = (b"\x93NUMPY", b"PK\x03\x04", b"\x80")
+"""How arrays of NumPy and pickles begin."""
+_DAMAGED = ValueError, OSError, EOFError, KeyError, NotImplementedError, MemoryError, zipfile.BadZipFile
+_ALLOWED = re.compile(
+    r"numpy\.(_?core\.(multiarray\.(_reconstruct|scalar)|numeric\._frombuffer)|ndarray|dtype)"
+    r"|collections\.OrderedDict|_codecs\.encode"
+)
+"""All that a pickle may name."""
+_RUNNING = re.compile(r"\d+(?![a-zA-Z\d])(?!.*\d(?![a-zA-Z\d]))")
+"""The last number of a name that no letter follows, as in 'pose_3_gripper2base'."""
+_OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
+"""Tags of XML, read as keys are."""
+_YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*[:=]", re.M)
+_TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*[:=]|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")
+_NUMBER = re.compile(r"(^|_)\d+$")
+TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
+_PLACE = re.compile(r"translation|position", re.I)
+_JOINTS = re.compile("q|joints?|joint_(?:pose|positions|angles|states)|angles")
 _PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
-_MATRICES = {(3, 3): "r", (3, 4): "t", (4, 4): "t"}
+_MATRICES = {(4, 4): "t", (3, 4): "t", (3, 3): "r"}
 
 
-def unpacked_arrays(data: bytes, limit: int) -> dict[str, np.ndarray]:
-    """The arrays of an .npz by name; a ValueError if they unpack to more bytes than the limit."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if sum(entry.file_size for entry in archive.infolist()) > limit:
-            raise ValueError(f"it unpacks to more than {limit >> 20} MiB")
-    with np.load(io.BytesIO(data), allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
+class Arrays(NamedTuple):
+    """Arrays by name, the running number of each row where they have one, and what was decided."""
+
+    arrays: dict[str, Any]
+    numbers: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
-def read_npz(data: bytes, path: Path) -> Grid:
-    """The arrays of an .npz as a table."""
+def arrays_in(paths: Mapping[str, Path], owner: Callable[[str], bool] = lambda name: False) -> Arrays:
+    """All blocks of files, and of the files in folders, by the names before which theirs stand; of one file
+    none where it is a table under headings. `owner` knows names in YAML of whose pose is below."""
+    blocks = dict[tuple[str, str], np.ndarray]()
+    for label, path in paths.items():
+        for file in sorted(islice(path.rglob("*"), MAX_FILES)) if path.is_dir() else [path]:
+            own = "" if file == path else file.relative_to(path).with_suffix("").as_posix()
+            stem, ending = "/".join(filter(None, (label, own))), file.suffix.lower()
+            if ending in PICTURES:
+                blocks[stem, "image"] = np.array([file.name])
+            elif file == path or ending in BLOCKS:
+                with suppress(*(() if file == path else (WorkbenchError, ValueError))):
+                    found = arrays_of(read_bytes(file), file, owner, headed=bool(stem))
+                    blocks |= {(stem, name): block(values) for name, values in found.items()}
+    return _in_rows(blocks, are_named=len(paths) > 1)
+
+
+def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: bool) -> dict[str, Any]:
+    """Blocks of one file by their names, '' where they have none; columns of a table if `headed`."""
+    if data.startswith(_NUMPY) and b"xl/" not in data:
+        try:
+            return numpy_arrays(data, pickled=False)
+        except (*_DAMAGED, ChildError):
+            what, instead = "these arrays", "save them as .npz, without objects"
+            return read_in_child(numpy_arrays, data, path, needs="numpy", what=what, instead=instead)
+    if data.startswith(b"PK"):
+        return {}
+    text = decode(data, path)[0]
+    if text.lstrip().startswith("<"):
+        text = _CLOSED.sub("]", _OPENED.sub(r"\n\1: [", text))
+    if _YAML.search(text):
+        found = arrays_of_json(data)
+        return found if any(isinstance(v, list) for v in found.values()) else _samples(text, owner)
+    bare = re.sub(r"[\[\](){}]", " ", text)
+    head, *body = read_text(bare.encode(), path).rows
+    is_count = len(head) == 1 < len(body) and len(body[0]) > 1  # of blocks
+    with suppress(ValueError):
+        return {"": upright(np.array(body if is_count else [head, *body], float))}
+    if [meaning_of(name) for name in head[:4]] == ["time", "x", "y", "z"] and len(head) == 8:
+        with suppress(ValueError):
+            return {"": np.array(body, float)}
+    return dict(zip(head, zip(*body, strict=True), strict=True)) if headed and body else {}
+
+
+def numpy_arrays(data: bytes, *, pickled: bool = True) -> dict[str, Any]:
+    """The arrays of an .npz or .npy by name, or of a pickle of such, which is read in a child."""
+    files = {"": data}
+    if data.startswith(b"PK"):
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise ChildError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
+            names = [name for name in archive.namelist() if name.endswith(".npy")]
+            files = {name.removesuffix(".npy"): archive.read(name) for name in names}
+    found = {name: _array_of(io.BytesIO(content), pickled) for name, content in files.items()}
+    found = by_name(found[""]) if [*files] == [""] else found
+    return {name: block(own) for name, own in found.items()}
+
+
+def _array_of(file: io.BytesIO, pickled: bool) -> Any:
+    """An array, or what a pickle of arrays holds, which may stand behind the head of an array of objects."""
     try:
-        arrays = unpacked_arrays(data, MAX_BYTES)
-    except (ValueError, OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
-        raise FileError(f"its arrays can't be read ({error}); {TABLE}", path=str(path)) from None
-    return table_of(arrays, path, "these are arrays of NumPy")
+        found = np.lib.format.read_array(file, allow_pickle=False)
+    except ValueError:
+        if not pickled:
+            raise
+        file.seek(0 if file.getvalue().startswith(b"\x80") else file.tell())
+        found = _Unpickler(file).load()
+    return found.tolist() if isinstance(found, np.ndarray) and found.dtype == object else found
 
 
-def read_json(data: bytes, path: Path) -> Grid:
-    """JSON of arrays, of one object a row, or of one object a line, as a table."""
-    return table_of(arrays_of_json(data), path, "this is JSON")
+class _Unpickler(pickle.Unpickler):
+    """Loads arrays, numbers and containers; what names anything else is refused before it is looked up."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        if not _ALLOWED.fullmatch(f"{module}.{name}"):
+            raise ChildError(f"'{module}.{name}' in it is none of NumPy's arrays")
+        return super().find_class(module, name)
 
 
 def arrays_of_json(data: bytes) -> dict[str, Any]:
@@ -70,12 +160,22 @@ def arrays_of_json(data: bytes) -> dict[str, Any]:
             found = json.loads(text)
         except json.JSONDecodeError:
             found = [json.loads(line) for line in text.splitlines() if line.strip()]
+    return by_name(found)
+
+
+def by_name(found: Any) -> dict[str, Any]:
+    """Rows of each name, of an object of arrays, of a list of objects, one a row, or of stacks of poses."""
     lists = [v for v in (found.values() if isinstance(found, dict) else [found]) if isinstance(v, list) and v]
     lists = [rows for rows in lists if all(isinstance(row, dict) for row in rows)]
     if len(lists) == 1:
         rows = [_leaves("", row) for row in lists[0]]
-        found = {name: [row.get(name) for row in rows] for name in rows[0]}
-    return found if isinstance(found, dict) else {}
+        return {name: [row.get(name) for row in rows] for name in rows[0]}
+    if isinstance(found, dict):
+        return found
+    array = block([] if found is None else found)
+    if array.ndim == 4 and 2 in array.shape[:2]:
+        return dict(zip("AB", array if len(array) == 2 else np.moveaxis(array, 1, 0), strict=True))
+    return {"": upright(array)} if array.ndim > 1 else {}
 
 
 def _leaves(name: str, value: Any) -> dict[str, Any]:
@@ -86,10 +186,105 @@ def _leaves(name: str, value: Any) -> dict[str, Any]:
     return {path: leaf for leaves in inside for path, leaf in leaves.items()}
 
 
+def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
+    """Numbers of JSON or YAML by the keys before them, those of the pose and of its part among them."""
+    found, side, part, name = defaultdict[str, list[list[float]]](list), "", "", ""
+    for key, number in _TOKEN.findall(text):
+        if key:
+            key = _NUMBER.sub("", key)
+            side, part = (key, "") if owner(key) else (side, part)
+            part = key if TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
+            name = "_".join(filter(None, dict.fromkeys((side, part, key))))
+            found[name].append([])
+        elif name:
+            found[name][-1].append(float(number))
+    whole = {name: [row for row in rows if row] for name, rows in found.items()}
+    arrays = {name: np.array(rows) for name, rows in whole.items() if len(set(map(len, rows))) == 1}
+    for name in [name for name in arrays if name.endswith("cols")]:  # of OpenCV
+        data, width = arrays.get(f"{name[:-4]}data", np.zeros(0)), int(arrays[name].flat[0])
+        if width > 1 and data.size % width == 0:
+            arrays[f"{name[:-4]}data"] = upright(data.reshape(-1, width))
+    shapes = {1: (-1,), 9: (-1, 3, 3)}
+    return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in arrays.items()}
+
+
+def upright(numbers: np.ndarray) -> np.ndarray:
+    """A row whose numbers stand one below another as a row, and matrices that stand so one by one."""
+    if numbers.ndim == 2 and numbers.shape[1] == 1 and numbers.size in (3, 4, 6, 7, 12, 16):
+        return numbers.reshape(1, -1)
+    for height, width in _MATRICES if numbers.ndim == 2 else ():
+        if numbers.shape[1] == width and len(numbers) % height == 0:
+            turns = (blocks := numbers.reshape(-1, height, width))[:, :3, :3]
+            if np.abs(np.swapaxes(turns, 1, 2) @ turns - np.eye(3)).max() < 0.1:
+                return blocks if len(blocks) > 1 else blocks[0]
+    return numbers
+
+
+def block(values: Any) -> np.ndarray:
+    """Numbers or labels as an array; an empty one where they are none."""
+    with suppress(ValueError):
+        if (array := np.asarray(values)).dtype.kind in "fiubUS":
+            return np.atleast_1d(array)
+    return np.zeros(0)
+
+
+def _in_rows(blocks: Mapping[tuple[str, str], np.ndarray], are_named: bool) -> Arrays:
+    """Blocks with running numbers as arrays of rows, and all others as they are.
+
+    Args:
+        blocks: By the file's name and their own.
+        are_named: Whether names of files belong to those of arrays in any case.
+    """
+    series, found = defaultdict[tuple, dict[int, np.ndarray]](dict), dict[tuple[str, str], np.ndarray]()
+    for (stem, name), own in blocks.items():
+        row = own.ravel() if own.shape[1:] == (1,) else own[0] if len(own) == 1 else own
+        is_column = own.dtype.kind == "U" and row.ndim > 0
+        if (number := _RUNNING.search(stem)) and not is_column and (row.ndim < 2 or row.shape in _MATRICES):
+            series[_RUNNING.sub("", stem), name, row.shape].setdefault(int(number[0]), row)
+        else:
+            found[stem, name] = own
+    pictures, most = [key for key in series if key[1] == "image"], max(map(len, series.values()), default=0)
+    several = pictures if len(pictures) > 1 else []  # of cameras, or depths
+    rows_of = ((key, rows) for key, rows in series.items() if 2 * len(rows) > most > 1 and key not in several)
+    whole = {(stem, name): rows for (stem, name, _), rows in rows_of}
+    numbers = sorted(set.intersection(*map(set, whole.values()))) if whole else []
+    found = {key: own for key, own in found.items() if len(own) == len(numbers)} if numbers else found
+    notes = list[str]()
+    for key, rows in whole.items():
+        found[key] = np.array([rows[number] for number in numbers])
+        if lost := sorted(set().union(*whole.values()) - set(rows)):
+            notes.append(f"without {_plain(*key)}, left out: {', '.join(map(str, lost))[:60]}")
+    names = {key: _plain(key[1] or key[0]) for key in found}
+    if are_named or len(set(names.values())) < len(names):
+        names = {key: _plain(*key) for key in found}
+    return Arrays({names[key]: array for key, array in found.items()}, tuple(numbers), tuple(notes))
+
+
+def _plain(*names: str) -> str:
+    return re.sub(r"[\W_]+", "_", "_".join(names)).strip("_")
+
+
+def read_arrays(path: Path) -> Grid | None:
+    """The arrays of a file, or of the numbered files of a folder, as a table; None of a folder without."""
+    found = arrays_in({"": path})
+    if path.is_dir() and not found.numbers:
+        return None
+    if [*found.arrays] == [""] and (rows := found.arrays[""]).ndim == 2:  # whose columns have no names
+        return Grid(source=str(path), rows=rows.astype(str).tolist(), lines=list(range(1, len(rows) + 1)))
+    grid = table_of(
+        found.arrays, path, "these are arrays, or JSON" if path.is_file() else "these are numbered files"
+    )
+    lines = [0, *found.numbers] if len(found.numbers) == len(grid.rows) - 1 else grid.lines
+    return replace(grid, lines=lines, notes=(*found.notes, *grid.notes))
+
+
 def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     """Arrays as long as the joints, or as most are, side by side; without `what`, under their whole names."""
     columns, left_out = dict[str, list[str]](), list[str]()
-    upright = {str(name): _array(values) for name, values in arrays.items()}
+    upright = {
+        str(name): own if own.ndim else np.zeros(0)
+        for name, own in zip(arrays, map(block, arrays.values()), strict=True)
+    }
     rows, upright = _upright(upright) if what else (max(map(len, upright.values())), upright)
     for name, array in upright.items():
         shape = array.shape[1:-1] if array.shape[2:] == (1,) else array.shape[1:]
@@ -158,14 +353,6 @@ def _is_known(name: str, shape: tuple[int, ...]) -> bool:
     names = [normalised(heading) for heading in _headings(name, shape)[:17]]  # more are alike
     together = known_together(dict.fromkeys(names, ()))
     return len(names) in (12, 16) or any(map(meaning_of, names)) or bool(together)
-
-
-def _array(values: Any) -> np.ndarray:
-    """Numbers or labels as an array; an empty one where they are none, or a single one."""
-    with suppress(ValueError):
-        if (array := np.asarray(values)).ndim and array.dtype.kind in "fiubUS":
-            return array
-    return np.zeros(0)
 
 
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:

@@ -8,7 +8,7 @@ from workbench.base import files
 from workbench.base.errors import FileError
 from workbench.base.remedy import remedy
 
-FileKind = Enum("FileKind", "TEXT EXCEL PARQUET NPZ JSON")
+FileKind = Enum("FileKind", "TEXT EXCEL PARQUET ARRAYS")
 """The kinds of files that are read."""
 TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 """Usual endings of the names of tables."""
@@ -66,10 +66,10 @@ def kind_of(data: bytes, path: Path) -> FileKind:
         return FileKind.EXCEL
     if data.startswith(b"PAR1"):
         return FileKind.PARQUET
-    if data.startswith(b"PK\x03\x04") and b".npy" in data[:200]:
-        return FileKind.NPZ
-    if re.match(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)", data[:4000]):
-        return FileKind.JSON
+    if re.match(
+        rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)", data[:4000]
+    ):
+        return FileKind.ARRAYS
     start = data[:4000].removeprefix(b"\xef\xbb\xbf")
     found = next((what for pattern, what in _REFUSED if re.match(pattern, start)), None)
     if found is not None:

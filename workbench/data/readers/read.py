@@ -11,12 +11,14 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from workbench.base import files
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
-from workbench.data.readers.arrays import read_json, read_npz, with_lists
+from workbench.data.readers.arrays import read_arrays, table_of, upright, with_lists
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import (
@@ -222,6 +224,8 @@ def read_table(
 
 def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
     """The cells of a file."""
+    if path.is_dir() and (grid := read_arrays(path)) is not None:
+        return grid
     data = read_bytes(path)
     if (named := read_named(data, path)) is not None:
         return named
@@ -230,5 +234,12 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
         return read_excel(data, path, sheet=sheet)
     if sheet is not None:
         raise OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
-    readers = {FileKind.PARQUET: read_parquet, FileKind.NPZ: read_npz, FileKind.JSON: read_json}
-    return readers.get(kind, read_text)(data, path)
+    if kind is FileKind.ARRAYS and (grid := read_arrays(path)) is not None:
+        return grid
+    if kind is FileKind.PARQUET:
+        return read_parquet(data, path)
+    grid = read_text(data, path)
+    with suppress(ValueError):  # of numbers alone, which may be matrices one below another
+        if (stack := upright(np.array(grid.rows, float))).ndim == 3:
+            return table_of({"pose": stack}, path, "these are matrices")
+    return grid

@@ -114,7 +114,9 @@ def separator_of(lines: list[str]) -> str:
         return counts.index(Counter(filter(None, counts[later:])).most_common(1)[0][0])
 
     carried = [mark for mark in "\t;,|" if 2 * sum(mark in line for line in bare[later:]) > len(bare) - later]
-    return min(carried, key=first, default=" ")
+    mark = min(carried, key=first, default=" ")
+    cells = [cell.split() for cell in bare[-1].split(mark)] if mark == "\t" else []
+    return " " if any(len(own) > 1 and all(map(NUMBER.fullmatch, own)) for own in cells) else mark
 
 
 def fields_of_lines(lines: list[str], separator: str) -> list[tuple[int, list[str]]]:

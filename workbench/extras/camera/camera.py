@@ -148,13 +148,12 @@ class CameraEntry:
 
     def camera(self, number: int) -> Camera:
         """The camera, the first, second … of a file."""
-        pinhole = [self.fx, self.fy, self.cx, self.cy]
         sigma = [FOCAL_SIGMA * self.fx, FOCAL_SIGMA * self.fy, *[CENTRE_SIGMA * self.size[0]] * 2]
         given = self.sigma * (4 if len(self.sigma) == 1 else 1)
         return Camera(
             name=self.name or ("camera" if number == 1 else f"camera{number}"),
             size=self.size,
-            intrinsics=frozen(np.array([*pinhole, *self.distortion], float)),
+            intrinsics=frozen(np.array([self.fx, self.fy, self.cx, self.cy, *self.distortion], float)),
             mounted=self.mounted,
             free=FREE[self.free],
             sigma=frozen(np.array([*given, *[*sigma, *DISTORTION_SIGMA][len(given) :]], float)),
@@ -164,8 +163,8 @@ class CameraEntry:
 
 @final
 class _CameraReader(AbstractTableReader):
-    wanted = "a camera TOML with [[camera]] tables"
-    otherwise = "a camera TOML (size, fx, fy, cx, cy, distortion, mounted, free)"
+    wanted = "a camera.toml: [[camera]] with size, fx, fy, cx, cy, distortion = [k1, k2, p1, p2, k3], mounted"
+    otherwise = f"{wanted}; without one the pictures tell the lens"
 
 
 def read_cameras(path: Path | str) -> tuple[Camera, ...]:

@@ -29,7 +29,7 @@ def board(
 ) -> None:
     """A ChArUco board to print at true size, and its target.toml."""
     from workbench.extras.camera.camera import Mount
-    from workbench.extras.camera.printed import across_down, board_pdf
+    from workbench.extras.camera.corner_detection import across_down, board_pdf
     from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
     check_ending(out, "a board is", ".pdf")
@@ -49,10 +49,10 @@ def board(
 @in_section("Calibrate")
 def handeye(
     pairs: Annotated[
-        Path,
+        list[Path],
         argument(
-            "Pairs of the robot's pose and the target's in the camera: samples of easy_handeye or MoveIt "
-            "(YAML), a table with both in a row (CSV), or OpenCV's arrays (.npz)."
+            "Pairs of the robot's pose and the target's in the camera: samples of easy_handeye or MoveIt, a "
+            "table, OpenCV's or NumPy's arrays, a folder of numbered files; or the robot's and the target's."
         ),
     ],
     mounted: Annotated[
@@ -68,6 +68,8 @@ def handeye(
     if save is not None:
         check_ending(save, "a camera's pose is", *ENDINGS)
     opt.check_writable(save)
+    if len(pairs) > 2:
+        raise OptionError(f"give a file or folder, or the robot's and the target's, not {len(pairs)} of them")
     found = wb.handeye(pairs, mounted=mounted)
     opt.give(found, found.doubt, save)
     if save is not None:

@@ -1,13 +1,14 @@
-"""Corners of boards and tags found in a folder of pictures.
+"""Boards to print, and corners of boards and tags found in a folder of pictures.
 
 A ChArUco board's inner corners are found beside its markers and refined to parts of a pixel; so are the
-corners of single tags. Boards that OpenCV before 4.6 printed with an even number of rows have the other
-pattern: whichever shows more corners is taken, and noted. A picture without the target gets the reason.
+corners of single tags. A picture without the target gets the reason.
 """
 
+import contextlib
+import io
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
@@ -15,14 +16,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
+from PIL import Image, ImageOps
 
 from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.files import read_bytes
 from workbench.base.progress import Cancelled, cancelled, progress
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Labels
+from workbench.data.readers.arrays import PICTURES
 from workbench.extras.camera.camera import opencv
-from workbench.extras.camera.picture_files import Picture, picture_files, read_picture, readable
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, PictureTarget
 
@@ -34,6 +37,12 @@ COMMON_NAMES = (
 MIN_FOUND = 4
 """Corners, or markers, that a picture must show."""
 
+MAX_PIXELS = 250_000_000
+"""Larger pictures are refused, as a small file may unpack to gigabytes; sensors have 150 million at most."""
+
+Image.MAX_IMAGE_PIXELS = MAX_PIXELS
+
+Picture = UInt8[np.ndarray, "height width"]
 Markers = tuple[Float[np.ndarray, "n 4 2"], Int[np.ndarray, " n"]]
 """Corners [px] and numbers of single markers."""
 Corners = Float[np.ndarray, "n 4"]
@@ -50,8 +59,7 @@ def dictionary(name: str) -> Any:
     return opencv().aruco.getPredefinedDictionary(number)
 
 
-def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
-    """A board as OpenCV has it; `legacy`: in the pattern of versions before 4.6, white square first."""
+def opencv_board(board: Charuco) -> Any:
     across, down = board.squares
     if board.markers.stop > len(dictionary(board.dictionary).bytesList):
         after = f" from {board.first_marker} on" if board.first_marker else ""
@@ -62,9 +70,7 @@ def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
             found=board.dictionary,
         )
     prints, own = dictionary(board.dictionary), np.array(board.markers)
-    found = opencv().aruco.CharucoBoard(board.squares, board.square, board.marker, prints, own)
-    found.setLegacyPattern(legacy)
-    return found
+    return opencv().aruco.CharucoBoard(board.squares, board.square, board.marker, prints, own)
 
 
 def markers_in(picture: Picture, name: str) -> Markers:
@@ -108,26 +114,22 @@ class BoardFinder:
 
     Args:
         targets: What is looked for, each with its dictionary.
-        legacy: Names of the boards with the pattern of OpenCV before 4.6.
         notes: What was decided about them.
     """
 
     targets: tuple[PictureTarget, ...]
-    legacy: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
         """The finder of targets; what nobody gave of them is what shows most in pictures."""
-        even = [t for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
-        legacy = [t.name for t in even if cls((t,), (t.name,)).shown(pictures) > cls((t,)).shown(pictures)]
-        notes = ["the board has the pattern of OpenCV before 4.6 (setLegacyPattern)"] if legacy else []
+        notes = list[str]()
         unsaid = [t for t in targets if not t.prints]
         if unsaid:
             name = max(COMMON_NAMES, key=lambda name: cls(_printed(unsaid, name)).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
             targets = [t if t.prints else _printed([t], name)[0] for t in targets]
-        return cls(tuple(targets), tuple(legacy), tuple(notes))
+        return cls(tuple(targets), tuple(notes))
 
     def find(self, picture: Picture) -> tuple[Corners, str]:
         """All corners in a picture, and the reason where there are none."""
@@ -146,7 +148,7 @@ class BoardFinder:
             if target.charuco is None:
                 tags.setdefault(target.dictionary, []).append(target)
                 continue
-            board = opencv_board(target.charuco, legacy=target.name in self.legacy)
+            board = opencv_board(target.charuco)
             uv, names, *_ = opencv().aruco.CharucoDetector(board).detectBoard(picture)
             if names is not None:
                 ids = names.ravel() + target.ids[0]
@@ -176,15 +178,66 @@ def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[Picture
     return tuple(replace(target, dictionary=dictionary) for target in targets)
 
 
-def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
+def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterator[tuple[str, Path]]:
+    """Name of the camera and path of every picture, in the order of their names: 2 before 10; of several with
+    one stem the named one, if any is."""
+    if not folder.is_dir():
+        raise FileError("is not a folder of pictures", path=str(folder))
+    names = [camera.name for camera in rig.cameras] or ["camera"]
+    for name in names:
+        own = folder if len(names) == 1 else folder / name
+        inside = (own.iterdir(), own.rglob("*")) if own.is_dir() else ()
+        pictures = ([p for p in some if p.suffix.lower() in PICTURES] for some in inside)
+        every = (sorted(part, key=lambda p: (len(p.stem) * p.stem.isdigit(), p.name)) for part in pictures)
+        found = next(filter(None, every), [])
+        stems = {path.stem for path in found if path.name in named}  # of 0.jpg beside a depth 0.png
+        found = [path for path in found if path.name in named or path.stem not in stems]
+        files = [path.name for path in found]
+        if len(set(files)) < len(files):
+            again = next(file for file in files if files.count(file) > 1)
+            raise FileError(
+                f"has '{again}' in several folders; give every picture its own name", path=str(own)
+            )
+        if not found:
+            raise FileError(f"has no pictures ({', '.join(PICTURES[:4])} …)", path=str(own))
+        yield from ((name, path) for path in found)
+
+
+def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
+    """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits."""
+
+    def grey(picture: Image.Image) -> Picture:
+        if picture.width * picture.height > MAX_PIXELS:
+            return np.zeros((0, 0), np.uint8)
+        is_turned = size not in (None, picture.size) and size == picture.size[::-1]
+        picture = ImageOps.exif_transpose(picture) if is_turned else picture
+        if picture.mode.startswith("I"):  # 16 bits
+            return (np.asarray(picture) // 256).astype(np.uint8)
+        return np.asarray(picture.convert("L"))
+
+    with contextlib.suppress(Exception):  # Pillow stumbles over each format in its own way
+        if (found := grey(Image.open(io.BytesIO(read_bytes(path, wanted="a picture"))))).size:
+            return found
+    raise FileError(f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels", path=str(path))
+
+
+def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] | None]) -> Iterator[Picture]:
+    """Those of some pictures that can be read."""
+    for camera, path in files:
+        with contextlib.suppress(FileError):
+            yield read_picture(path, sizes[camera])
+
+
+def find_corners(folder: Path | str, rig: Rig, named: Collection[str] = ()) -> PixelRows:
     """Corners in all pictures of a folder; with several cameras, of a folder each inside it, by their names.
 
     Args:
         folder: Of the pictures.
         rig: Cameras and target.
+        named: Pictures that are meant of several with one stem.
     """
     folder = Path(folder)
-    files = list(picture_files(folder, rig))
+    files = list(picture_files(folder, rig, named))
     sizes = {camera.name: camera.size for camera in rig.cameras}
     few = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]
     finder = BoardFinder.of(rig.targets, list(readable(few, sizes)))
@@ -235,3 +288,51 @@ def _judged(
     for board in finder.targets:
         if not np.isin(board.ids, seen).any():
             yield f"no picture shows board '{board.name}'"
+
+
+PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A2": (420.0, 594.0), "A1": (594.0, 841.0)}
+"""Widths and heights of paper [mm]."""
+BORDER = 8.0
+"""Paper left white around [mm]."""
+DOT = 0.05
+"""Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
+
+
+def across_down(text: str) -> tuple[int, int]:
+    """Squares across and down from 5x7."""
+    try:
+        across, down = (int(part) for part in text.lower().replace("×", "x").split("x"))
+    except ValueError:
+        raise OptionError(f"squares must be like 5x7, got '{text}'") from None
+    return across, down
+
+
+def board_pdf(board: Charuco) -> tuple[bytes, str]:
+    """A sheet with the board as PDF, the same for the same board, and what it is, in words."""
+    page, (name, width, height) = printed_sheet(board)
+    buffer, dpi = io.BytesIO(), (25.4 * page.width / width, 25.4 * page.height / height)
+    (across, down), (side, marker) = board.squares, (1e3 * board.square, 1e3 * board.marker)
+    title = (
+        f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
+        f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
+    )
+    page.save(buffer, format="PDF", dpi=dpi, title=title, creationDate=None, modDate=None)
+    return buffer.getvalue(), f"{title} on {name}; print it at 100 %, and measure a square"
+
+
+def printed_sheet(board: Charuco) -> tuple[Image.Image, tuple[str, float, float]]:
+    """The board on the smallest paper for it, no corner of a square rounded; the paper [mm]."""
+    drawn, side = opencv_board(board), 1e3 * board.square
+    size = [side * count for count in board.squares]
+    papers = ((name, *p) for name, paper in PAPERS.items() for p in (paper, paper[::-1]))
+    least = [length + 2 * BORDER for length in size]
+    paper = next((p for p in papers if p[1] >= least[0] and p[2] >= least[1]), None)
+    if paper is None:
+        board_size = f"{size[0]:.0f} x {size[1]:.0f} mm is larger than A1 paper"
+        raise OptionError(f"{board_size}; choose smaller or fewer squares")
+    each = int(np.ceil(side / DOT))
+    dots = Image.fromarray(drawn.generateImage(tuple(each * count for count in board.squares)))
+    _, width, height = paper
+    page = Image.new("1", (round(width * each / side), round(height * each / side)), 1)
+    page.paste(dots, ((page.width - dots.width) // 2, (page.height - dots.height) // 2))
+    return page, paper

@@ -15,8 +15,8 @@ from pathlib import Path
 from workbench.base.errors import FileError
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
+from workbench.data.readers.arrays import BLOCKS, PICTURES, arrays_in
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.picture_files import ENDINGS
 from workbench.extras.camera.pixel_table import read_pixels
 from workbench.extras.camera.rig import Rig, read_rig
 
@@ -52,6 +52,8 @@ def read_folder(
             raise FileError(text, path=str(place))
         rig = read_rig(camera if camera.exists() else None, target)
     columns = {p: set(read_fields(p, layout="plain").values) for p in tables}
+    if not tables and arrays_in({"": place}).numbers:
+        columns = {place: set(read_fields(place).values)}
     corners = _only(place, [p for p, keys in columns.items() if "u" in keys])
     beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
     data = read_pixels(corners or place, rig, joints=joints or _only(place, beside), dof=dof)
@@ -63,7 +65,7 @@ def packed(place: Path | str) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w") as archive:
         for path in sorted(Path(place).rglob("*")):
-            if path.suffix.lower() in (*ENDINGS, *TABLES, ".toml"):
+            if path.suffix.lower() in (*PICTURES, *BLOCKS, *TABLES, ".toml"):
                 archive.write(path, path.relative_to(place))
     return out.getvalue()
 

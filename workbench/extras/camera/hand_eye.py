@@ -9,7 +9,7 @@ camera and Z the target. `pair_fit.py` solves it for either mount; here is what 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 import numpy as np
 import tomli_w
@@ -142,11 +142,12 @@ class HandEye(AbstractShown):
 
 
 @checked_arguments()
-def handeye(pairs: Path | Sequence[Poses], *, mounted: Like[Mount] | None = None) -> HandEye:
+def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mount] | None = None) -> HandEye:
     """Find a camera's pose, and that of the target it sees, from pairs of poses.
 
     Args:
-        pairs: A file, or two arrays (rows, 4, 4): the hand in the base, and the target in the camera [m].
+        pairs: A file or a folder, or one for each side, the robot's first; or two arrays (rows, 4, 4): the
+            hand in the base, and the target in the camera [m].
         mounted: What carries the camera, `tool` or `world`; None: as the pairs fit.
 
     Raises:
@@ -154,10 +155,11 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Like[Mount] | None = None
         DataError: there are too few pairs, they are no poses, or they contradict `mounted`.
     """
     source, (is_told, is_inverting), rows, notes = "pairs", (True, False), None, list[str]()
-    if isinstance(pairs, Path):
-        source = str(pairs)
-        *pairs, rows, is_told, is_inverting, notes = read_pairs(pairs)
-    (robot, target), first = _checked(pairs, source, notes)
+    poses: Any = pairs
+    if paths := [pairs] if isinstance(pairs, Path) else [path for path in pairs if isinstance(path, Path)]:
+        source = " and ".join(map(str, paths))
+        *poses, rows, is_told, is_inverting, notes = read_pairs(*paths)
+    (robot, target), first = _checked(poses, source, notes)
     fits = {Mount.TOOL: fit_pairs(robot, target), Mount.WORLD: fit_pairs(se3.inverse(robot), target)}
     size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
     score = {m: float(fit.rms @ (1.0 / size, 1.0)) / np.sqrt(fit.spare) for m, fit in fits.items()}
@@ -175,7 +177,7 @@ def handeye(pairs: Path | Sequence[Poses], *, mounted: Like[Mount] | None = None
         notes.append("the robot's poses are those of the base in the hand, as easy_handeye writes them")
     elif not is_told:
         notes.append("poses may be inverse, and the camera elsewhere; names such as base_T_hand tell")
-    fit, row = fits[best], (first if rows is None else rows[first]) + 1
+    fit, row = fits[best], first + 1 if rows is None else rows[first]
     doubt = _doubt(fit, robot[:, :3, :3], row)
     chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - CHANCE)) * score[best]
     if max(score.values()) < chance:

@@ -58,17 +58,13 @@ def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) ->
     for c, camera in enumerate(cameras):
         if camera.is_assumed:
             cameras[c] = _started(camera, rig, pixels[:, c])
-            notes.append(_lens_text(camera, cameras[c]))
+            at = "in the cell, the target on the tool" if camera.mounted is Mount.WORLD else "on the tool"
+            size = "{} x {} px".format(*camera.size)
+            notes.append(
+                f"no camera.toml: camera '{camera.name}' is assumed {at}, its pictures {size}; the lens is "
+                f"identified from them, starting at a focal length of {cameras[c].intrinsics[0]:.0f} px"
+            )
     return replace(rig, cameras=tuple(cameras)), notes
-
-
-def _lens_text(given: Camera, found: Camera) -> str:
-    size = "{} x {} px".format(*given.size)
-    where = "in the cell, the target on the tool" if given.mounted is Mount.WORLD else "on the tool"
-    return (
-        f"no camera.toml: camera '{given.name}' is assumed {where}, its pictures {size}; the lens is "
-        f"identified from them, starting at a focal length of {found.intrinsics[0]:.0f} px"
-    )
 
 
 def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"]) -> Camera:

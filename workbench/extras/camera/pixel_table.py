@@ -6,7 +6,7 @@ turns that reach these poses: camera and target can be found, of the arm nothing
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path, PurePath
@@ -19,16 +19,15 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.remedy import remedy
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.base.wording import listed, plural
+from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS, is_observed
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.corner_detection import PixelRows, find_corners
+from workbench.extras.camera.corner_detection import PixelRows, find_corners, picture_files, readable
 from workbench.extras.camera.lens import with_assumed, with_lenses
-from workbench.extras.camera.picture_files import picture_files, readable
 from workbench.extras.camera.resection import with_corners
 from workbench.extras.camera.rig import Rig
 
@@ -54,16 +53,21 @@ def read_pixels(
     Raises:
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
-    beside = None if joints is None else read_fields(joints).said
+    beside = None if joints is None else read_fields(joints)
+    if beside is not None and beside.missing_units and Path(joints or "").is_dir():  # as programs write
+        note = f"numbers without units are read in {', '.join(dict.fromkeys(beside.units.values()))}"
+        beside = replace(beside, missing_units="", notes=(*beside.notes, note))
+    beside = beside and beside.said
     if Path(source).is_dir():
         if beside is None:
             text = f"pictures need the joints at which they were taken; {_give_joints()}"
             raise FileError(text, path=str(source))
+        named = beside.values.get("image", np.zeros(0, str)).tolist()
         if not rig.cameras:
-            files = list(picture_files(Path(source), rig))
+            files = list(picture_files(Path(source), rig, named))
             sizes = [each.shape[::-1] for each in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
             rig = with_assumed(rig, [""], max(sizes, key=sizes.count), CENTRE_SIGMA)
-        return pixel_data(find_corners(Path(source), rig), rig, beside, dof=dof)
+        return pixel_data(find_corners(Path(source), rig, named), rig, beside, dof=dof)
     fields = read_fields(source, layout="plain").said
     return pixel_data(_rows(fields), rig, beside or _one_a_picture(fields), dof=dof)
 
@@ -206,23 +210,22 @@ def _one_a_picture(fields: Fields) -> Fields:
             off = np.abs(values - values[first][back])
             if (off > SAME_JOINTS).any():
                 raise fields.error("rows of one image have different joints", int(np.argmax(off)), key)
-    skipped = {"u", "v", *PIXEL_LABELS} - {"image"}
-    kept = {key: v for key, v in fields.values.items() if key not in skipped}
-    return replace(fields, values=kept).take(np.sort(first))
+    return fields.take(np.sort(first))
 
 
 def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
-    """The joints; those of an arm of slides and turns where the tool's poses are given, and words for it."""
-    values: Mapping[str, np.ndarray] = {k: v for k, v in joints.values.items() if k not in PIXEL_LABELS}
-    position = joints.stacked(("x", "y", "z"))
-    if joints.numbers(r"q(\d+)") or position is None:  # poses beside joints are the controller's own
-        return replace(joints, values={k: v for k, v in values.items() if not is_observed(k)}), ()
+    """The joints alone, as poses beside them are the controller's; or, where only the tool's poses are given,
+    those of an arm of slides and turns, and words for it."""
+    own = {k: v for k, v in joints.values.items() if not (k in PIXEL_LABELS or is_observed(k))}
+    if joints.numbers(r"q(\d+)") or (position := joints.stacked(("x", "y", "z"))) is None:
+        beside = [joints.headings.get(key, key) for key in joints.values if is_observed(key)]
+        left = f"{span(beside)} beside the joints are left out: what was measured are the pixels"
+        return replace(joints, values=own, rotation=None, notes=(*joints.notes, *[left] * bool(beside))), ()
     rotation, notes = read_orientation(joints, usable=np.ones(joints.rows, bool))
     if rotation is None:
-        wanted = "an orientation too (qw qx qy qz, or roll pitch yaw)"
-        raise DataError(f"{joints.source}: tool poses need {wanted}")
+        raise DataError(f"{joints.source}: tool poses need an orientation (qw qx qy qz, or roll pitch yaw)")
     q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
-    kept = {key: v for key, v in values.items() if key in ("session", "group", "time", "exclude", "reason")}
+    kept = {key: v for key, v in own.items() if key in ("session", "group", "time", "exclude", "reason")}
     kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}
     text = "no joints, only tool poses: camera and target are identified, the arm can't be"
     return replace(joints, values=kept, rotation=None, notes=(*joints.notes, *notes)), (text,)

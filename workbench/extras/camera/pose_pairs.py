@@ -1,14 +1,12 @@
 """Pairs of a robot's pose and a target's pose in the camera, as hand–eye tools keep them.
 
-Samples of easy_handeye and MoveIt (YAML or JSON), OpenCV's arrays in an .npz, or a table with both poses in
-a row. Each side becomes a table that is read like one of measurements. Names tell which is which: a camera
+Samples of easy_handeye and MoveIt (YAML or JSON), OpenCV's arrays, numbered files, or a table with both poses
+in a row. Each side becomes a table that is read like one of measurements. Names tell which is which: a camera
 sees one, a robot moves the other. The turn from one pose to another is as large on both sides wherever the
 camera is, which tells what the numbers of orientations mean.
 """
 
 import re
-import zipfile
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,70 +16,71 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.errors import FileError, WorkbenchError
+from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
-from workbench.data.readers.arrays import arrays_of_json, table_of, unpacked_arrays
+from workbench.data.readers.arrays import TURN, arrays_in, block, table_of
 from workbench.data.readers.assemble import excluded_rows
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
-from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.headings import split_ending
 from workbench.data.readers.orientation import read_orientation, written_orientation
 from workbench.data.readers.read import read_grid
 from workbench.data.readers.table import Grid, with_names
-from workbench.data.readers.text import decode
 from workbench.identification.meaning.conventions import turning_alike
 
-MAX_BYTES = 64 * 2**20
-"""Files that unpack to more are no pairs of poses."""
-SEEN = re.compile(r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|chess|aruco", re.I)
-MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$", re.I)
+MAX_PAIRS = 300
+"""Of two trajectories no more pairs are taken."""
+SEEN = re.compile(
+    r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|chess|aruco|^c[PM]o$", re.I
+)
+MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$|^[rf][PM]e$", re.I)
 VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 """OpenCV's names of what a camera sees, where nothing else says whose they are."""
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
-JOINT = re.compile(r".*joint.*|q\d+", re.I)
+JOINT, NO_QUATERNION = (re.compile(rf".*joint.*|q({count})", re.I) for count in (r"\d+", r"[05-9]|\d\d+"))
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
 _OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
-_ASKED = r"|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
+_ASKED = r"|(?:^|_)(?:[rf][PM]e|c[PM]o)_|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
 DIRECT, INVERSE = (
     re.compile(rf"(?:^|_)(?:{_OF_IN.format(*both)})(?![a-z]){more}", re.I)
     for *both, more in ((_HOLDER, _HELD, _ASKED), (_HELD, _HOLDER, ""))
 )
 """Names of hands in bases and targets in cameras, as asked for, and of the other way round."""
-EASY_HANDEYE = re.compile(r"\b(hand_world_samples|robot)[\"']?\s*:")
-_YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*:", re.M)
-_TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*:|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")
-_NUMBER, _GAP = re.compile(r"(^|_)\d+$"), re.compile(r"[_ ./]+")
-_TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
-_PLACE = re.compile(r"translation|position", re.I)
+EASY_HANDEYE = re.compile(rb"\b(hand_world_samples|robot)[\"']?\s*:")
+_LETTER, _GAP = re.compile(r"^(A|B|T1|T2)(?=_|$)"), re.compile(r"[_ ./]+")
 WANTED = (
     "give the robot's and the target's pose in each row (x[m] … qw, target_x[m] … target_qw), samples of "
-    "easy_handeye or MoveIt, or an .npz of OpenCV's arrays"
+    "easy_handeye or MoveIt, arrays (.npz), or numbered files of both (robot_00.txt … target_00.txt …)"
 )
-SIDES = ("robot", "target")
+SIDES, WIDTHS = ("robot", "target"), (1, 3, 4, 6, 7, 8, 9, 12, 16)
+"""Whose poses are paired, and how many numbers a pose or a part of one has."""
 
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def read_pairs(path: Path) -> tuple[Any, ...]:
-    """Robot's and target's poses, their rows in the file, whether names say which way round each side's are,
-    whether their writer inverts the robot's for a camera in the cell, and what was decided."""
-    data, text, arrays = read_bytes(path), "", dict[str, Any]()
+def read_pairs(*paths: Path) -> tuple[Any, ...]:
+    """Robot's and target's poses, the number of each pair, whether names say which way round each side's are,
+    whether their writer inverts the robot's for a camera in the cell, and what was decided.
+
+    Args:
+        paths: A file or folder with both, or one with the robot's and one with the target's.
+    """
+    path, notes = paths[0], list[str]()
+    if len(paths) > 1 and (_is_seen(paths[0].stem) or _is_seen(paths[1].stem) is False):
+        paths = paths[::-1]
     try:
-        if data.startswith(b"PK") and b"xl/" not in data:
-            unpacked = unpacked_arrays(data, MAX_BYTES).items()
-            arrays = {name: a for name, a in unpacked if isinstance(a, np.ndarray)}
-        elif not data.startswith(b"PK") and _YAML.search(text := decode(data, path)[0]):
-            arrays = arrays_of_json(data)
-            arrays = arrays if any(isinstance(v, list) for v in arrays.values()) else _samples(text)
-        arrays = {LETTERS.get(name, name): array for name, array in arrays.items()}
+        named = dict(zip(SIDES, paths, strict=True)) if len(paths) > 1 else {"": path}
+        found = arrays_in(named, lambda name: _is_seen(LETTERS.get(name, name)) is not None)
+        arrays = _at_one_time(_of_sides(found.arrays, notes), notes)
         grid = table_of(arrays, path) if arrays else read_grid(path)
         sides = [_poses(grid, seen) for seen in (False, True)]
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile, WorkbenchError) as error:
-        why = re.split("[:;(,]", str(error).split(": ", 1)[-1])[0].strip()  # then comes other files' advice
+    except OptionError:
+        raise
+    except (ValueError, WorkbenchError) as error:
+        why = re.split("[:;,]", str(error).split(": ", 1)[-1])[0].strip()  # then comes other files' advice
         raise FileError(f"it holds no pairs of poses ({why}); {WANTED}", path=str(path)) from None
     numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)
@@ -89,35 +88,62 @@ def read_pairs(path: Path) -> tuple[Any, ...]:
         raise grid.error(f"no row has both poses; {WANTED}")
     rows, poses = np.flatnonzero(whole), list[Poses]()
     lost = len(whole) - len(rows)
-    notes = [f"{plural(lost, 'row')} without both poses left out"] if lost else []
+    notes += [*found.notes, *([f"{plural(lost, 'row')} without both poses left out"] if lost else [])]
     sides = [(own.take(rows), way) for own, way in sides]
-    found = turning_alike(sides[0][0], sides[1][0])
-    for name, (own, way), (turns, how) in zip(SIDES, sides, found, strict=True):
+    alike = turning_alike(sides[0][0], sides[1][0])
+    for name, (own, way), (turns, how) in zip(SIDES, sides, alike, strict=True):
         pose = se3.pose(turns, np.asarray(own.position))
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
         notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
     told = all(way is not None for _, way in sides)
-    return *poses, rows, told, bool(EASY_HANDEYE.search(text)), notes
+    is_inverting = path.is_file() and bool(EASY_HANDEYE.search(path.read_bytes()))
+    pair = np.array(found.numbers if len(found.numbers) == len(whole) else range(1, len(whole) + 1))
+    return *poses, pair[rows], told, is_inverting, notes
 
 
-def _samples(text: str) -> dict[str, np.ndarray]:
-    """Numbers of JSON or YAML by the keys before them, those of the pose and of its part among them."""
-    found, side, part, name = defaultdict[str, list[list[float]]](list), "", "", ""
-    for key, number in _TOKEN.findall(text):
-        if key:
-            key = _NUMBER.sub("", key)
-            key = LETTERS.get(key, key)
-            side, part = (key, "") if _is_seen(key) is not None else (side, part)
-            part = key if _TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
-            name = "_".join(filter(None, dict.fromkeys((side, part, key))))
-            found[name].append([])
-        elif name:
-            found[name][-1].append(float(number))
-    whole = {name: [row for row in rows if row] for name, rows in found.items()}
-    arrays = {name: np.array(rows) for name, rows in whole.items() if len(set(map(len, rows))) == 1}
-    shapes = {1: (-1,), 9: (-1, 3, 3)}
-    long = {name: a.reshape(-1, 16) if a.size % 16 == 0 and len(a) == 1 else a for name, a in arrays.items()}
-    return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in long.items()}
+def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
+    """Arrays under names that say whose poses they are: where no name is of what a camera sees, those that
+    are of no robot; the halves of a lone one without a name."""
+    if [*arrays] == [""] and (both := arrays[""]).shape[1:] in ((12,), (14,), (24,), (32,)):
+        notes.append("the robot's poses are the first half of each row, the target's the second")
+        return dict(zip(SIDES, np.hsplit(both, 2), strict=True))
+    if [*arrays] == [""] and both.shape[1:] == (4, 4) and len(both) % 2 == 0:  # which turn alike
+        ways = {"one after the other": np.vsplit(both, 2), "in turns": (both[::2], both[1::2])}
+        how = min(ways, key=lambda k: np.ptp([_turned(side) for side in ways[k]], axis=0).sum())
+        notes.append(f"robot's and target's poses stand {how}, the robot's first")
+        return dict(zip(SIDES, ways[how], strict=True))
+    whole = {n: own for n, own in arrays.items() if block(own)[:1].size in WIDTHS}
+    named = {_LETTER.sub(lambda found: LETTERS[found[0]], name): own for name, own in whole.items()}
+    kinds = {name: _is_seen(name) for name in named}
+    unknown = [name for name, kind in kinds.items() if kind is None and len(named[name]) > 2]
+    if True in kinds.values() or not unknown:
+        return named
+    if False not in kinds.values():
+        text = f"nothing tells whether {listed(unknown)} are the robot's or the target's"
+        raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
+    return {f"target_{name}" if name in unknown else name: own for name, own in named.items()}
+
+
+def _turned(poses: Poses) -> Float[np.ndarray, " rows"]:
+    """By which each pose is turned from the first [rad]."""
+    turns = poses[:, :3, :3]
+    return np.linalg.norm(se3.matrix_to_rotvec(turns[0].T @ turns), axis=1)
+
+
+def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
+    """Of two tables of times and poses, each with a time in its first column, the poses nearest in time."""
+    timed = {n: a for n, a in arrays.items() if np.ndim(a) == 2 and a.shape[1] == 8}
+    if len(timed) != 2 or not all((np.diff(a[:, 0]) > 0.0).all() for a in timed.values()):
+        return arrays
+    (fewer, a), (more, b) = sorted(timed.items(), key=lambda item: len(item[1]))
+    after = np.clip(np.searchsorted(b[:, 0], a[:, 0]), 1, len(b) - 1)
+    nearest = after - (a[:, 0] - b[after - 1, 0] < b[after, 0] - a[:, 0])
+    off = np.abs(b[nearest, 0] - a[:, 0])
+    kept = np.flatnonzero(off <= np.median(np.diff(b[:, 0])))
+    kept = kept[:: 1 + len(kept) // MAX_PAIRS]
+    late = f"at most {1e3 * off[kept].max(initial=0.0):.2g} ms apart"
+    notes.append(f"{len(kept)} pairs of poses at one time, {late}, of {len(a)} and {len(b)}")
+    return {fewer: a[kept, 1:], more: b[nearest[kept], 1:]}
 
 
 def _is_seen(name: str) -> bool | None:
@@ -128,10 +154,13 @@ def _is_seen(name: str) -> bool | None:
 
 
 def _poses(grid: Grid, seen: bool) -> tuple[Dataset, re.Pattern[str] | None]:
-    """One side of a table, and which way round names say that its poses are, if they do. What names no side
-    is the robot's."""
+    """One side of a table, and which way round names say that its poses are, if they do. Where none is said
+    to be the robot's, all others are."""
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
-    own = [c for c in head if bool(_is_seen(c)) is seen and not JOINT.fullmatch(parse_heading(c).name)]
+    kinds = {c: _is_seen(c) for c in head}
+    kinds |= {} if False in kinds.values() else {c: bool(kind) for c, kind in kinds.items()}
+    joint = JOINT if "q5" in {parse_heading(c).name for c in head} else NO_QUATERNION
+    own = [c for c, kind in kinds.items() if kind is seen and not joint.fullmatch(parse_heading(c).name)]
     names = tuple(_heading(c, head) if c in own else c if c == "exclude" else IGNORED for c in head)
     fields = fields_of(replace(with_names(grid, names), headings=tuple(head)))
     position, left_out = fields.stacked(("x", "y", "z")), excluded_rows(fields)
@@ -160,7 +189,7 @@ def _heading(cell: str, head: Sequence[str]) -> str:
     stem = name.rpartition("_")[0]
     if last in ("1", "2", "3") and f"{stem}_4" not in head:
         last = "xyz"[int(last) - 1]
-    if last in ("w", "x", "y", "z") and any(map(_TURN.fullmatch, before)):
+    if last in ("w", "x", "y", "z") and any(map(TURN.fullmatch, before)):
         last = ("q" if f"{stem}_w" in head else "r") + last
     elif last.isdigit():
         last = f"{'t' if len(last) > 1 and f'{stem}_16' not in head else 'pose'}_{last}"

@@ -114,7 +114,7 @@ def _is_refused(session: Session) -> bool:
 def _source(source: Source | None) -> str:
     """Where the real arm's joints come from, and whether they still do."""
     if source is None:
-        return note(NO_SOURCE, "source", margin="2px 0 6px")
+        return note(NO_SOURCE, "source")
     light = badge("Silent", CAREFUL) if source.silence else badge("Connected", GOOD)
     light = light if source.is_open else badge("Ended", BAD)
     return block(f"{light} · real arm at {text(source.name)}", testid="source", style="margin:2px 0 6px")

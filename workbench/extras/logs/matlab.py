@@ -14,7 +14,7 @@ from workbench.base.remedy import remedy
 from workbench.data.binary_tables import read_in_child, refusal
 from workbench.data.readers.arrays import table_of
 from workbench.data.readers.column_meanings import interpret_columns
-from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys, headings_in_order
+from workbench.data.readers.columns_option import NamedUnit, Naming, group_keys, headings_in_order
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import kind_of, read_bytes
 from workbench.data.readers.headings import meaning
@@ -23,6 +23,8 @@ from workbench.data.readers.table import Grid, grid_of, with_headings
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
+MAX_POINTS = 4
+"""Of a posture, one below another."""
 
 
 @final
@@ -47,7 +49,9 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     """Matrices of a MATLAB file as cells of text: by the `columns` option, else by their own names."""
     variables = read_arrays(data, path)
     if not variables:
-        raise FileError("there are no matrices in this MATLAB file", path=str(path))
+        raise FileError(
+            "there are no matrices in this MATLAB file: save tables with table2array", path=str(path)
+        )
     holds = ", ".join(f"{name} ({' x '.join(map(str, value.shape))})" for name, value in variables.items())
     tables = [value for value in variables.values() if value.ndim == 2 and min(value.shape) > 1]
     if naming is not None and naming.items and len(tables) == 1:  # a list names the columns of a lone matrix
@@ -70,73 +74,67 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
             ),
             option="columns",
         )
-    columns, notes = dict[str, list[str]](), list[str]()
-    for pair in sorted(naming.pairs, key=_is_by_joint):  # others tell how many rows
-        side, wanted = pair
+    columns, notes, rows = dict[str, list[str]](), list[str](), 0
+    by_joint = [any(i.name.lower() in BY_JOINT for i in (side, *wanted)) for side, wanted in naming.pairs]
+    for k in np.argsort(by_joint, kind="stable").tolist():  # others tell how many rows
+        side, wanted = naming.pairs[k]
         if len(wanted) == 1 and wanted[0].name in variables:
             side, wanted = wanted[0], (side,)
         elif side.name not in variables:
             names = f"neither '{side.name}' nor '{wanted[0].name}' is in the file"
             raise OptionError(f"{path}: {names}, which contains {holds}")
-        wanted = tuple(i if i.unit is not None else i._replace(unit=side.unit) for i in wanted)
-        rows = len(next(iter(columns.values()), ()))
-        table, how = _one_row_each(variables[side.name], side, wanted, rows, path)
-        keys = _headings(wanted, table.shape[1], path)
-        if table.shape[1] != len(keys) or (rows and len(table) != rows):
-            raise OptionError(
-                f"{path}: '{side.name}' has {len(table)} measurements of {table.shape[1]} values where "
-                f"{rows or len(table)} of {len(keys)} are named: change 'row' to 'column' or name them all",
-                option="columns",
-                found=table.shape,
-            )
-        columns |= {key: list(map(_text, cells)) for key, cells in zip(keys, table.T, strict=True)}
-        notes.append(f"'{side.name}' is read as {keys[0]} … {keys[-1]}, one measurement per {how}")
+        keyed = _named(side, wanted, path)
+        how, table = _one_row_each(variables[side.name], side, wanted, len(keyed), rows, path)
+        if not keyed and rows % len(table) == 0 < rows - len(table):  # points of each posture in turn
+            points = rows // len(table)
+            columns["point"] = [str(k % points + 1) for k in range(rows)]
+            table = np.repeat(table, points, axis=0)
+        item, rows = wanted[0]._replace(unit=wanted[0].unit or side.unit), len(table)
+        keyed = keyed or [(item, f"{item.name.lower()}{k + 1}") for k in range(table.shape[1])]
+        heads = [item.heading(key) for item, key in keyed]
+        columns |= {head: list(map(_text, cells)) for head, cells in zip(heads, table.T, strict=True)}
+        notes.append(f"'{side.name}' is read as {heads[0]} … {heads[-1]}, one measurement per {how}")
     return grid_of(list(columns), columns.values(), source=str(path), notes=notes)
 
 
-def _is_by_joint(pair: Pair) -> bool:
-    """Whether it names as many columns as there are joints."""
-    return any(item.name.lower() in BY_JOINT for item in (pair[0], *pair[1]))
+def _named(side: NamedUnit, wanted: tuple[NamedUnit, ...], path: Path) -> list[tuple[NamedUnit, str]]:
+    """A matrix's columns, of which item each is; none where it has as many as there are joints."""
+    if wanted[0].name.lower() in BY_JOINT:
+        return []
+    if unknown := next((i.name for i in wanted if not group_keys(i.name) and meaning(i.name) is None), ""):
+        raise OptionError(f"{path}: '{unknown}' is not a known column: write q, xyz, quat, rpy, x, time, …")
+    items = (item._replace(unit=item.unit or side.unit) for item in wanted)
+    return [(item, key) for item in items for key in group_keys(item.name) or (item.name,)]
 
 
 def _one_row_each(
-    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], rows: int, path: Path
-) -> tuple[np.ndarray, str]:
-    """The matrix with one measurement a row, and how it stood in the file."""
+    array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], width: int, rows: int, path: Path
+) -> tuple[str, np.ndarray]:
+    """How measurements stand in a matrix, and the matrix with one a row; 0: width, or rows, are not known."""
     if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):  # pages of rotations or poses
         turns = np.moveaxis(array, 2, 0)[:, :3, :3].reshape(-1, 9)
-        return turns if len(array) == 3 else np.hstack([array[:3, 3, :].T, turns]), "page"
+        return "page", turns if len(array) == 3 else np.hstack([array[:3, 3, :].T, turns])
     if array.ndim != 2 or array.dtype.kind not in "fiubUOS":
         raise FileError(f"'{side.name}' is not a matrix of numbers", path=str(path))
-    how = next((item.orientation for item in (side, *wanted) if item.orientation), None)
-    size, width = (rows, None) if wanted[0].name.lower() in BY_JOINT else (0, len(_headings(wanted, 0, path)))
-    if how is None and width == 1 and 1 in array.shape:
-        return array.reshape(-1, 1), "row" if array.shape[1] == 1 else "column"
-    fits = {"row": size == len(array) or width == array.shape[1]}
-    fits["column"] = size == array.shape[1] or width == len(array)
-    if how is None and sum(fits.values()) != 1:
-        raise OptionError(
-            f"{path}: say whether one measurement is a row or a column of '{side.name}' "
-            f"({' x '.join(map(str, array.shape))}), e.g. columns='{wanted[0].name}[rad|column]={side.name}'",
-            option="columns",
-            found=side.name,
-        )
-    how = how or ("row" if fits["row"] else "column")
-    return (array.T if how == "column" else array), how
-
-
-def _headings(wanted: tuple[NamedUnit, ...], width: int, path: Path) -> list[str]:
-    """Headings of a matrix's columns, with the unit of the item."""
-    headings: list[str] = []
-    for item in wanted:
-        name = item.name.lower()
-        keys = [f"{name}{i}" for i in range(1, width + 1)] if name in BY_JOINT else group_keys(item.name)
-        if keys is None and meaning(item.name) is None:
-            raise OptionError(
-                f"{path}: '{item.name}' is not a known column: write q, xyz, quat, rpy, x, time, …"
-            )
-        headings += [item.heading(key) for key in keys or (item.name,)]
-    return headings
+    if width > 1 == min(array.shape) and array.size % width == 0:
+        return f"{width} numbers of the vector", array.reshape(-1, width)
+    said = next((item.orientation for item in (side, *wanted) if item.orientation), None)
+    ways = {how: a for how, a in (("row", array), ("column", array.T)) if said in (None, how)}
+    fit = [(how, a) for how, a in ways.items() if a.shape == (rows or len(a), width or a.shape[1])]
+    several = (each for each in ways.items() if not width and not rows % len(each[1]))
+    fit = fit or [(how, a) for how, a in several if rows <= MAX_POINTS * len(a)]
+    shape = " x ".join(map(str, array.shape))
+    if said is None and len(fit) != 1:
+        asked = f"say whether one measurement is a row or a column of '{side.name}' ({shape})"
+        example = f"e.g. columns='{wanted[0].name}[rad|column]={side.name}'"
+        raise OptionError(f"{path}: {asked}, {example}", option="columns", found=side.name)
+    if not fit:
+        table = ways[said or "row"]
+        has = f"'{side.name}' has {len(table)} measurements of {table.shape[1]} values"
+        text = f"{has} where {rows or len(table)} of {width or 'each joint'} are named"
+        how = "change 'row' to 'column' or name them all"
+        raise OptionError(f"{path}: {text}: {how}", option="columns", found=table.shape)
+    return fit[0]
 
 
 def _text(value) -> str:
@@ -172,7 +170,7 @@ def matlab_arrays(data: bytes) -> dict[str, np.ndarray]:
 
 
 def _collect(name: str, value: Any, found: dict[str, np.ndarray]) -> None:
-    if isinstance(value, np.ndarray) and value.dtype.names and value.size == 1:
+    if type(value) is np.ndarray and value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             _collect(f"{name}.{field}", value.flat[0][field], found)
     elif type(value) is np.ndarray:

@@ -14,17 +14,12 @@ from workbench.cli.options import argument, option
 def extract(
     robot: opt.RobotOption,
     readings: Annotated[
-        Path | None,
-        argument(
-            "Joints and tool poses as the pendant shows them, a line each (CSV, xlsx), or a log with both."
-        ),
+        Path | None, argument("Joints and tool poses as the pendant shows, a line each, or a log with both.")
     ] = None,
     pose: Annotated[
         list[str] | None, option('A pose instead of the file: "q1,…,qn = x,y,z,a,b,c". May be repeated.')
     ] = None,
-    rows: Annotated[
-        Path | None, option("Write the readings as a measurement file here, for diagnose.")
-    ] = None,
+    rows: Annotated[Path | None, option("Write the readings as measurements here, for diagnose.")] = None,
     save: opt.SaveOption = None,
     columns: opt.ColumnsOption = None,
 ) -> None:
@@ -73,9 +68,7 @@ def tcp(
 def frame(
     touches: TouchesArgument,
     robot: opt.RobotOption,
-    cad: Annotated[
-        Path | None, option("Points of the drawing: point, x[mm], y[mm], z[mm]; `contact` has their names.")
-    ] = None,
+    cad: Annotated[Path | None, option("Points of the drawing, as `contact` names: point, x[mm] …")] = None,
     wanted: WantedOption = None,
     save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
     columns: opt.ColumnsOption = None,
@@ -106,9 +99,7 @@ def new(
         Path | None, option("The same as a table; or six or more measured rows of any tool in any frame.")
     ] = None,
     name: Annotated[str | None, option("Name of the robot.")] = None,
-    apply: Annotated[
-        Path | None, option("With --for: a file of the arm's controller or driver to import.")
-    ] = None,
+    apply: Annotated[Path | None, option("With --for: a file of the arm's controller or driver.")] = None,
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
     columns: opt.ColumnsOption = None,

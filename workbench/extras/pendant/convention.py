@@ -48,7 +48,9 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
     found = read_rows(robot, data)
     assert found is not None
     best = found.best
-    if not _turns(best.flange(data.q)):
+    turns = best.flange(data.q)[:, :3, :3]
+    turned = np.linalg.svd(se3.matrix_to_rotvec(turns @ turns[0].T), compute_uv=False)
+    if turned[1] <= MIN_SECOND_TURN * np.sqrt(len(turns)):
         raise DataError(
             f"{shown.source}: the tool is turned about one axis only, which fits in several conventions; "
             "add poses with the tool turned about all axes"
@@ -56,9 +58,13 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
     given, far = found.given, FOREIGN_MISFIT * robot.reach
     if given and not found.is_found and given.rotation < FITS_TURN and given.position < far:
         return given  # an arm may differ from its table by as much
-    labelled_wrong = bool(shown.units[0] and best.unit != 1.0)
-    if not found.is_found or best.other or labelled_wrong or best.mirrored or best.on(robot) is None:
-        raise DataError(f"{shown.source}: {found.text()}; {found.remedy}")
+    if found.is_found and best.other:
+        text = f"these rows don't belong to {robot.name}; {best.robot.name} fits to {best.size}"
+        raise DataError(f"{shown.source}: {text}: choose the robot '{best.other}'")
+    if not found.is_found or (shown.units[0] and best.unit != 1.0) or best.mirrored or best.on(robot) is None:
+        said = found if shown.units[0] else replace(found, best=replace(best, unit=1.0))
+        cure = "correct the file" if found.is_found or found.told else found.remedy
+        raise DataError(f"{shown.source}: {said.text()}; {cure}")
     return best
 
 
@@ -92,12 +98,6 @@ def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded
         variance += ((geometric_jacobian(robot, data.q) * shares[:, None]) ** 2).sum(2)
     sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
     return replace(data, sigma=sigma, read_as=reading.text)
-
-
-def _turns(arm: np.ndarray) -> bool:
-    """Whether the tool is turned about more than one axis; else the poses fit in several conventions."""
-    turns = se3.matrix_to_rotvec(arm[:, :3, :3] @ arm[0, :3, :3].T)
-    return bool(np.linalg.svd(turns, compute_uv=False)[1] > MIN_SECOND_TURN * np.sqrt(len(turns)))
 
 
 def _turned_by(reading: RowReading, shown: Dataset, sigma: Steps) -> Float[np.ndarray, "rows 3"]:

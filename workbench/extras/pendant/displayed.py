@@ -30,6 +30,8 @@ from workbench.identification.meaning.reading import RowReading
 
 MAX_READINGS = 400
 """Rows of a log that are taken, evenly spread."""
+WHOSE = re.compile(r"(pose)_([a-z]+)(_\d)", re.I)
+"""A number of a pose that says of what it is, such as `pose_flange_1`."""
 TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 LENGTHS, ANGLES = (1.0, SIZES["mm"]), (1.0, SIZES["deg"])
@@ -127,7 +129,7 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     """Poses of a table with or without headings, or of a log, as measurements are read."""
     path, names = Path(path), robot.joint_names
     if file_layout(path) is not None:  # such as a bag, whose numbers are known in full
-        return of_dataset(read_measurements(path, joints=names), robot)
+        return of_dataset(read_measurements(path, columns=columns, joints=names), robot)
     try:
         table = read_table(path, columns=columns, joints=names)
     except FileError:
@@ -139,8 +141,8 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
     table = _completed(table, robot.dof)
     data = assemble(replace(fields_of(table), told_twice=""), joints=names)
-    if data.position is None or data.rotation is None or data.written is None:
-        raise table.error(f"no position and orientation were found; {WHAT}")
+    if data.rotation is None or data.written is None:
+        raise table.error(f"no orientation was found; {WHAT}")
     known = {c.key: c for c in interpret_columns(table)}
     joints = [known[f"q{k + 1}"] for k in range(robot.dof)]
     same = {name := data.written.name, name[::-1].lower()}  # of columns in reverse
@@ -215,11 +217,13 @@ def _without_headings(grid: Grid, joints: int) -> Table:
 
 def _completed(table: Table, joints: int) -> Table:
     """The table with names for joints before the place, and an orientation behind it, where it has none."""
-    table = replace(table, names=tuple(CONTROLLER.sub("", name) for name in table.names))
-    columns = interpret_columns(table)
+    bare = [n if n[-1:].isdigit() else CONTROLLER.sub("", n) for n in table.names]
+    whose = {n: m[2] for n in bare if (m := WHOSE.fullmatch(n))}
+    bare = [WHOSE.sub(r"\1\3", n) if len({*whose.values()}) == 1 else n for n in bare]
+    columns = interpret_columns(table := replace(table, names=tuple(bare)))
     places = {c.key: c.index for c in columns}
     if not {*"xyz"} <= places.keys():
-        return table
+        raise table.error(f"no position was found; {WHAT}")
     xyz = [places[axis] for axis in "xyz"]
     first, named = min(xyz) - joints, {}
     if "q1" not in places and first >= 0:

@@ -107,8 +107,9 @@ class Extraction(AbstractShown):
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
                 "with all digits and every joint moved ('workbench poses --number 30' chooses some)"
             )
+        aside = ", with the base and tool below" if self.run.frames.base or self.run.frames.tool else ""
         return (
-            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
+            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average{aside}; the "
             f"extracted model is expected to be off by {size} (root mean square over all postures)"
         )
 

@@ -38,14 +38,14 @@ def replay(
     recording: RecordingArgument, to: Annotated[int | None, option("Replay only up to this step.")] = None
 ) -> None:
     """Replay a recorded session and compare its numbers with the recorded ones."""
-    from workbench.session.journal.reader import read_recording
-    from workbench.session.journal.restore import restore
+    from workbench.session.journal import reader, restore
 
-    found = read_recording(recording, to=to)
+    found = reader.read_recording(recording, to=to)
     opt.say_notes(found.notes)
     with opt.progress_bar("replay"):
-        replayed = restore(found, is_computed=True)
-    opt.say(f"{plural(len(found.lines), 'step')}, {replayed.compared} numbers compared: {replayed.text}")
+        replayed = restore.restore(found, is_computed=True)
+    says = replayed.warning or "all the same"
+    opt.say(f"{plural(len(found.lines), 'step')}, {replayed.compared} numbers compared: {says}")
     opt.write_result(replayed.json())
     if replayed.differences:
-        opt.fail(f"the replay differs from the recording: {replayed.text}; {replayed.reason}")
+        opt.fail(f"the replay differs from the recording: {says}")

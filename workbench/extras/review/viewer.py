@@ -180,13 +180,13 @@ def write_pictures(recording: Recording, path: Path) -> Path:
     try:
         outlet = FileOutlet(path, recording.folder.name)
     except OSError as error:
-        raise FileError(
-            f"can't be written ({error.strerror}); choose another place", path=str(path)
-        ) from None
+        text = f"can't be written ({error.strerror}); choose another place"
+        raise FileError(text, path=str(path)) from None
     drawing = MomentDrawing(Canvas([outlet]))
     for moment in moments(recording):
         drawing.draw(moment)
         progress(moment.step / max(len(recording.lines), 1), "drawing")
+    drawing.end(len(recording.lines))
     outlet.close()
     if outlet.trouble:
         raise FileError(f"{outlet.trouble}; choose another place", path=str(path))

@@ -166,14 +166,13 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
         frozen(np.where(worse, before.position_error, after.position_error)),
         frozen(np.where(worse, before.rotation_error, after.rotation_error)),
     )
-    notes = _notes(errors, worse, taken & ~worse)
     return Compensation(
         commanded=commanded,
         motion=state,
         before=PathErrors(frozen(before.position_error), frozen(before.rotation_error)),
         after=errors,
         kept=frozen(worse),
-        notes=(*commanded.notes, *robot.extrapolation_warnings(q), *notes),
+        notes=(*commanded.notes, *robot.extrapolation_warnings(q), *_notes(errors, worse, taken & ~worse)),
     )
 
 

@@ -128,8 +128,7 @@ def _in_best_branch(robot: Robot, poses: Poses, task: Task) -> tuple[JointRows, 
 
 
 def _commanded(arms: ComparedArms, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
-    met = [MET[arms.task]] if arms.task in MET else []
-    said = (*arms.notes, *notes, *met)
+    said = (*arms.notes, *notes, *([MET[arms.task]] if arms.task in MET else ()))
     return Commanded(arms=arms, poses=frozen(poses), q=frozen(q), notes=said, time=time)
 
 

@@ -16,18 +16,16 @@ from jaxtyping import Float
 
 from workbench.base.errors import FileError
 from workbench.base.files import read_bytes, write_bytes
+from workbench.data.readers.file_kind import TABLE_ENDINGS
 from workbench.data.readers.trajectory import Trajectory
 
 TEXT = "latin-1"
 """Encoding that maps every byte to a character, so that unchanged text is preserved."""
 LARGEST = 16 * 2**20
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-LIST = rf"{NUMBER}(?:\s*,\s*{NUMBER})*"
-BRACKETS = rf"\[\s*{LIST}\s*\]"
-DEGREE = float(np.deg2rad(1.0))
+BRACKETS = rf"\[\s*{NUMBER}(?:\s*,\s*{NUMBER})*\s*\]"
 CARTESIAN = "a Cartesian target or motion, which the controller solves itself"
 COMPUTED = "a joint target that is computed"
-NEVER = r"(?!)"
 Span = tuple[int, int]
 
 
@@ -39,6 +37,7 @@ class Language:
     Args:
         name: For people.
         endings: Of its files.
+        mark: What tells it in files of other endings.
         unit: Radians in one of its units.
         decimals: Minimum number of decimals written.
         comment: Begin of a comment.
@@ -58,7 +57,8 @@ class Language:
 
     name: str
     endings: tuple[str, ...]
-    unit: float = DEGREE
+    mark: str
+    unit: float = float(np.deg2rad(1.0))
     decimals: int = 4
     comment: str
     refused: tuple[tuple[str, str], ...]
@@ -68,8 +68,8 @@ class Language:
     value: str = ""
     number: str = rf"()({NUMBER})"
     index: str = r"\[[^\]\n]*\]"
-    here: str = NEVER
-    declared: str = rf"({NEVER})"
+    here: str = r"(?!)"
+    declared: str = r"((?!))"
     begin: str = r"(?<![\w$.])"
     assigned: str = r"=(?!=)"
     end: str = r"\n|\Z"
@@ -132,6 +132,7 @@ PROGRAMS = (
     Language(  # ABB: [[1,2,3,4,5,6],[9E9,…]]; external axes stay
         name="RAPID",
         endings=(".mod", ".modx", ".prg", ".sys", ".sysx"),
+        mark=r"^\s*(?:MODULE\s+\w+|(?:LOCAL\s+)?PROC\s+\w+\s*\(|MoveAbsJ\s*\[)",
         comment="!",
         refused=(
             (
@@ -153,6 +154,7 @@ PROGRAMS = (
     Language(  # KUKA: {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6,E1 0}; external axes stay
         name="KRL",
         endings=(".src", ".dat"),
+        mark=r"^\s*(?:&ACCESS\b|(?:GLOBAL\s+)?DEF\s+\w+\s*\([^)\n]*\)(?!\s*:)|S?PTP\s*\{)",
         comment=";|&",
         refused=((r"(?<![\w$#])(?:(?:S?LIN|S?CIRC|SPL|SPLINE)(?:_REL)?|S?PTP_REL|(?:E6)?POS)\b", CARTESIAN),),
         move=r"(?<![\w$#])S?PTP\b",
@@ -165,6 +167,7 @@ PROGRAMS = (
     Language(  # Universal Robots: movej([…]), in place or by the name of a list
         name="URScript",
         endings=(".script", ".urscript"),
+        mark=r"^\s*(?:def\s+\w+\(.*\):|(?:move[jlp]|servo[jc])\s*\()",
         unit=1.0,
         decimals=6,
         comment="#",
@@ -214,20 +217,19 @@ class Program:
 
 
 def read_program(path: Path, joints: int) -> Program | None:
-    """A program, by its file extension, as text also by a motion in it; None for other files."""
-    language = next((f for f in PROGRAMS if path.suffix.lower() in f.endings), None)
-    if path.suffix.lower() == ".txt" and path.is_file() and path.stat().st_size < LARGEST:
-        text = read_bytes(path, wanted="a table or a program", maximum=LARGEST).decode(TEXT)
-        language = next((f for f in PROGRAMS if _pattern(rf"{f.move}\s*{f.literal}").search(text)), None)
-    if language is None:
+    """A program, by its file extension, or else by its text; None for other files."""
+    ending = path.suffix.lower()
+    if ending in {*TABLE_ENDINGS} - {".txt"} or not path.is_file() or path.stat().st_size > LARGEST:
         return None
-    text = read_bytes(path, wanted=f"a {language.name} program", maximum=LARGEST).decode(TEXT)
+    text = read_bytes(path, wanted="a table or a program", maximum=LARGEST).decode(TEXT)
+    named = (f for f in PROGRAMS if ending in f.endings or _pattern(f.mark).search(text))
+    if (language := next(named, None)) is None:
+        return None
     spans = sorted(language.targets(text, str(path)))
     if not spans:
         raise FileError(f"contains no joint target in {language.name}; check the language", path=str(path))
-    for row in spans:
-        if len(row) != joints:
-            what = f"a target of {len(row)} joints, but the robot has {joints}"
-            raise FileError(what, path=str(path), line=text[: row[0][0]].count("\n") + 1)
+    for row in (row for row in spans if len(row) != joints):
+        what = f"a target of {len(row)} joints, but the robot has {joints}"
+        raise FileError(what, path=str(path), line=text[: row[0][0]].count("\n") + 1)
     q = np.array([[float(text[a:b]) for a, b in row] for row in spans]) * language.unit
     return Program(text, language, tuple(spans), q, str(path))

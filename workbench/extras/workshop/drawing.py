@@ -157,8 +157,8 @@ def dxf_of(document: Any) -> bytes:
     return buffer.getvalue().encode()
 
 
-def pdf_of(document: Any, form: str = "pdf") -> bytes:
-    """The page on A3, by ezdxf's drawing add-on on matplotlib, which also knows other forms such as `png`."""
+def pdf_of(document: Any) -> bytes:
+    """The page on A3, by ezdxf's drawing add-on on matplotlib."""
     from ezdxf.addons.drawing import Frontend, RenderContext
     from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration, TextPolicy
     from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
@@ -172,5 +172,5 @@ def pdf_of(document: Any, form: str = "pdf") -> bytes:
         text_policy=TextPolicy.OUTLINE,
     )
     Frontend(RenderContext(document), backend, config=paper).draw_layout(document.modelspace())
-    figure.savefig(buffer, format=form, metadata={"CreationDate": None} if form == "pdf" else None)
+    figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
     return buffer.getvalue()

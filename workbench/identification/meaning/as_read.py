@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -84,9 +85,7 @@ def _as_read(
 ) -> tuple[Robot, Dataset]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
-        if meaning is None or not meaning.is_found or meaning.best.other or sliding(robot).any():
-            raise _unread_units(robot, data, meaning)
-        return _as_read(robot, as_told(data, meaning), how, keeps_arm, notes_rival)
+        return _as_read(robot, _with_units(robot, data), how, keeps_arm, notes_rival)
     if how not in {"auto", "found"} and not (meaning is not None and meaning.is_misread):
         known = "'auto', 'found' or 'given', as these rows mean one thing"
         raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
@@ -165,6 +164,20 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
     if not (found.is_plain and search.suffices(found)):
         return data
     return _read_as(found.apply(turned), f"angles left out: {found.orientation}, {found.size}; read so")
+
+
+def _with_units(robot: Robot, data: Dataset) -> Dataset:
+    """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
+    slides, nearest = np.array(sliding(robot), bool), None
+    scales = (1.0, 1e-3) if slides.any() and data.joints == robot.dof else (1.0,)
+    for is_turned, scale in product((True, False)[: 1 + (data.rotation is not None)], scales):
+        rows = data if scale == 1.0 else replace(data, q=data.q * np.where(slides, scale, 1.0))
+        meaning = understood(robot, rows if is_turned else replace(rows, rotation=None, written=None))[1]
+        nearest = nearest or meaning
+        if meaning is not None and meaning.is_found and not meaning.best.other:
+            note = f"what slides is in {'m' if scale == 1.0 else 'mm'}, as the rows tell"
+            return _with_notes(as_told(rows, meaning), *[note] * (len(scales) - 1))
+    raise _unread_units(robot, data, nearest)
 
 
 def _unread_units(robot: Robot, data: Dataset, meaning: RowMeaning | None) -> UnitError:

@@ -77,10 +77,8 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     if rows.rotation is None or not _fits(robot, rows):
         return {}
     text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
-    return {
-        "told": text,
-        "cure": "leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page=""),
-    }
+    cure = "correct them, or leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
+    return {"told": text, "cure": cure}
 
 
 def _most(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
@@ -94,7 +92,8 @@ def _most(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     error = float(np.median(off[fits])) if fits.any() else np.inf
     if not MIN_FITTING_SHARE <= fits.mean() < 1.0 or error > 0.5 * FITS * robot.reach:
         return {}
-    few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())}) don't fit the others"
+    few = f"{plural(int((~fits).sum()), 'row')} ({ranges(located.row[~fits].tolist())})"
+    few += f" {'doesn' if (~fits).sum() == 1 else 'don'}'t fit the others"
     places = np.unique(np.asarray(located.position)[~fits], axis=0)
     frozen = "; the instrument's reading stays the same in them" if 2 * len(places) <= (~fits).sum() else ""
     cure = "correct the units or joints of these rows, or exclude them"

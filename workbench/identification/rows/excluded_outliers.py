@@ -67,13 +67,18 @@ def prepare_without_outliers(
     return ready, np.array(outlying, np.int64)
 
 
+def gross_limit(usual: float, reach: float) -> float:
+    """Error [m] of gross outliers where the median is this, for an arm of this reach [m]."""
+    limit = GROSS_REACH_SHARE * reach
+    return max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
+
+
 def _gross(ready: Prepared, reach: float) -> Rows:
     """Fitted and held-out rows that are too far from the aligned nominal arm of this reach [m]."""
-    nominal, limit = ready.nominal, GROSS_REACH_SHARE * reach
-    usual = 1e-3 * nominal.train.position_mm.median
+    nominal = ready.nominal
+    limit = gross_limit(1e-3 * nominal.train.position_mm.median, reach)
     both = (nominal.train, ready.problem.data), (nominal.held_out, ready.held_out_data)
     fitted, held = (np.where(_is_tested(ready.problem, d), e.position, 0.0) for e, d in both)
-    limit = max(limit, (GROSS_RATIO if usual < limit else HIDING_RATIO) * usual)
     far = ready.held_out_rows[held > limit] if ready.is_one_file else ready.held_out_rows
     return np.concatenate([ready.train_rows[fitted > limit], far])
 

@@ -46,26 +46,15 @@ class Restored:
     reason: str = ""
 
     @property
-    def worst(self) -> Difference:
-        """The most telling difference."""
-        return max(self.differences, key=lambda d: (math.isfinite(d.size), d.size))
-
-    @property
-    def text(self) -> str:
-        if not self.differences:
-            return "all the same"
-        where = f"after step {self.worst.step}" if self.worst.step else "at the start"
-        return f"{len(self.differences)} differ, {where}: {self.worst.text}"
-
-    @property
     def warning(self) -> str:
         """The most telling difference in one sentence; empty if there is none."""
         if not self.differences:
             return ""
-        step, where = self.worst.step, self.recording.folder.name
-        if step:
-            where = f"step {step} of {where} ({self.recording.lines[step - 1].title})"
-        return f"{where} no longer gives the recorded value: {self.worst.text}; {self.reason}"
+        worst = max(self.differences, key=lambda d: (math.isfinite(d.size), d.size))
+        where = self.recording.folder.name
+        if worst.step:
+            where = f"step {worst.step} of {where} ({self.recording.lines[worst.step - 1].title})"
+        return f"{where} no longer gives the recorded value: {worst.text}; {self.reason}"
 
     def json(self) -> dict[str, Any]:
         return document(

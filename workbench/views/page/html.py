@@ -31,9 +31,9 @@ def block(content: str, *, testid: str | None = None, style: str = "") -> str:
     return f'<div{name} style="{FONT};padding:0 12px;{style}">{content}</div>'
 
 
-def note(sentence: str, testid: str, *, margin: str = "4px 0", colour: str = MUTED) -> str:
+def note(sentence: str, testid: str) -> str:
     """A sentence in place of a result, or above it."""
-    return block(text(sentence), testid=testid, style=f"color:{colour};margin:{margin}")
+    return block(text(sentence), testid=testid, style=f"color:{MUTED};margin:4px 0")
 
 
 def heading(title: str) -> str:

@@ -21,7 +21,7 @@ from workbench.views.page.serve import bound
 
 @final
 class Page:
-    """A page that is being served; it ends with `stop`, with a `with` block, or with the program."""
+    """A page that is being served; it ends with `stop`, or with the program."""
 
     def __init__(self, app: App):
         self._app: App | None = app

@@ -4,6 +4,7 @@ The viewer has one layout for all steps, so what differs between them is drawn i
 that moves in the scene, the title a text, and bars and result are those of the step.
 """
 
+import rerun as rr
 import rerun.blueprint as rrb
 
 from workbench.views.recording.canvas import EYE, PATHS, STEP
@@ -25,9 +26,17 @@ PLOTS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
 """Tabs of curves: by its heading, where each one's numbers are."""
 
 
-def blueprint() -> rrb.Blueprint:
+def blueprint(steps: int | None = None) -> rrb.Blueprint:
+    """The layout; once it is known how many steps there are, their curves have room for the last points."""
     bars = rrb.BarChartView(origin="bars", name="Targets by O, or rows by error [mm]", plot_legend=NO_LEGEND)
-    plots = (rrb.Grid(*map(_plot, of, of.values()), grid_columns=1, name=tab) for tab, of in PLOTS.items())
+    at, axis = rr.TimeRangeBoundary.absolute, None
+    if steps is not None:
+        room = 1 + steps // 50
+        axis = rrb.TimeAxis(view_range=rr.TimeRange(start=at(seq=-room), end=at(seq=steps + room)))
+    plots = (
+        rrb.Grid(*(_plot(each, where, axis) for each, where in of.items()), grid_columns=1, name=tab)
+        for tab, of in PLOTS.items()
+    )
     beside = rrb.Vertical(rrb.Tabs(*plots), bars, _document("result", "Result"), row_shares=[3, 2, 3])
     left = rrb.Vertical(_document("title", "Session"), _scene(), row_shares=[1, 5])
     log = rrb.TextLogView(
@@ -42,11 +51,13 @@ def blueprint() -> rrb.Blueprint:
     )
 
 
-def _plot(heading: str, where: tuple[str, tuple[str, ...]]) -> rrb.TimeSeriesView:
+def _plot(heading: str, where: tuple[str, tuple[str, ...]], axis: rrb.TimeAxis | None) -> rrb.TimeSeriesView:
     """What has the same unit and meaning has one scale."""
     origin, paths = where
     contents = [f"$origin/{path}" for path in paths]
-    return rrb.TimeSeriesView(origin=origin, contents=contents, name=heading, plot_legend=NO_LEGEND)
+    return rrb.TimeSeriesView(
+        origin=origin, contents=contents, name=heading, plot_legend=NO_LEGEND, axis_x=axis
+    )
 
 
 def _scene() -> rrb.Spatial3DView:

@@ -49,6 +49,10 @@ class MomentDrawing:
         for timeline in self._timelines:
             self._try(type(timeline).__name__, timeline.draw, self._canvas, moment)
 
+    def end(self, step: int) -> None:
+        """Lay out the viewer for all steps up to the last one."""
+        self._canvas.arrange(blueprint(step))
+
     def _try(self, name: str, draw: Callable[..., None], *args: Any) -> None:
         try:
             draw(*args)

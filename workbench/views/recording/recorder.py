@@ -85,19 +85,21 @@ class Recorder(AbstractKeeper):
         try:
             from workbench.views.recording.contents import MomentDrawing
 
-            first = self._next()
-            assert first is not None
-            canvas = self._open(first.session, lambda text: self._notify(Severity.WARNING, text))
+            last = self._next()
+            assert last is not None
+            canvas = self._open(last.session, lambda text: self._notify(Severity.WARNING, text))
         except Exception as error:
             self._notify(Severity.WARNING, f"this session is not recorded for the rerun viewer: {error}")
             return
         try:
             drawing = MomentDrawing(canvas)
-            drawing.draw(first)
+            drawing.draw(last)
             canvas.flush()  # a disk without room is told at the beginning
             while (moment := self._next()) is not None:
                 drawing.draw(moment)
                 self._passing, self._last = self._passing + moment.is_passing, time.monotonic()
+                last = moment
+            drawing.end(last.step)
         except Exception:
             log.exception("the recording was cut short")
         finally:

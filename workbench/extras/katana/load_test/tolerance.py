@@ -28,10 +28,10 @@ CLEAR_SIDE_SIGMAS = 4.0
 """Standard deviations of a moment that leave no doubt about its side."""
 
 
-def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:
+def constants_known(robot: Robot) -> dict[str, float]:
     """Standard deviations of constants, even up to a maximum error, and of masses and their centres [SI]."""
     elements, index = robot.chain.elements, robot.chain.index
-    maximum = {n: angle if elements[index[n]].axis.turns else length for n in robot.default_free}
+    maximum = {n: ANGLE if elements[index[n]].axis.turns else LENGTH for n in robot.default_free}
     return {n: size / np.sqrt(3.0) for n, size in maximum.items()} | robot.inertia_tolerance
 
 

@@ -16,23 +16,22 @@ import numpy as np
 
 from workbench.arm.conventions import CONSTANTS, ORDERS
 from workbench.arm.frame import Frame
-from workbench.arm.robot import Robot
+from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import FileError, OptionError
-from workbench.base.files import read_bytes
 from workbench.base.units import parse_heading
+from workbench.data.readers.file_kind import read_bytes
+from workbench.data.readers.read import read_grid
 from workbench.data.readers.table import Grid, grid_of
-from workbench.data.readers.text import decode, read_text
-from workbench.data.readers.workbooks import read_excel
+from workbench.data.readers.text import decode
 from workbench.extras.pendant.displayed import SIZES
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 NAMES |= {"joint_type": "type"}
 """Other headings of the constants."""
-KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"}
-KINDS |= {k: k for k in ("revolute", "prismatic", "fixed")}
-KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:\s*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
+KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k): str(k) for k in JointKind}
+KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
 """A key and what stands behind it in JSON and YAML."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
@@ -41,7 +40,6 @@ INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
-MAX_FILE_BYTES = 2**20
 WANTED = "write a table (.csv) with the headings theta, d, a, alpha and a line for each joint"
 
 
@@ -75,8 +73,8 @@ def read_joint_table(path: Path | str) -> JointTable:
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
     rows = [_row(dict(zip(names, cells, strict=False)), grid, k) for k, cells in filled]
-    stands = {name: (head.unit or "").lower() for name, head in zip(names, heads, strict=True)}
-    units = {name: UNITS.get(unit, unit) for name, unit in stands.items() if unit}
+    stands = ((name, (head.unit or "").lower()) for name, head in zip(names, heads, strict=True))
+    units = {name: UNITS.get(unit, unit) for name, unit in stands if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
     units |= {"°": "deg"} if any("°" in c for cells in grid.rows[1:] for c in cells) else {}
     angles = _units(units, ("theta", "alpha", "beta", "°"), ANGLES, grid)
@@ -85,13 +83,10 @@ def read_joint_table(path: Path | str) -> JointTable:
 
 def _grid(path: Path) -> Grid:
     """The cells of a table."""
-    data = read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES)
-    if path.suffix.lower() == ".xlsx":
-        return read_excel(data, path, sheet=None)
     if path.suffix.lower() not in (".json", ".yaml", ".yml"):
-        return read_text(data, path)
+        return read_grid(path)
     found = defaultdict[str, list[str]](list)
-    for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(data, path)[0])):
+    for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(read_bytes(path), path)[0])):
         if _constant(key) in (*CONSTANTS, "type"):
             found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
     if len({*map(len, found.values())}) > 1:

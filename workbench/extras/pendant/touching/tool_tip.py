@@ -27,7 +27,6 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     Touches,
     TouchSolution,
-    check_wanted,
     flanges,
     names_of,
     read_touches,
@@ -140,8 +139,7 @@ def tcp(
         DataError: fewer than four touches, more than one point, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
-    check_wanted(wanted)
-    every = read_touches(touches, robot, columns)
+    every = read_touches(touches, robot, columns, wanted)
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
     given = replace(given, notes=tuple(again[: len(every) - len(given)]))

@@ -49,13 +49,10 @@ def flanges(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "
     return tool_poses(robot.with_frames(base=Frame(), tool=Frame()), Motion(q))
 
 
-def tips(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"]:
-    """Positions of the tool's tip in the robot's base [m]."""
-    return tool_poses(robot.with_frames(base=Frame()), Motion(q))[:, :3, 3]
-
-
-def read_touches(source: Path | Dataset, robot: Robot, columns: str | None) -> Dataset:
-    """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched."""
+def read_touches(source: Path | Dataset, robot: Robot, columns: str | None, wanted: float | None) -> Dataset:
+    """Touches of a file of joints; `contact` (or `point`) names what was touched; `wanted` is positive."""
+    if wanted is not None and not wanted > 0.0:
+        raise OptionError(f"wanted must be positive, got {wanted:g} m", option="wanted", found=wanted)
     if isinstance(source, Dataset):
         robot.check_joints(source.said.q, source.source)
         where, units, names = source.source, source.joint_units, source.contact
@@ -73,12 +70,6 @@ def read_touches(source: Path | Dataset, robot: Robot, columns: str | None) -> D
     refuse_joint_units(found.q[kept], robot.limits, where)
     labels = None if names is None else np.array([str(name).strip() for name in names])
     return replace(found, contact=labels, source=where).take(kept)
-
-
-def check_wanted(value: float | None) -> None:
-    """Refuse an accuracy that is not positive."""
-    if value is not None and not value > 0.0:
-        raise OptionError(f"wanted must be positive, got {value:g} m", option="wanted", found=value)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,9 @@ import numpy as np
 import tomli_w
 from jaxtyping import Bool, Float
 
+from workbench.arm.frame import Frame
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Length, Like, checked_arguments
@@ -32,12 +35,10 @@ from workbench.extras.pendant.touching.touches import (
     TouchErrors,
     Touches,
     TouchSolution,
-    check_wanted,
     flanges,
     names_of,
     read_touches,
     solve_without_slipped,
-    tips,
 )
 from workbench.report.blocks import Block, Sentence
 from workbench.report.json import Json
@@ -155,11 +156,10 @@ def frame(
         DataError: no tool, too few touches, unknown names, or points on one line.
         OptionError: an accuracy out of range.
     """
-    check_wanted(wanted)
-    given = read_touches(touches, robot, columns)
+    given = read_touches(touches, robot, columns, wanted)
     if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
-    at = tips(robot, given.q)
+    at = tool_poses(robot.with_frames(base=Frame()), Motion(given.q))[:, :3, 3]
     begin, target, counts = _named(given, at, robot) if cad is None else _drawn(given, at, _drawing(cad))
     solved, slipped = solve_without_slipped(
         lambda rows: _solve(begin, at[rows], target[rows], counts[rows].ravel()),

@@ -21,7 +21,7 @@ from workbench.session.export import (
 from workbench.session.page_state import Tab
 from workbench.session.stages import file_errors, without_suspects
 from workbench.session.state import Session
-from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, note, text
+from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 PARTS = "STL, the targets, joint positions to measure them with; STEP, drawings where [cad] is installed."
@@ -31,7 +31,6 @@ FORMATS = (
 OTHER_FORMS = "Those of 'export --for' that suit an arm of so many joints."
 OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
-EMPTY_NOTE = "Identify the arm first; then it is saved here."
 
 
 def _errors(session: Session) -> str:
@@ -95,15 +94,13 @@ class FilesPanel(AbstractPanel):
     depends = ("robot", "measurements", "results", "choices.wanted")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Calibrated arm"):
-            self.html(lambda s: "" if _is_identified(s) else note(EMPTY_NOTE, "unsaved"))
+        with self.folder("Calibrated arm", visible=_is_identified):
             self.html(_errors)
             save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
-            self.press_one("Save", SAVED, save, FORMATS, visible=_is_identified)
-            form = self.dropdown("Other format", _forms, OTHER_FORMS, visible=_is_identified)
+            self.press_one("Save", SAVED, save, FORMATS)
+            form = self.dropdown("Other format", _forms, OTHER_FORMS)
             save_in = lambda event: self.save(event, exported_as(form.typed), is_arm=True)  # noqa: E731
-            icon = viser.Icon.DOWNLOAD
-            self.press("Save in this format", save_in, icon, OTHER, visible=_is_identified)
+            self.press("Save in this format", save_in, viser.Icon.DOWNLOAD, OTHER)
         with gui.add_folder("Plate and measurements"):
             self.download("Plate to make (ZIP)", fixture_zip, PARTS)
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
