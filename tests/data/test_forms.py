@@ -208,6 +208,11 @@ def test_the_separator_is_the_one_of_the_heading(separators, message, title):
     assert separator_of(lines) == own
 
 
+def test_tabs_part_cells_of_several_numbers():
+    assert separator_of(["name\tq1\tnote", "P 0\t1\t", "P 1\t2\t1 2"]) == "\t"
+    assert separator_of(["1 2\t3", "4 5\t6"]) == " "
+
+
 def test_preview_says_what_was_understood(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("Achse 1[°];x[mm];y[mm];z[mm];session;group;Nr\n90,5;1;2;3;a;g;1\n9;1;2;;b;g;2\n")

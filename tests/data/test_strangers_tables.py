@@ -6,7 +6,6 @@ from refusals import refuses
 
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import read_measurements
-from workbench.data.readers.read import read_fields
 
 SPOTS, H = ("A", "B", "C"), np.pi / 2
 
@@ -138,10 +137,10 @@ def test_gaps_in_words_headings_that_stand_again_or_in_two_rows_and_their_words(
     assert "Target" not in text or data.point.tolist() == ["A", "A", "B"]
 
 
-def test_external_axes_come_before_the_arm_and_each_of_several_distances_is_a_row(tmp_path):
-    (tmp_path / "t.csv").write_text("A1[deg],E1[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n90,7,,\n")
+def test_each_of_several_distances_is_a_row(tmp_path):
+    (tmp_path / "t.csv").write_text("A1[deg],A2[mm],dist1[mm],dist2[mm]\n90,5,1,2\n90,6,3,\n90,7,,\n")
     data = read_measurements(tmp_path / "t.csv", joints=2)
-    assert data.q == pytest.approx(np.array([[0.005, H], [0.005, H], [0.006, H], [0.007, H]]))
+    assert data.q == pytest.approx(np.array([[H, 0.005], [H, 0.005], [H, 0.006], [H, 0.007]]))
     assert data.distance[data.included] == pytest.approx([0.001, 0.002, 0.003])
     assert data.anchor.tolist() == ["distance1", "distance2", "distance1", "distance1"]
     (tmp_path / "t.csv").write_text(f"{HEAD},dist1,dist2[mm]\n90,1,2,3,4,5\n")
@@ -168,22 +167,6 @@ def test_joints_stand_in_the_first_of_repeats_or_a_row_that_lacks_one_is_left_ou
     data = read_measurements(tmp_path / "m.csv")
     assert data.exclude.tolist() == [False, True, False]
     assert "data row 1 (line 3) lacks q2 and is excluded" in data.notes
-
-
-@pytest.mark.parametrize(
-    "form",
-    [
-        "DECL E6AXIS P={{A1 {},A2 {},A3 {},E1 0.0}}\nDECL E6POS Q={{X 1.0,Y 2.0,Z 3.0,A 4.0,B 5.0,C 6.0}}\n",
-        "q1={} q2={} q3={} X=1.0 mm\n",
-        "P[1]{{ J1= {} deg, J2= {} deg,\n J3= {} deg }};\n",
-    ],
-)
-def test_joints_stand_after_their_names(tmp_path, form):
-    text = "&ACCESS RVP\n" * ("DECL" in form) + form.format(10.5, -20, 30) + form.format(11.5, -21.0, 31)
-    (tmp_path / "t.txt").write_text(text)
-    found = read_fields(tmp_path / "t.txt").values
-    assert np.rad2deg([*found["q1"], found["q2"][1], found["q3"][0]]) == pytest.approx([10.5, 11.5, -21, 30])
-    assert ("x" in found) == ("X=" in text)
 
 
 def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):

@@ -206,7 +206,7 @@ def test_a_payload_that_is_not_what_the_file_says_is_no_size_of_joints(said):
     data = replace(case.data, position=points, rotation=None, payload=TOLD[said](state.payload))
     found = diagnose(case.robot, data, held_out=0.0)
     (cause,) = found.causes
-    assert cause.confidence is (Confidence.PROBABLE if said else Confidence.CERTAIN)
+    assert cause.confidence == {"": "certain", "one row late": "cannot tell"}.get(said, "probable")
     assert bool(found.followed) is bool(said)
     told = f"follows a payload that isn't what the file says: .*{said}" if said else ""
     assert re.search(told, found.message)

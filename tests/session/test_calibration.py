@@ -13,7 +13,6 @@ from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.assets import assets
-from workbench.data.readers.mapping import understood_as, with_column
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowRow
@@ -24,6 +23,7 @@ from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevel
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
+from workbench.session.mapping import understood_as, with_column
 from workbench.session.state import Focus
 
 

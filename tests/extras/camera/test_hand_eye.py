@@ -125,6 +125,7 @@ def bag(hands, seen):
 
 FILES = {"samples.yaml": moveit, "eih.samples": easy_handeye, "list.json": sample_lists, "pairs.csv": table}
 FILES |= {"bag.csv": bag, "opencv.yml": file_storage, "franka.json": franka, "xarm.csv": euler_as_vector}
+FILES["flat.yaml"] = lambda *sides: f"robot: {sides[0].ravel().tolist()}\ntarget: {sides[1].tolist()}\n"
 FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replace("rvec_", "target_r")
 
 
@@ -217,14 +218,7 @@ def timed(folder, hands, seen):
         )
 
 
-def objects(folder, hands, seen):
-    content = [
-        {"robot_pose": a, "marker_pose": b, "lens": [0.1] * 5} for a, b in zip(hands, seen, strict=True)
-    ]
-    (folder / "all.pkl").write_bytes(pickle.dumps(content, protocol=2))
-
-
-@pytest.mark.parametrize("layout", [arrays_each, stacks, one_stack, timed, objects])
+@pytest.mark.parametrize("layout", [arrays_each, stacks, one_stack, timed])
 def test_every_folder_of_arrays_gives_the_camera_on_the_hand(tmp_path, layout):
     layout(tmp_path, *pairs())
     files = [*tmp_path.iterdir()]
@@ -241,14 +235,9 @@ def test_whose_poses_are_whose_is_asked_where_no_name_tells(tmp_path):
     assert off(handeye([tmp_path / "b.npy", tmp_path / "a.npy"]))[0] < 0.6
 
 
-class Hostile:
-    def __reduce__(self):
-        return exec, ("raise SystemExit",)
-
-
-def test_a_pickle_of_anything_but_arrays_is_refused(tmp_path):
-    (tmp_path / "all.pkl").write_bytes(pickle.dumps({"robot": Hostile()}))
-    with refuses(FileError, "can't be read"):
+def test_a_pickle_is_refused(tmp_path):
+    (tmp_path / "all.pkl").write_bytes(pickle.dumps(pairs()))
+    with refuses(FileError, "may run code"):
         handeye(tmp_path / "all.pkl")
 
 

@@ -148,7 +148,7 @@ def readers(folder: Path) -> dict[str, tuple[str, bytes, Read]]:
         "OptiTrack": ("take.csv", OPTITRACK, read_fields),
         "stream": ("live.jsonl", json.dumps(pose), lambda path: parse_sample(_text(path), line=1)),
         "pendant": ("readings.csv", PENDANT, lambda path: read_display(path, arm())),
-        "touches": ("touches.csv", TOUCHES, lambda path: read_touches(path, arm(), None)),
+        "touches": ("touches.csv", TOUCHES, lambda path: read_touches(path, arm(), None, None)),
         **{f"program {n}": (n, text, lambda path: read_program(path, 6)) for n, text in PROGRAMS.items()},
         **_of_cameras(folder),
         **_of_forms(folder),

@@ -1,4 +1,4 @@
-"""Arrays by name, as programs keep them: .npz, .npy, pickles, JSON, YAML, XML of OpenCV, text of numbers,
+"""Arrays by name, as programs keep them: .npz, .npy, JSON, YAML, XML of OpenCV, text of numbers,
 and folders of such files, where files that differ in one number are rows: `robot_00.txt`, `robot_01.txt` …
 
 An array of rows is a column, or several: joints `q1 …`, places `x y z`, quaternions, poses and rotations by
@@ -7,7 +7,6 @@ their entries. Their units, and the order of a quaternion, are told by the rows 
 
 import io
 import json
-import pickle
 import re
 import zipfile
 from collections import Counter, defaultdict
@@ -20,10 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.base.bounded_process import ChildError
 from workbench.base.errors import FileError, WorkbenchError
 from workbench.base.units import parse_heading
-from workbench.data.binary_tables import read_in_child
+from workbench.data.binary_tables import refusal
 from workbench.data.readers.file_kind import POSE_PAIRS, TABLE, read_bytes
 from workbench.data.readers.headings import (
     is_commanded,
@@ -39,16 +37,10 @@ from workbench.data.readers.text import decode, read_text
 MAX_BYTES, MAX_FILES = 256 * 2**20, 20_000
 """Maximum size of unpacked arrays, and number of files of a folder."""
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
-BLOCKS = (".txt", ".csv", ".tsv", ".dat", ".json", ".yaml", ".yml", ".xml", ".npy", ".npz", ".pkl", ".pickle")
+BLOCKS = (".txt", ".csv", ".tsv", ".dat", ".json", ".yaml", ".yml", ".xml", ".npy", ".npz")
 """Endings of pictures, and of files that may hold a block."""
 _NUMPY = (b"\x93NUMPY", b"PK\x03\x04", b"\x80")
 """How arrays of NumPy and pickles begin."""
-_DAMAGED = ValueError, OSError, EOFError, KeyError, NotImplementedError, MemoryError, zipfile.BadZipFile
-_ALLOWED = re.compile(
-    r"numpy\.(_?core\.(multiarray\.(_reconstruct|scalar)|numeric\._frombuffer)|ndarray|dtype)"
-    r"|collections\.OrderedDict|_codecs\.encode"
-)
-"""All that a pickle may name."""
 _RUNNING = re.compile(r"\d+(?![a-zA-Z\d])(?!.*\d(?![a-zA-Z\d]))")
 """The last number of a name that no letter follows, as in 'pose_3_gripper2base'."""
 _OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
@@ -93,10 +85,10 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
     """Blocks of one file by their names, '' where they have none; columns of a table if `headed`."""
     if data.startswith(_NUMPY) and b"xl/" not in data:
         try:
-            return numpy_arrays(data, pickled=False)
-        except (*_DAMAGED, ChildError):
-            what, instead = "these arrays", "save them as .npz, without objects"
-            return read_in_child(numpy_arrays, data, path, needs="numpy", what=what, instead=instead)
+            return numpy_arrays(data)
+        except Exception as error:  # whatever NumPy makes of a damaged file
+            why = "a pickle may run code" if "pickle" in str(error) else str(error)
+            raise refusal("these arrays", why, "save them as .npz, without objects", path) from None
     if data.startswith(b"PK"):
         return {}
     text = decode(data, path)[0]
@@ -116,39 +108,16 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
     return dict(zip(head, zip(*body, strict=True), strict=True)) if headed and body else {}
 
 
-def numpy_arrays(data: bytes, *, pickled: bool = True) -> dict[str, Any]:
-    """The arrays of an .npz or .npy by name, or of a pickle of such, which is read in a child."""
-    files = {"": data}
-    if data.startswith(b"PK"):
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
-                raise ChildError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
-            names = [name for name in archive.namelist() if name.endswith(".npy")]
-            files = {name.removesuffix(".npy"): archive.read(name) for name in names}
-    found = {name: _array_of(io.BytesIO(content), pickled) for name, content in files.items()}
-    found = by_name(found[""]) if [*files] == [""] else found
-    return {name: block(own) for name, own in found.items()}
-
-
-def _array_of(file: io.BytesIO, pickled: bool) -> Any:
-    """An array, or what a pickle of arrays holds, which may stand behind the head of an array of objects."""
-    try:
-        found = np.lib.format.read_array(file, allow_pickle=False)
-    except ValueError:
-        if not pickled:
-            raise
-        file.seek(0 if file.getvalue().startswith(b"\x80") else file.tell())
-        found = _Unpickler(file).load()
-    return found.tolist() if isinstance(found, np.ndarray) and found.dtype == object else found
-
-
-class _Unpickler(pickle.Unpickler):
-    """Loads arrays, numbers and containers; what names anything else is refused before it is looked up."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if not _ALLOWED.fullmatch(f"{module}.{name}"):
-            raise ChildError(f"'{module}.{name}' in it is none of NumPy's arrays")
-        return super().find_class(module, name)
+def numpy_arrays(data: bytes) -> dict[str, Any]:
+    """The arrays of an .npz or .npy by name."""
+    if not data.startswith(b"PK"):
+        return by_name(np.load(io.BytesIO(data), allow_pickle=False))
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+            raise ValueError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
+    with np.load(io.BytesIO(data), allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    return {name: block(own) for name, own in arrays.items() if isinstance(own, np.ndarray)}
 
 
 def arrays_of_json(data: bytes) -> dict[str, Any]:
@@ -204,6 +173,8 @@ def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
         data, width = arrays.get(f"{name[:-4]}data", np.zeros(0)), int(arrays[name].flat[0])
         if width > 1 and data.size % width == 0:
             arrays[f"{name[:-4]}data"] = upright(data.reshape(-1, width))
+    lone = {name: upright(a.reshape(-1, 4)) for name, a in arrays.items() if len(a) == 1 and a.size % 4 == 0}
+    arrays |= {name: stack for name, stack in lone.items() if stack.ndim == 3}  # a list of matrices
     shapes = {1: (-1,), 9: (-1, 3, 3)}
     return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in arrays.items()}
 

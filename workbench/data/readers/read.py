@@ -35,7 +35,7 @@ from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout
 from workbench.data.readers.table import Grid, Table, only_table, with_headings, with_names
-from workbench.data.readers.text import read_named, read_text
+from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet, sheets_apart
 from workbench.parts import warn_of_broken
 
@@ -227,8 +227,6 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
     if path.is_dir() and (grid := read_arrays(path)) is not None:
         return grid
     data = read_bytes(path)
-    if (named := read_named(data, path)) is not None:
-        return named
     kind = kind_of(data, path)
     if kind is FileKind.EXCEL:
         return read_excel(data, path, sheet=sheet)

@@ -16,7 +16,7 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
-from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of, normalised
+from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
 
 NUMBER = re.compile(
     r"[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)",
@@ -26,7 +26,6 @@ _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
-_EXTERNAL = re.compile(r"(?:e|ext?|eax|external)_?(?:axis_?)?([1-6a-f])")
 _OF_UNIT = re.compile(r"([-+\u2212]?[\d.,'\s]*\d)\s?(°|deg|rad|mm|cm|m|µm|um|inch)")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
@@ -270,23 +269,8 @@ def _of_robot(cells: list[str], words: dict[str, str], joints: Joints) -> dict[s
     keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
     if not names or len(keys) < len(names):  # some of the robot's joints are called otherwise
         keys = {cell: key for cell, word in words.items() if (key := meaning(word)) and key[0] == "q"}
-        keys = (keys if len(set(keys.values())) == len(words) else {}) or _with_external(cells, joints)
+        keys = keys if len(set(keys.values())) == len(words) else {}
     return {cell: _with_unit(key, parse_heading(cell).unit or "") for cell, key in keys.items()}
-
-
-def _with_external(cells: Sequence[str], joints: Joints) -> dict[str, str]:
-    """External axes E1 … and the arm's joints A1 … behind them, where a robot has as many joints as both; in
-    the columns' order where an external axis stands among the arm's, as of the KUKA LBR."""
-    external = ((cell, _EXTERNAL.fullmatch(normalised(parse_heading(cell).name))) for cell in cells)
-    first = sorted((found[1], cell) for cell, found in external if found)
-    arm = {key: cell for cell in cells if (key := meaning_of(cell) or "")[:1] == "q" and key[1:].isdigit()}
-    every = [*(cell for _, cell in first), *(arm[key] for key in sorted(arm, key=lambda key: int(key[1:])))]
-    order = [*cells]
-    own = [order.index(cell) for cell in arm.values()]
-    if first and own and min(own) < order.index(every[0]) < max(own):
-        every.sort(key=order.index)
-    wanted = joints if isinstance(joints, int | None) else len(joints)
-    return {cell: f"q{k}" for k, cell in enumerate(every, 1)} if first and len(every) == wanted else {}
 
 
 def _words(grid: Grid, start: int) -> dict[str, str]:

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from workbench.base.errors import FileError
-from workbench.data.readers.file_kind import PROGRAM
 from workbench.data.readers.table import NUMBER, Grid, keys_of, with_points
 
 _ENCODINGS = (((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16"), (b"", "utf-8-sig"), (b"", "cp1252"))
@@ -17,13 +16,6 @@ _ENCODINGS = (((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16"), (b"", "utf
 COMMENTS = ("#", "% ", "//")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "blanks"}
 """What may part the fields, and what it is called."""
-_PLAIN = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_NAMED = re.compile(
-    rf"(?<![\w.$])([^\W\d]\w*(?: \d+)?)(?:[ \t]*[:=][ \t]*|[ \t]+)({_PLAIN})(?:[ \t]*(mm|m|deg|rad|°))?"
-    r"(?=[\s,;|)\]}]|\Z)"
-)
-_NAMED_START = 20_000
-"""A number after its name, and how far from the begin of a file of such there are joints."""
 _SAMPLE = 200
 """Lines by which the separator is recognised."""
 
@@ -60,36 +52,6 @@ def read_text(data: bytes, path: Path) -> Grid:
     return with_points(replace(grid, notes=tuple(notes)))
 
 
-def read_named(data: bytes, path: Path) -> Grid | None:
-    """Numbers after their names as rows, record by record: joints of KRL and Fanuc programs, or lines
-    `q1=12.3 q2=…`; None of a text whose numbers don't stand after names of joints."""
-    begin = data[:_NAMED_START]
-    if not _has_joints([match[1] for match in _NAMED.finditer(begin.decode("latin-1"))]):
-        return None
-    text, records = decode(data, path)[0], list[tuple[int, dict[str, str]]]()
-    for line, content in enumerate(text.splitlines(), start=1):
-        for bare, number, unit in _NAMED.findall(content):
-            name = f"{bare}[{unit}]" if unit else bare
-            if not records or name in records[-1][1]:
-                records.append((line, {}))
-            records[-1][1][name] = number
-    counts = Counter(name for _, record in records for name in record)
-    of_program = bool(re.match(PROGRAM, begin))  # which says where the arm should be
-    known = (name for name in counts if not of_program or _has_joints([name], 1))
-    names = [name for name in known if 2 * counts[name] > len(records)]
-    whole = [(line, record) for line, record in records if {*names} <= {*record}]
-    others = len(re.findall(rf"(?<![\w.]){_PLAIN}", text)) - counts.total()
-    if others > counts.total() or len(whole) < 2 or not _has_joints(names):
-        return None
-    rows = [names, *([record[name] for name in names] for _, record in whole)]
-    lines, notes = [0, *(line for line, _ in whole)], ("numbers stand after their names",)
-    return with_points(Grid(source=str(path), rows=rows, lines=lines, notes=notes))
-
-
-def _has_joints(names: list[str], number: int = 3) -> bool:
-    return len({key for key in keys_of(names) if re.fullmatch(r"q\d+", key)}) >= number
-
-
 def decode(data: bytes, path: Path) -> tuple[str, str]:
     """Text and the name of its encoding: UTF-16 with its mark, UTF-8, else Western European."""
     for mark, name in _ENCODINGS:
@@ -104,7 +66,7 @@ def separator_of(lines: list[str]) -> str:
     """The separator that most lines carry: tab, semicolon, comma, else blanks.
 
     Of several, the one that parts an earlier line, the heading, into as many fields as most: others stand in
-    labels or numbers.
+    labels or numbers. Tabs among blanks, all of which part as many fields in every line, are blanks.
     """
     bare = [re.sub(r'"[^"]*"', '""', line).strip(" ") for line in lines[:_SAMPLE]]
     later = len(bare) // 2  # titles and headings are apart
@@ -115,7 +77,8 @@ def separator_of(lines: list[str]) -> str:
 
     carried = [mark for mark in "\t;,|" if 2 * sum(mark in line for line in bare[later:]) > len(bare) - later]
     mark = min(carried, key=first, default=" ")
-    cells = [cell.split() for cell in bare[-1].split(mark)] if mark == "\t" else []
+    is_even = mark == "\t" and len({len(line.split()) for line in bare if mark in line}) == 1
+    cells = [cell.split() for cell in bare[-1].split(mark)] if is_even else []
     return " " if any(len(own) > 1 and all(map(NUMBER.fullmatch, own)) for own in cells) else mark
 
 

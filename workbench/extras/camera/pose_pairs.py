@@ -24,6 +24,7 @@ from workbench.data.readers.arrays import TURN, arrays_in, block, table_of
 from workbench.data.readers.assemble import excluded_rows
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
+from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.headings import split_ending
 from workbench.data.readers.orientation import read_orientation, written_orientation
 from workbench.data.readers.read import read_grid
@@ -71,6 +72,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
     path, notes = paths[0], list[str]()
     if len(paths) > 1 and (_is_seen(paths[0].stem) or _is_seen(paths[1].stem) is False):
         paths = paths[::-1]
+    content = b"" if path.is_dir() else read_bytes(path)
     try:
         named = dict(zip(SIDES, paths, strict=True)) if len(paths) > 1 else {"": path}
         found = arrays_in(named, lambda name: _is_seen(LETTERS.get(name, name)) is not None)
@@ -96,7 +98,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
         notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
     told = all(way is not None for _, way in sides)
-    is_inverting = path.is_file() and bool(EASY_HANDEYE.search(path.read_bytes()))
+    is_inverting = bool(EASY_HANDEYE.search(content))
     pair = np.array(found.numbers if len(found.numbers) == len(whole) else range(1, len(whole) + 1))
     return *poses, pair[rows], told, is_inverting, notes
 

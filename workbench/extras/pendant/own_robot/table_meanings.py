@@ -208,6 +208,6 @@ def table_readings(
 def possible(units: Sequence[str], values: Sequence[float]) -> Sequence[str]:
     """Those of two units in which some numbers make sense; both where either does."""
     largest = float(np.abs(values).max()) if np.size(values) else 0.0
-    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (0.0, np.inf)}
+    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (2.1 * np.pi, np.inf)}
     kept = [u for u in units if bounds[u][0] <= largest <= bounds[u][1]]
     return kept or units

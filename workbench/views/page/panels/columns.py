@@ -5,11 +5,11 @@ import json
 import viser
 
 from workbench.data.readers.column_meanings import TableColumn
-from workbench.data.readers.mapping import lacks_unit, meanings, ours, understood_as, with_column
 from workbench.report.blocks import ResultTable
 from workbench.report.result_display import as_html
 from workbench.session.commands.data import LoadData
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
+from workbench.session.mapping import lacks_unit, meanings, ours, understood_as, with_column
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, block, text
