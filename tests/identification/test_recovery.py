@@ -87,7 +87,7 @@ def test_errors_are_as_large_as_their_standard_errors_say(tmp_path):
         )
         search = Opt2().search(problem)
         actual = robot_of(arm, tmp_path).values(problem.names)
-        factor = factorise(*reversed(problem.evaluate(search.x)))
+        factor = factorise([problem.evaluate(search.x)], np.ones(len(problem.names)))
         z = (search.x - actual) / np.sqrt(np.diag(factor.covariance()))
         squares.append(np.mean(z**2))
         sizes.append(2.0 * search.history[-1] / (problem.size - factor.rank))

@@ -32,8 +32,6 @@ def simulate(
 
     if (plate is None) == (poses is None):  # one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
-    if poses is not None and poses < 1:
-        raise OptionError(f"--poses must be at least 1, got {poses}")
     opt.check_writable(out, actual)
     arm = wb.load_robot(robot)
     measured = None if of is None else wb.load_robot(of)

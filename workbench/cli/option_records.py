@@ -11,6 +11,7 @@ from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from workbench.base.errors import FileError
 from workbench.parts import parts
 
 if TYPE_CHECKING:
@@ -73,6 +74,10 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
             name: replace(made(record), joined=tuple(map(made, more))) if more else made(record)
             for name, (record, more) in records.items()
         }
+        data, table = options.get("data"), Path(options.get("robot") or "")
+        if data and table.is_file() and table.suffix.lower() in (".csv", ".xlsx", ".json", ".yaml", ".yml"):
+            new = f"workbench new {table} --poses {data} --out {table.with_suffix('.toml')}"
+            raise FileError(f"is a joint table; make a robot of it by these rows: {new}", path=str(table))
         command(**options, **whole)
 
     shown: list[Parameter] = []

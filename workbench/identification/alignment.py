@@ -117,11 +117,15 @@ def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot
         if freedom.tool and len(largest) >= 3:
             tool = hand_eye(arm[largest], se3.pose(rotations[largest], points[largest]))
         bases = [mean_base(arm[g] @ tool, se3.pose(rotations[g], points[g])) for g in groups]
-        yield _with_frames(robot, data, freedom, bases, tool)
-        return
-    point = _tool_point(robot, points, arm, groups) if is_free else robot.tool.xyz
-    bases = [se3.best_fit(se3.apply(arm[g], point[None]), points[g]) for g in groups]
-    yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
+    else:
+        point = _tool_point(robot, points, arm, groups) if is_free else robot.tool.xyz
+        bases = [se3.best_fit(se3.apply(arm[g], point[None]), points[g]) for g in groups]
+        tool = se3.pose(robot.tool.rotation, point)
+    placed, sessions = tool if freedom.tool else robot.tool.pose, robot.sessions
+    if freedom.base_per_session:
+        pairs = zip(data.sessions, bases, strict=True)
+        sessions = {name: robot.in_session(name).mounting.at(base, placed) for name, base in pairs}
+    yield replace(robot, mounting=robot.mounting.at(bases[0], placed), sessions=sessions)
 
 
 def _tool_point(robot, points, arm, groups) -> Float[np.ndarray, "3"]:
@@ -135,12 +139,3 @@ def _tool_point(robot, points, arm, groups) -> Float[np.ndarray, "3"]:
             right.append((points[g] - se3.apply(base, arm[g, :3, 3])).ravel())
         point = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0]
     return point
-
-
-def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool) -> Robot:
-    placed = tool if freedom.tool else robot.tool.pose
-    sessions = robot.sessions
-    if freedom.base_per_session:
-        pairs = zip(data.sessions, bases, strict=True)
-        sessions = {name: robot.in_session(name).mounting.at(base, placed) for name, base in pairs}
-    return replace(robot, mounting=robot.mounting.at(bases[0], placed), sessions=sessions)

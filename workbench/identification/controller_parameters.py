@@ -223,12 +223,7 @@ class Use:
 
 
 def use_of(calibrated: Robot, nominal: Robot) -> Use:
-    """Numbers for controllers that accept offsets only, the tool too, and the base too, of the first session.
-
-    Args:
-        calibrated: The arm as identified.
-        nominal: The arm as the controller computes it.
-    """
+    """Numbers for controllers that accept offsets only, the tool, too, and the base, of the first session."""
     return Use(tuple(controller_numbers(calibrated, nominal, PARTS[: k + 1]) for k in range(len(PARTS))))
 
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Bool
 
 import workbench.identification.report.document  # noqa: F401 how results are shown
 from workbench.arm.robot import Robot
@@ -14,7 +15,7 @@ from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_drivers
 from workbench.data.plausibility import checked
-from workbench.identification.errors.row_errors import row_errors
+from workbench.identification.errors.row_errors import Errors, instrument_places, row_errors
 from workbench.identification.frames import FrameChoice, choose_frames, warnings_of
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.result import Evaluation, Outlier, computed_text, set_apart
@@ -41,24 +42,30 @@ def evaluate(
     if not len(used):
         raise DataError(f"{data.source}: all rows are excluded; there is nothing to evaluate")
     notes, fitted, said = [*data.notes, *robot.extrapolation_warnings(used.q, used.row)], 0, list[str]()
+    errors, far = row_errors(robot, used), np.zeros(len(used), bool)
     if fit_frames:
         held = {k: f for k in ("base", "tool") if (f := getattr(robot, k)).free is Freedom.FIXED}
         arm = robot.with_frames(**{k: replace(f, free=Freedom.AUTO) for k, f in held.items()})
-        choice, kept = _with_frames(arm, used)
+        choice, errors, far = _with_frames(arm, used, far)
         robot, notes = choice.robot, [*notes, *choice.notes]
         fitted = len(choice.freedom.base) + len(choice.freedom.tool)
-        if len(kept) < len(used):
-            off, far = row_errors(robot, used), ~np.isin(used.row, kept.row)
-            columns = (v[far].tolist() for v in (used.row, off.position, off.rotation, off.position))
-            said, used = [set_apart(tuple(map(Outlier, *columns)), off.take(~far))], kept
-    errors = row_errors(robot, used)
-    said += filter(None, [computed_text(robot, errors, data) if robot.calibration is None else ""])
-    return Evaluation(robot, used, errors, tuple(notes), (*said, *warnings_of(robot, used, errors, fitted)))
+    others = errors.take(~far)
+    if far.any():
+        columns = (v[far].tolist() for v in (used.row, errors.position, errors.rotation, errors.position))
+        said.append(set_apart(tuple(map(Outlier, *columns)), others, "took no part in base and tool"))
+    said += filter(None, [computed_text(robot, others, data) if robot.calibration is None else ""])
+    said += warnings_of(robot, used.take(~far), others, fitted)
+    return Evaluation(robot, used, errors, tuple(notes), tuple(said))
 
 
-def _with_frames(arm: Robot, data: Dataset) -> tuple[FrameChoice, Dataset]:
-    """The arm with the base and tool that fit its rows best, without gross outliers, and these rows."""
-    choice = choose_frames(arm, data, free=())
-    errors = row_errors(choice.robot, data)
-    far = errors.position > gross_limit(1e-3 * errors.position_mm.median, arm.reach)
-    return _with_frames(arm, data.take(~far)) if 0.0 < far.mean() < MAX_SHARE else (choice, data)
+def _with_frames(
+    arm: Robot, data: Dataset, far: Bool[np.ndarray, " rows"]
+) -> tuple[FrameChoice, Errors, Bool[np.ndarray, " rows"]]:
+    """The arm with the base and tool that fit its rows best, errors of all, and gross outliers: these
+    take no part in base, tool and the instrument's places, but their errors count."""
+    some = data.take(~far)
+    choice = choose_frames(arm, some, free=())
+    errors = row_errors(choice.robot, data, known=instrument_places(choice.robot, some))
+    more = far | (errors.position > gross_limit(1e-3 * errors.take(~far).position_mm.median, arm.reach))
+    is_last = (more == far).all() or more.mean() >= MAX_SHARE
+    return (choice, errors, far) if is_last else _with_frames(arm, data, more)

@@ -142,13 +142,7 @@ def _last_digit(problem: Problem) -> float:
 
 
 def with_joint_readings(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor) -> Noise | None:
-    """Those of `beyond_stated`, with noise of joint readings if these are clearly noisy.
-
-    Args:
-        problem: What was fitted.
-        x: Its solution.
-        factor: Linearisation there.
-    """
+    """Those of `beyond_stated`, with noise of joint readings if these are clearly noisy."""
     white, share = beyond_stated(problem, x, factor), spare_share(problem, x, factor)
     if white is None or share is None or share * problem.count < MIN_SPARE_FREEDOM:
         return white

@@ -14,10 +14,8 @@ others look uncertain; `consistent` makes both agree on normal residuals:
 Rows without a sigma have sigma_row = 0, and s is then the root mean square of the residuals.
 """
 
-from collections.abc import Callable
 from functools import lru_cache
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -27,7 +25,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.postures import equal_rows
 from workbench.identification.column_products import inner_products
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.undetermined_combinations import Factor, factorise_pieces, factorise_products
+from workbench.identification.undetermined_combinations import Factor, factorise, factorise_products
 
 SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
@@ -37,8 +35,8 @@ STUDENT_FREEDOM = 5.0
 """Degrees of freedom ν of Student's t for residuals."""
 MAX_QUICK_PRODUCTS = 1e9
 """Number of products of Jacobian columns above which a factorisation takes long."""
-ROOT_TOLERANCE = 1e-12
-"""Difference below which two steps of a root are the same."""
+ROOT_TOLERANCE, HALVINGS = 1e-12, 40
+"""Difference below which two steps of a root are the same, and halvings of an interval that holds one."""
 PARTS = np.linspace(np.log(1e-3), np.log(2.0), 20)
 """Logarithms of the shares of the residual that are tried for s; at the first one s counts as 0 if all rows
 state their own sigma."""
@@ -125,23 +123,12 @@ def consistent(components: int) -> float:
     return found
 
 
-def _root(rising: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function rises through zero (Illinois method, BIT 11, 1971); scipy's import outlasts a fit."""
-    other, x, opposite, value = low, high, rising(low), rising(high)
-    while value and abs(x - other) > ROOT_TOLERANCE:
-        new = x - value * (x - other) / (value - opposite)
-        at_new = rising(new)
-        other, opposite = (x, value) if at_new * value < 0.0 else (other, 0.5 * opposite)
-        x, value = new, at_new
-    return x
-
-
 def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:
     """The most likely s for variances own + s²; 0 if own suffices."""
     scaled = square / (STUDENT_FREEDOM * consistent(1))
 
-    def slope(log_s: float | np.ndarray) -> Any:
-        added = np.exp(2.0 * np.asarray(log_s))[..., None]
+    def slope(log_s: np.ndarray) -> Float[np.ndarray, " k"]:
+        added = np.exp(2.0 * log_s)[:, None]
         variance = own + added
         excess = 1.0 - (STUDENT_FREEDOM + 1.0) * scaled / (variance + scaled)
         return (added / variance * excess).sum(-1)
@@ -154,8 +141,12 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
     tried = 0.5 * np.log(largest) + PARTS
     rising = slope(tried) >= 0.0
     turns = np.flatnonzero(~rising[:-1] & rising[1:])
-    found = [_root(slope, *tried[k : k + 2].tolist()) for k in turns]
-    found += [tried[0]] * bool(rising[0]) + [tried[-1]] * bool(not rising[-1])
+    low, high = tried[turns], tried[turns + 1]
+    for _ in range(HALVINGS if len(turns) else 0):
+        middle = 0.5 * (low + high)
+        is_above = slope(middle) >= 0.0
+        low, high = np.where(is_above, low, middle), np.where(is_above, middle, high)
+    found = [*high.tolist()] + [tried[0]] * bool(rising[0]) + [tried[-1]] * bool(not rising[-1])
     best = min(found, key=cost) if len(found) > 1 else found[0]
     return 0.0 if best == tried[0] and (own > 0.0).all() else float(np.exp(best))
 
@@ -173,7 +164,7 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
         found = factorise_products(inner_products(problem, x), problem.units)
         if found is not None:
             return found
-    return factorise_pieces(chain((p for _, p in problem.pieces(x)), [problem.prior_at(x)]), problem.units)
+    return factorise(chain((p for _, p in problem.pieces(x)), [problem.prior_at(x)]), problem.units)
 
 
 def degrees_of_freedom(problem: Problem, factor: Factor) -> float:

@@ -104,7 +104,6 @@ class Prepared(AbstractSplit):
         """Errors of a model on the fitted and on the held-out rows.
 
         Args:
-            robot: The model.
             instrument: Places of anchors, contacts or markers identified with it [m].
         """
         fitted, held = self.problem.data, self.held_out_data

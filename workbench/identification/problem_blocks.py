@@ -338,12 +338,11 @@ def tilts_beside(data: Dataset, kind: type[AbstractObservation]) -> tuple[TiltOb
     return tuple(replace(tilt, beside=True) for tilt in TiltObservation.each(data) if tilt.seen.any())
 
 
+@lru_cache(maxsize=8)
 def carried(data: Dataset) -> dict[type[AbstractObservation], Bool[np.ndarray, " rows"]]:
-    """Observations that some rows carry, in their order, with these rows; kept with the data."""
-    if "carried" not in vars(data):
-        found = {kind: kind.applies(data) for kind in OBSERVATIONS.values()}
-        vars(data)["carried"] = {kind: rows for kind, rows in found.items() if rows.any()}
-    return vars(data)["carried"]
+    """Observations that some rows carry, in their order, with these rows; kept for the next call."""
+    found = {kind: kind.applies(data) for kind in OBSERVATIONS.values()}
+    return {kind: rows for kind, rows in found.items() if rows.any()}
 
 
 @lru_cache(maxsize=8)
@@ -366,13 +365,8 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
 
 
 def of_rows(data: Dataset, rows: np.ndarray) -> Dataset:
-    """Rows by number, in their order; what each of them carries, which it tells alone, is kept."""
-    if len(rows) == len(data):
-        return data
-    some = data.take(rows)
-    if kinds := vars(data).get("carried"):
-        vars(some)["carried"] = {kind: own for kind, mine in kinds.items() if (own := mine[rows]).any()}
-    return some
+    """Rows by number, in their order."""
+    return data if len(rows) == len(data) else data.take(rows)
 
 
 @lru_cache(maxsize=8)
@@ -410,10 +404,6 @@ def build_blocks(
     """Divide the rows by session, observation and size.
 
     Args:
-        robot: Arm with its frames per session.
-        parameters: The unknowns.
-        frames: Which parts of base and tool are unknown.
-        noise: Standard deviations on top of the rows' own.
         values: Initial guesses and known values of the instruments' unknowns.
     """
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)

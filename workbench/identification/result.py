@@ -349,9 +349,9 @@ def implausible_text(doubts: tuple[str, ...]) -> str:
 
 
 @beside("the note on outliers", "")
-def set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
-    """Which rows were excluded as outliers, and what to do."""
+def set_apart(outliers: tuple[Outlier, ...], others: Errors, how: str = "excluded") -> str:
+    """Which rows were excluded as outliers, or how else they were set apart, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
     typical = f"; the others' median error: {others.text('median')}" if others.text("median") else ""
-    return f"{rows} {shown} excluded{typical}; measure {them} again, or correct the file (rows count from 0)"
+    return f"{rows} {shown} {how}{typical}; measure {them} again, or correct the file (rows count from 0)"

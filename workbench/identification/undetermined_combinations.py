@@ -137,28 +137,12 @@ class Factor:
 
 
 def factorise(
-    jacobian: Float[np.ndarray, "m p"],
-    residual: Float[np.ndarray, " m"],
-    units: Float[np.ndarray, " p"] | None = None,
-) -> Factor:
-    """Compress and decompose a whitened Jacobian and its residual.
-
-    Args:
-        jacobian: Whitened, per unit of each parameter.
-        residual: Whitened.
-        units: Natural unit of every parameter; 1 if None.
-    """
-    units = np.ones(jacobian.shape[1]) if units is None else units
-    return factorise_pieces([(residual, jacobian)], units)
-
-
-def factorise_pieces(
     pieces: Iterable[tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m p"]]], units: Float[np.ndarray, " p"]
 ) -> Factor:
-    """The same for rows in blocks: each is folded into the triangular factor of those before.
+    """Compress and decompose whitened rows: each piece is folded into the triangular factor of those before.
 
     Args:
-        pieces: Residuals and Jacobians, whitened.
+        pieces: Residuals and Jacobians, per unit of each parameter.
         units: Natural unit of every parameter.
     """
     p, square = len(units), 0.0

@@ -6,8 +6,11 @@ import tomllib
 import numpy as np
 import pytest
 from binary_files import workbook
+from displays import TOOL
+from generator import VirtualArm
 from points_and_tilts import frames
 from refusals import mentions, refuses
+from round_trip import placed
 from scipy.spatial.transform import Rotation
 from slow import slow
 
@@ -194,8 +197,8 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     (tmp_path / "t.json").write_text(json.dumps({"order": ["a1"], "joints": joints}, indent=2))
     listed = dict(zip(keys, zip(*rows, strict=True), strict=True)) | {"type": ["p", "p"]}
     (tmp_path / "lists.json").write_text(json.dumps(listed))
-    lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in joint.items()) for joint in joints)
-    (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  - k: 1\n{own}" for own in lines))
+    lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in reversed(joint.items())) for joint in joints)
+    (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  joint:\n{own}" for own in lines))
     cells = [["theta", "d", "a", "alpha", "type"], *([*r, "p"] for r in rows)]
     (tmp_path / "t.xlsx").write_bytes(workbook({"DH": cells}))
     for name in ("t.json", "lists.json", "t.yaml", "t.xlsx"):
@@ -265,3 +268,93 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
     found = wb.extract(Robot.from_dh(rows, name="arm"), tmp_path / "shown.csv")
     assert found.verdict == "nominal"
     np.testing.assert_allclose(found.robot.predict(q), poses, atol=2e-5)
+
+
+WRIST = [
+    (0, 487, 0, 0),
+    (-90, 0, 85, -90),
+    (0, 0, 640, 0),
+    (0, 720, 205, -90),
+    (0, 0, 0, 90),
+    (180, 75, 0, -90),
+]
+"""theta [deg], d [mm], a [mm], alpha [deg] in modified DH."""
+BASE = placed([3.2, 1.9, 0.5], [0.4, -0.3, 2.5])
+
+
+def write_measured(path, convention: str, table: list, q: np.ndarray, seen: str, *, joints=None):
+    """What an instrument sees of an arm that is 2 mm off its table, in mm and deg, mostly without units.
+
+    Args:
+        joints: Positions where its joints are; else q, which its file shows.
+    """
+    rng, many = np.random.default_rng(3), seen == "markers"
+    rows = np.column_stack([np.array(table) * [np.pi / 180, 1e-3, 1e-3, np.pi / 180], np.zeros(6)])
+    rows[:, :4] += rng.uniform(-1.0, 1.0, (6, 4)) * [1e-3, 2e-3, 2e-3, 1e-3]
+    at = VirtualArm(convention, rows, base=BASE, tool=TOOL).pose(q if joints is None else joints)
+    corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.02]])[: 3 if many else 1]
+    points = 1e3 * (np.einsum("rij,mj->rmi", at[:, :3, :3], corners) + at[:, None, :3, 3])
+    heads = [f"m{m}{axis}[mm]" for m in (1, 2, 3) for axis in "xyz"] if many else ["X", "Y", "Z"]
+    heads, cells = [*(f"J{k}" for k in range(1, 7)), *heads], [np.rad2deg(q), points.reshape(len(q), -1)]
+    if seen == "poses":
+        heads += ["RX", "RY", "RZ"]
+        cells.append(Rotation.from_matrix(at[:, :3, :3]).as_euler("xyz", degrees=True))
+    np.savetxt(path, np.column_stack(cells), "%.4f", ",", header=",".join(heads), comments="")
+
+
+def write_table(path, table: list, length: float = 1.0):
+    """alpha, a, D, Theta in this order, without units."""
+    rows = "".join(f"{alpha},{a * length},{d * length},{theta}\n" for theta, d, a, alpha in table)
+    path.write_text(f"alpha, a, D, Theta\n{rows}")
+
+
+@pytest.mark.parametrize(
+    ("convention", "table", "length", "seen", "inverted"),
+    [
+        ("craig", WRIST, 1.0, "poses", ()),
+        ("craig", WRIST, 1e-3, "points", (3,)),
+        ("dh", FANUC, 1.0, "markers", (1, 4)),
+        ("dh", FANUC, 1e-3, "points", ()),
+        slow("dh", FANUC, 1.0, "poses", (2,)),
+        slow("craig", WRIST, 1.0, "markers", ()),
+    ],
+)
+def test_a_table_is_read_by_what_a_tracker_measured(run, tmp_path, convention, table, length, seen, inverted):
+    q, turns = np.random.default_rng(5).uniform(-1.5, 1.5, (200, 6)), np.ones(6)
+    turns[[*inverted]] = -1.0
+    path, rows, out, told = (tmp_path / name for name in ("dh.csv", "m.csv", "r.toml", "r.json"))
+    write_table(path, table, length)
+    write_measured(rows, convention, table, q, seen, joints=q * turns)
+    code, message, error = run("new", path, "--poses", rows, "--out", out, "--json", told)
+    assert code == 0, error
+    assert mentions(message, "modified DH" if convention == "craig" else "standard DH", "200 rows")
+    found = json.loads(told.read_text())
+    changes = [change for change in found["changes"] if change.startswith("joint ")]
+    assert changes == [f"joint {k + 1} = -q{k + 1}" for k in inverted]
+    assert 1e-4 < found["position_m"] < 8e-3
+    constants = np.array(table) * [np.pi / 180, 1e-3, 1e-3, np.pi / 180]
+    true = VirtualArm(convention, np.column_stack([constants, np.zeros(6)])).pose(q * turns)
+    moved = tool_poses(load_robot(out).bare, Motion(q))
+    np.testing.assert_allclose(se3.inverse(moved[:1]) @ moved, se3.inverse(true[:1]) @ true, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("actual", "moving", "facts"),
+    [
+        (WRIST, [1.0] * 6, ("none", "base and tool")),
+        (FANUC, [1.0, 0, 0, 0, 0, 1.0], ("joint 2, 3, 4, 5",)),
+        (FANUC, [1.0, 0, 0, 0, 0, 0], ("standard", "modified")),
+    ],
+)
+def test_rows_of_another_arm_or_that_tell_no_convention_are_refused(refused, tmp_path, actual, moving, facts):
+    write_table(tmp_path / "dh.csv", FANUC)
+    q = np.random.default_rng(5).uniform(-1.5, 1.5, (60, 6)) * moving
+    write_measured(tmp_path / "m.csv", "dh", actual, q, "points")
+    refused(facts, "new", tmp_path / "dh.csv", "--poses", tmp_path / "m.csv", "--out", tmp_path / "r.toml")
+
+
+@pytest.mark.parametrize("verb", ["identify", "evaluate", "diagnose"])
+def test_a_table_in_place_of_a_robot_ends_with_the_command_for_it(refused, tmp_path, monkeypatch, verb):
+    monkeypatch.chdir(tmp_path)
+    write_table(tmp_path / "dh.csv", FANUC)
+    refused(["workbench new dh.csv --poses m.csv --out dh.toml"], verb, "m.csv", "--robot", "dh.csv")

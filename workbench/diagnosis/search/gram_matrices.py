@@ -179,7 +179,7 @@ def compress(
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     parts = [piece for _, piece in problem.pieces(x, only=plain)]
     residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
-    basis = factorise(jacobian, residual).root
+    basis = factorise([(residual, jacobian)], np.ones(jacobian.shape[1])).root
     ahead = sum(len(e.names) for e in changed)  # columns of the history come before all others
     first, present = ahead + basis.shape[1], np.concatenate([np.zeros(ahead), coefficients.present])
     size, order = first + len(coefficients.names) + 1, np.zeros(0, np.int64)

@@ -185,7 +185,7 @@ def _held(problem: Problem, rigid: Problem, begin: Mapping[str, float]) -> Probl
     plain = np.array([p.is_plain for p in rigid.parameters], bool)
     parts = [piece for _, piece in rigid.pieces(rigid.at(begin), only=plain)]
     residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
-    seen = factorise(jacobian, residual).root
+    seen = factorise([(residual, jacobian)], np.ones(jacobian.shape[1])).root
     unseen = np.linalg.qr(seen, mode="complete")[0][:, seen.shape[1] :]
     constants = np.array([p.is_geometry for p in rigid.parameters if p.is_plain], bool)
     _, size, directions = np.linalg.svd(unseen[constants].T, full_matrices=False)

@@ -95,19 +95,21 @@ def new(
             '"q1,…,qn = x,y,z,a,b,c" (angles, or a quaternion); give three or more. Units are detected.'
         ),
     ] = None,
-    poses: Annotated[Path | None, option("The same as a table.")] = None,
+    poses: Annotated[
+        Path | None, option("The same as a table; or six or more measured rows of any tool in any frame.")
+    ] = None,
     name: Annotated[str | None, option("Name of the robot.")] = None,
     apply: Annotated[Path | None, option("With --for: a file of the arm's controller or driver.")] = None,
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
     columns: opt.ColumnsOption = None,
 ) -> None:
-    """Your own robot: signs, offsets, units and convention determined from three pendant poses."""
+    """Your own robot: signs, offsets, units, convention told by three pendant poses or measured rows."""
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import save_robot
-    from workbench.extras.pendant.displayed import read_display
-    from workbench.extras.pendant.own_robot.find_convention import check_robot, readings_of
+    from workbench.extras.pendant.displayed import typed
+    from workbench.extras.pendant.own_robot.find_convention import find_convention, read_poses, readings_of
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
@@ -122,12 +124,13 @@ def new(
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
-        shown = pose or [] if poses is None else read_display(poses, readings[0].robot, columns=columns)
-        found = check_robot(source, shown, tip=tip)
+        first = readings[0].robot
+        shown = typed(pose or [], first.dof) if poses is None else read_poses(poses, first, columns=columns)
+        found = find_convention(readings, shown)
         arm, reading = found.robot, found.reading
         for text in found.notes:
             opt.say(text)
-        content |= {"words": list(found.assumptions), "changes": list(reading.changes), "tried": found.tried}
+        content |= {"words": list(found.assumptions), "changes": list(found.changes), "tried": found.tried}
         content |= {"position_m": reading.position, "rotation_rad": reading.rotation}
     arm = replace(arm, name=name or arm.name)
     opt.say(f"{arm.name}: {save_robot(arm, out)}")

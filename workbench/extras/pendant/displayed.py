@@ -229,7 +229,7 @@ def _completed(table: Table, joints: int) -> Table:
     if "q1" not in places and first >= 0:
         named = {first + k: f"q{k + 1}" for k in range(joints)}
     if not ORIENTED & places.keys():
-        behind = takewhile(lambda c: c.key is None, columns[max(xyz) + 1 :])
+        behind = takewhile(lambda c: c.key is None and c.heading != IGNORED, columns[max(xyz) + 1 :])
         turn = (c.index for c in behind if any(map(NUMBER.fullmatch, table.columns[c.index])))
         named |= zip(turn, "abcd", strict=False)
     names = list(table.names)

@@ -39,7 +39,7 @@ ROUNDING, CHANCE = 1.5, 1e-3
 numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
-NEGLIGIBLE = np.repeat([2e-5, 4e-5], 3)
+NEGLIGIBLE = np.repeat([1e-5, 4e-5], 3)
 """Standard deviation of rounding [m], [rad] below which what is left is not worth a word: with all digits,
 joints and pose of real controllers, read one after the other, differ by 3 to 20 µm."""
 

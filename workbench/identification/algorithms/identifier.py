@@ -75,7 +75,7 @@ outcome with which the search ends."""
 
 
 def descend(
-    problem: Problem, step: Step, *, limit: int, begin: Float[np.ndarray, " p"] | None = None
+    problem: Problem, step: Step, *, limit: int = 100, begin: Float[np.ndarray, " p"] | None = None
 ) -> SearchOutcome:
     """Take at most so many steps, from the problem's start or from a given x."""
     x = (problem.start if begin is None else begin).copy()
@@ -114,14 +114,11 @@ def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:
     """Factorisation of a linearised problem; of the normal equations if a prior on constants makes all
     directions identifiable."""
     if problem.deviation is not None:
-        residual, jacobian = at
-        products = np.empty((jacobian.shape[1] + 1,) * 2)
-        products[:-1, :-1], products[-1, -1] = jacobian.T @ jacobian, residual @ residual
-        products[-1, :-1] = products[:-1, -1] = residual @ jacobian
-        found = factorise_products(products, problem.units)
+        table = np.column_stack([at.jacobian, at.residual])
+        found = factorise_products(table.T @ table, problem.units)
         if found is not None and found.inverse is not None:
             return found
-    return factorise(at.jacobian, at.residual, problem.units)
+    return factorise([at], problem.units)
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:

@@ -5,7 +5,6 @@ solution nearest to nominal is taken. A step that increases the error is halved;
 paper, this never happens.
 """
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -22,15 +21,9 @@ from workbench.identification.problem import Problem
 
 
 @final
-@dataclass(frozen=True)
 class Ols(AbstractIdentifier):
-    """Gauss–Newton.
+    """Gauss–Newton."""
 
-    Args:
-        limit: Maximum number of iterations.
-    """
-
-    limit: int = 60
     name = "ols"
     title = "OLS"
     summary = "Gauss–Newton steps of minimum norm (ordinary least squares): fast, exact near the nominal arm."
@@ -39,4 +32,4 @@ class Ols(AbstractIdentifier):
         def halved(x, at, factor, cost):
             return downhill(problem, x, gauge_step(factor, factor.step(), x - problem.start), cost)
 
-        return descend(problem, halved, limit=self.limit, begin=begin)
+        return descend(problem, halved, begin=begin)

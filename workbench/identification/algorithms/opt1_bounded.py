@@ -8,7 +8,6 @@ allow.
 Source: Stark & Parker, Bounded-variable least squares, Computational Statistics 10, 1995 (one step).
 """
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -29,15 +28,9 @@ from workbench.identification.undetermined_combinations import WEAKLY_OBSERVABLE
 
 
 @final
-@dataclass(frozen=True)
 class Opt1(AbstractIdentifier):
-    """Bounded minimisation of the cost.
+    """Bounded minimisation of the cost."""
 
-    Args:
-        limit: Maximum number of iterations.
-    """
-
-    limit: int = 100
     name = "opt1"
     title = "OPT1"
     summary = "Bounded minimisation of the summed squares: keeps every parameter near its nominal value."
@@ -61,4 +54,4 @@ class Opt1(AbstractIdentifier):
                 return Outcome.CONVERGED
             return downhill(problem, x, step, cost) or ended(promised, [cost], problem.count)
 
-        return descend(problem, bounded, limit=self.limit, begin=nearest)
+        return descend(problem, bounded, begin=nearest)

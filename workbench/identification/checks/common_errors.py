@@ -27,6 +27,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.meaning.usable_rows import usable
+from workbench.identification.problem import LinearisedProblem
 from workbench.identification.rows.outlying_rows import robust_fit
 
 MIN_PART, MANY = 10, 100
@@ -67,8 +68,7 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     if problem.names != fit.problem.names:
         return ""
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(fit.x))
-    prior, posture = fit.problem.prior, repeats(data)
-    pull = prior @ (fit.problem.prior_centre - fit.x)
+    prior, posture = fit.problem.prior_at(fit.x), repeats(data)
     frames = np.array([re.split(r"[.[]", name)[0] in ("base", "tool") for name in problem.names])
     for heading, cells in columns.items():
         rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
@@ -78,7 +78,7 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
             continue
         parts = np.array([np.isin(problem.component_rows, own) for own in rows.values()])
         used = parts.any(0) & (problem.inverse_sigma > 0.0)
-        known = residual[used], jacobian[used], parts[:, used], prior, pull
+        known = LinearisedProblem(residual[used], jacobian[used]), prior, parts[:, used]
         kinds = np.array([frames & False, frames, frames | True])
         together, moved, apart = (_predicted(*known, own) for own in kinds)
         is_moved = moved @ moved < ALIKE**2 * (apart @ apart)
@@ -129,11 +129,9 @@ def worse_by_column(fit: Fit, data: Dataset) -> str:
 
 
 def _predicted(
-    residual: Float[np.ndarray, " m"],
-    jacobian: Float[np.ndarray, "m p"],
-    parts: Bool[np.ndarray, "parts m"],
-    prior: Float[np.ndarray, "k p"],
-    pull: Float[np.ndarray, " k"],
+    rows: LinearisedProblem,
+    prior: LinearisedProblem,
+    parts: Bool[np.ndarray, "n m"],
     own: Bool[np.ndarray, " p"],
 ) -> Float[np.ndarray, " m"]:
     """Residuals as predicted from the other rows, if every part has some unknowns of its own."""
@@ -142,15 +140,15 @@ def _predicted(
         return np.concatenate([matrix[:, ~own], *(part[:, None] * matrix[:, own] for part in parts)], axis=1)
 
     count, looser = len(parts), LOOSER / np.sqrt(len(parts))
-    known = spread(np.tile(prior, (count, 1)), np.repeat(np.eye(count), len(prior), axis=1))
-    whole = np.concatenate([spread(jacobian, parts), looser * known])
-    wanted = np.concatenate([residual, looser * np.tile(pull, count)])
+    known = spread(np.tile(prior.jacobian, (count, 1)), np.repeat(np.eye(count), len(prior.residual), axis=1))
+    whole = np.concatenate([spread(rows.jacobian, parts), looser * known])
+    wanted = np.concatenate([rows.residual, looser * np.tile(prior.residual, count)])
     whole /= np.maximum(np.linalg.norm(whole, axis=0), 1e-12)
     values, vectors = np.linalg.eigh(whole.T @ whole)
     seen = values > 1e-12 * values[-1]
     basis = whole @ (vectors[:, seen] / np.sqrt(values[seen]))
     left = wanted - basis @ (basis.T @ wanted)
-    return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(residual)]
+    return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(rows.residual)]
 
 
 @beside("rows that lie off together", "")
@@ -220,7 +218,11 @@ def instrument_scale(aligned: Robot, data: Dataset) -> str:
     off = (np.asarray(rows.position) - seen[:, :3, 3]).ravel()
     frames = [-se3.skew(points), np.broadcast_to(np.eye(3), turned.shape), turned]
     columns = np.concatenate([*frames, points[:, :, None]], axis=2).reshape(len(off), -1)
-    (_, without), (scale, left) = (_left(part, off) for part in (columns[:, :-1], columns))
+    sizes = list[float]()
+    for part in (columns[:, :-1], columns):
+        factors = np.linalg.lstsq(part, off, rcond=None)[0]
+        sizes.append(float(np.sqrt(3.0 * np.mean((off - part @ factors) ** 2))))
+    (without, left), scale = sizes, float(factors[-1])
     if not (left < EXPLAINED * without and MIN_SCALE < abs(scale) < 1.0):
         return ""
     return (
@@ -228,9 +230,3 @@ def instrument_scale(aligned: Robot, data: Dataset) -> str:
         f"which leaves {1e3 * left:.3g} of {1e3 * without:.3g} mm (rms): rather the instrument's scale (size "
         "of its board, camera calibration, unit) than the arm; measure a known distance with it"
     )
-
-
-def _left(columns: np.ndarray, off: np.ndarray) -> tuple[float, float]:
-    """Factor of the last column, and rms length [m] of what columns leave of differences of points."""
-    factors = np.linalg.lstsq(columns, off, rcond=None)[0]
-    return float(factors[-1]), float(np.sqrt(((off - columns @ factors) ** 2).sum() / (len(off) / 3)))

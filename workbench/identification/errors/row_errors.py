@@ -181,11 +181,6 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
     Where no positions were measured, lengths are angles at the reach. Orientations beside positions are
     judged likewise, between 1° and 3°.
-
-    Args:
-        nominal: Errors of the nominal arm.
-        found: Errors of the model on the same rows.
-        reach: L [m].
     """
     has_positions = np.isfinite(nominal.position_mm.mean)
     unit = 1e3 if has_positions else float(np.rad2deg(1.0)) / reach
@@ -207,12 +202,7 @@ chance where the nominal arm is exact; errors below the second [mm or deg] are n
 def why_unusable(found: Errors, nominal: Errors, reach: float) -> str:
     """Why a model should not be used, as the end of a sentence; empty if it may.
 
-    It is off further than any calibrated arm, or worse than the nominal arm.
-
-    Args:
-        found: Its errors.
-        nominal: Errors of the nominal arm on the same rows.
-        reach: Reach of the arm [m].
+    It is off further than any calibrated arm of this reach [m], or worse than nominal on the same rows.
     """
     if found.own is not None:
         return ""  # readings in a unit of their own decide themselves what may be identified

@@ -1,6 +1,7 @@
 """What rows mean: the best reading that was found, what these rows can't tell from it, and what to say."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -47,7 +48,7 @@ class RowMeaning:
     alike: tuple[str, ...] = ()
     blind: tuple[str, ...] = ()
     equal: tuple[RowReading, ...] = ()
-    open: tuple[str, ...] = ()
+    open: tuple[RowReading, ...] = ()
     tried: dict[str, int] = field(default_factory=dict)
     turned: RowReading | None = None
     told: str = ""
@@ -109,7 +110,7 @@ class RowMeaning:
         instead = "" if self.plain is None else f" instead of {self.plain.size} as given"
         other = f" (next best {self.margin:.3g} times worse)" if self.margin < 1e6 else ""
         equal = [name for name, r in self.choices.items() if self.equal and r is not best]
-        if others := equal or self.blind[:2] or self.open[:2]:
+        if others := equal or self.blind[:2] or _texts(self.open)[:2]:
             other = f"; or else {', or '.join(others)}: these rows can't tell"
         without = " without the arm's effects" if bare and not best.other else ""
         return f"{best.text}: {best.size}{without}{instead}{other}"
@@ -139,18 +140,18 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     best = min(ties, key=lambda r: (round(r.cost, 3), r.score))
     floor, held = max(best.score, search.floor), search.held
     is_free = held or best.mirrored or not search.conventions  # no instrument mirrors poses
-    rest = [
-        r for r in found if r is not best and (held or r.text != best.text) and (is_free or not r.mirrored)
-    ]
+    own = [r for r in found if r.other or r.robot.elements is best.robot.elements]
+    told = [r for r in found if r is not best and (held or r not in own or r.text != best.text)]
+    rest = [r for r in told if is_free or not r.mirrored]
     near = [r for r in rest if r.score < 4.0 * CLEAR * floor]
     far = min((r.score for r in rest[len(near) :]), default=np.inf)
     low, high = search.data.q.min(0), search.data.q.max(0)
-    around = 1.0 / best.unit if held else 0.0
+    around = 1.0 / best.unit if held or len(search.arms) > 1 else 0.0
     q = np.random.default_rng(0).uniform(low - around, high + around, (24, len(low)))
     near = near[:NEAR]
     alike = [r for r in near if (_same_poses if held else _same_motion)(best, r, q)]
     unseen = [r for r in near if r not in alike and not held and r.score < CLEAR * floor]
-    blind = [r for r in unseen if _same_points(best, r, q)]
+    blind = [r for r in unseen if r in own and _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
     rivals = [r for r in other if held or best.is_plain or not {*best.changes} < {*r.changes}]
     equal = () if search.conventions else _equal(best, sorted(blind, key=lambda r: r.cost), q)
@@ -161,7 +162,7 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
         alike=_texts(alike),
         blind=_texts([r for r in blind if r.mirrored <= best.mirrored and r not in equal]),
         equal=equal,
-        open=_texts(sorted((r for r in other if r.score < CLEAR * floor), key=lambda r: r.cost)),
+        open=tuple(sorted((r for r in other if r.score < CLEAR * floor), key=lambda r: r.cost)),
         tried=dict(search.tried),
         turned=search.turned,
     )
@@ -179,7 +180,7 @@ def _equal(best: RowReading, blind: list[RowReading], q: np.ndarray) -> tuple[Ro
     return tuple(kept[:SHOWN]) if len(kept) > 1 else ()
 
 
-def _texts(readings: list[RowReading]) -> tuple[str, ...]:
+def _texts(readings: Sequence[RowReading]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(r.text for r in readings))[:SHOWN]
 
 

@@ -70,12 +70,15 @@ def other_arm(robot: Robot, data: Dataset, limit: float) -> RowReading | None:
     return min(fits, key=lambda r: r.score, default=None)
 
 
-def read_held(robots: Sequence[Robot], data: Dataset) -> RowMeaning:
-    """What a few full poses of the flange in the base of an arm mean, which is one of several.
+def read_any(robots: Sequence[Robot], data: Dataset, *, held: bool) -> RowMeaning:
+    """What rows mean that are of one of several arms, which share a name; that of the best reading moved.
 
-    The arms are bare and share a name; the one that moved is that of the best reading.
+    Args:
+        held: Whether they are a few full poses of the flange in its base; else base and tool are free.
     """
-    search = ReadingSearch(*robots, data=data, held=True)
+    search = ReadingSearch(*robots, data=data, held=held)
+    if not held:
+        search.found = [search.place([RowReading.plain(robot)])[0] for robot in robots]
     for family in FAMILIES:
         if Rows.HELD not in family.rows:
             continue
@@ -83,10 +86,13 @@ def read_held(robots: Sequence[Robot], data: Dataset) -> RowMeaning:
         best = min(search.found, key=lambda r: r.score)
         if best.score < search.sure:
             break
-    flips, middle = 1.0 - 2.0 * np.eye(len(best.w)), best.w @ best.in_units(search.data.q).mean(0)
-    turned = ((s[:, None] * best.w, best.zero + (1.0 - s) * middle) for s in flips)
-    back = [replace(best, w=w, zero=zero, convention=None) for w, zero in turned]
-    search.found += search.place(search.refined(back))  # each joint the other way about its middle
+    if held:
+        flips, middle = 1.0 - 2.0 * np.eye(len(best.w)), best.w @ best.in_units(search.data.q).mean(0)
+        turned = ((s[:, None] * best.w, best.zero + (1.0 - s) * middle) for s in flips)
+        back = [replace(best, w=w, zero=zero, convention=None) for w, zero in turned]
+        search.found += search.place(search.refined(back))  # each joint the other way about its middle
+    else:
+        search.twins()
     return ranked(search, None)
 
 

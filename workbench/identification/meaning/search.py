@@ -44,6 +44,7 @@ from workbench.identification.meaning.reading import (
     FITS,
     FITS_TURN,
     FOREIGN_MISFIT,
+    GOOD,
     LEFT_HANDED,
     LENGTHS,
     NARROW,
@@ -90,10 +91,10 @@ class ReadingSearch:
         self, *robots: Robot, data: Dataset, held: bool = False, sessions: int = 1, count: int = PLACED_ROWS
     ):
         self.robot, self.held, self.sessions = robots[0].bare, held, sessions
-        self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, SURE)
+        self.floor, self.sure = (ROUNDED, HELD_SURE) if held else (EXACT, GOOD)
         self.data = data if sessions > 1 else data.take(far_apart(data, count))
         self.points = np.asarray(self.data.position)
-        self.arms = [JointColumns(robot if held else robot.bare, self.data.q) for robot in robots]
+        self.arms = [JointColumns(robot.bare, self.data.q) for robot in robots]
         self.handed = HANDED if data.rotation is None else MIRRORED
         self.found: list[RowReading] = []
         self.tried: dict[str, int] = {}

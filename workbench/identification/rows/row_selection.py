@@ -106,16 +106,6 @@ def choose_rows(
     return np.flatnonzero(keep), excluded
 
 
-def hold_out(
-    data: Dataset, stays: Bool[np.ndarray, " rows"], held_out: float | tuple[str, ...], seed: int
-) -> Bool[np.ndarray, " used"]:
-    """Which of the rows that stay are held out; the others were excluded, and take part in the draw alone, so
-    that excluding some changes little else."""
-    if isinstance(held_out, tuple):
-        return _of_sessions(of_rows(data, np.flatnonzero(stays)), held_out)
-    return _of_share(data, stays, held_out, rng=np.random.default_rng(seed))[stays]
-
-
 def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, list[str]]:
     """Held-out rows of another file without those that are fitted as well, and a note on these.
 
@@ -137,24 +127,28 @@ def without_fitted_rows(held_out: Dataset, fitted: Dataset) -> tuple[Dataset, li
     return held_out.take(np.delete(np.arange(len(held_out)), again)), [note]
 
 
-def _of_share(
-    data: Dataset, stays: Bool[np.ndarray, " rows"], fraction: float, *, rng: np.random.Generator
-) -> Bool[np.ndarray, " rows"]:
-    """Which rows are held out, if it is a fraction of them: whole postures and groups together.
+def hold_out(
+    data: Dataset, stays: Bool[np.ndarray, " rows"], held_out: float | tuple[str, ...], seed: int
+) -> Bool[np.ndarray, " used"]:
+    """Which of the rows that stay are held out; the others were excluded, and take part in the draw alone, so
+    that excluding some changes little else.
 
-    The units (means of their rows) are divided by medians of their widest joint into as many cells as
-    are to be held out, session by session. One random unit of each cell comes first in a random order, and
-    those of the first that stay are held out: they cover the same joint space as the others, whatever the
-    order of measurement. Where they are fewer than the fraction of what stays, the next in order follow.
+    Of a fraction whole postures and groups stay together: these units (means of their rows) are divided by
+    medians of their widest joint into as many cells as are to be held out, session by session. One random
+    unit of each cell comes first in a random order, and those of the first that stay are held out: they cover
+    the same joint space as the others, whatever the order of measurement. Where they are fewer than the
+    fraction of what stays, the next in order follow.
     """
-    if fraction == 0.0:
-        return np.zeros(len(data), bool)
+    if isinstance(held_out, tuple):
+        return _of_sessions(of_rows(data, np.flatnonzero(stays)), held_out)
+    if held_out == 0.0:
+        return np.zeros(np.count_nonzero(stays), bool)
     labels, keep, names = pose_units(data), placing_rows(data), np.zeros(len(data), int)
     if data.session is not None:
         names = np.unique(data.session, return_inverse=True)[1]
         units = np.bincount(np.unique([names[stays], labels[stays]], axis=1)[0], minlength=names.max() + 1)
         spare = np.maximum(units - keep, 0).sum()
-        if (units > 0).sum() > 1 and spare < max(round(fraction * units.sum()), 1):
+        if (units > 0).sum() > 1 and spare < max(round(held_out * units.sum()), 1):
             labels, names = names, np.zeros(len(data), int)  # whole sessions are held out
     count = int(labels.max(initial=-1)) + 1
     there = np.bincount(labels[stays], minlength=count) > 0
@@ -166,10 +160,10 @@ def _of_share(
     centre = centre / np.maximum(np.ptp(data.q, axis=0), 1e-9)
     session = np.zeros(count, int)
     session[labels] = names
-    keep = keep if session.any() else 1
+    keep, rng = keep if session.any() else 1, np.random.default_rng(seed)
     rank, held = rng.spawn(1)[0].permutation(count), np.zeros(count, bool)
     sizes = (np.bincount(session[rows], minlength=session.max() + 1) for rows in (there | True, there))
-    first, wanted = (_shares(size, fraction, keep).tolist() for size in sizes)
+    first, wanted = (_shares(size, held_out, keep).tolist() for size in sizes)
     for s, number in enumerate(first):
         for cell in cells(centre, np.flatnonzero(session == s), number):
             rank[cell[rng.integers(len(cell))]] -= count  # before all others
@@ -177,7 +171,7 @@ def _of_share(
         mine = np.flatnonzero(there & (session == s))
         most = min(max(number, (rank[mine] < 0).sum()), max(len(mine) - keep, 0))
         held[mine[rank[mine].argsort()[:most]]] = True
-    return held[labels]
+    return held[labels][stays]
 
 
 def _of_sessions(data: Dataset, names: tuple[str, ...]) -> Bool[np.ndarray, " rows"]:

@@ -31,7 +31,7 @@ NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r":
 NAMES |= {"joint_type": "type"}
 """Other headings of the constants."""
 KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k): str(k) for k in JointKind}
-KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:\s*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
+KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
 """A key and what stands behind it in JSON and YAML."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
@@ -208,6 +208,6 @@ def table_readings(
 def possible(units: Sequence[str], values: Sequence[float]) -> Sequence[str]:
     """Those of two units in which some numbers make sense; both where either does."""
     largest = float(np.abs(values).max()) if np.size(values) else 0.0
-    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (0.0, np.inf)}
+    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (2.1 * np.pi, np.inf)}
     kept = [u for u in units if bounds[u][0] <= largest <= bounds[u][1]]
     return kept or units
