@@ -94,7 +94,7 @@ def test_an_outlier_among_the_held_out_rows_is_a_suspect(aria, rows, clean):
     assert diagnosis_json(clean)["suspects"] == []
     assert diagnosis_json(spoilt)["suspects"] == [row]
     (note,) = (n for n in spoilt.notes if "suspects among" in n)
-    assert f"no arm explains row {row};" in note
+    assert f"no arm explains row {row}; to be measured again, or excluded (--exclude {row})" in note
     errors = diagnosis_json(spoilt)["after"]["held_out"]["position_mm"]
     assert errors["median"] < 0.5 * errors["mean"]
     assert f"the median {errors['median']:.3g} mm" in note

@@ -225,12 +225,14 @@ def test_a_near_twin_a_free_frame_and_two_rows_are_told():
     assert mentions(found.notes[-1], "UR10e fits to", "choose the robot 'ur10e'")
     assert mentions(found.warnings[0], "--frames fit")
     held = arm.with_frames(base=Frame(), tool=Frame())  # as of a file with free = false
-    assert not any(evaluate(each, rows, fit_frames=True).warnings for each in (arm, held))
+    assert all("computed" in evaluate(each, rows, fit_frames=True).warnings[-1] for each in (arm, held))
     with refuses(DataError, "correct [base] in its file"):
         identify(held, rows)
     with refuses(DataError, "correct [base] and [tool]"):
         identify(held, replace(rows, position=arm.predict(q)[:, :3] @ [0.3, 0.4, 0.0, 1.0] + [2.0, 0.0, 0.0]))
     assert mentions(evaluate(small, rows).warnings[0], "hardly this arm's")
+    turned = replace(rows, rotation=arm.predict(-q)[:, :3, :3])
+    assert mentions(evaluate(arm, turned).warnings[0], "mm and", "hardly this arm's")
     assert not read_rows(small, rows).blind
     assert mentions(evaluate(arm, rows.take(np.arange(2)), fit_frames=True).warnings[0], "2 rows can't tell")
     made = virtual_arm(arm, rng=np.random.default_rng(2))

@@ -107,6 +107,14 @@ def test_a_file_is_read_identified_and_looked_at(do, file):
     assert session.measurements.loaded is session.results.identification is session.results.comparison is None
 
 
+def test_without_an_effect_the_arm_of_the_diagnosis_is_saved(do, file):
+    before = do(LoadData("a.csv", file), Identify())
+    session = do(Diagnose())
+    assert any("refitted to all 50 rows" in note for note in session.results.diagnosis.notes)
+    assert session.results.run is session.results.diagnosis.after
+    assert do(Undo()).results.run is before.results.run
+
+
 def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
     """Too few rows tell none."""
     file = b"".join(file.splitlines(keepends=True)[:6])

@@ -77,6 +77,7 @@ def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
     assert session.drag is None
     assert session.history.done[-1].by == "Move target 3"
     session = do(Undo())
+    assert session.page.messages[-1].text == "move target 3"
     assert session.plate is first.plate
     assert session.score.indices == first.score.indices
     session = do(Redo())

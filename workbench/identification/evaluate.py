@@ -53,8 +53,9 @@ def evaluate(
     if far.any():
         columns = (v[far].tolist() for v in (used.row, errors.position, errors.rotation, errors.position))
         said.append(set_apart(tuple(map(Outlier, *columns)), others, "took no part in base and tool"))
-    said += filter(None, [computed_text(robot, others, data) if robot.calibration is None else ""])
     said += warnings_of(robot, used.take(~far), others, fitted)
+    if not said and robot.calibration is None:
+        said += filter(None, [computed_text(robot, others, data)])
     return Evaluation(robot, used, errors, tuple(notes), tuple(said))
 
 

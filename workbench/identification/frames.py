@@ -320,9 +320,11 @@ def warnings_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tup
         return ()
     base, tool = visible_parts(data)
     freedom = FrameFreedom(base, tool, base_per_session=len(data.sessions) > 1)
-    best = _rms(align(robot, data, freedom), data)
-    if best > far:
-        return (f"even the best base and tool leave {in_mm(best)} rms: the rows are hardly this arm's",)
+    placed = row_errors(align(robot, data, freedom), data)
+    best, turn = (Spread.of(each).rms for each in (placed.position, placed.rotation))
+    if best > far or turn > STRANGE_ANGLE:
+        size = f"{in_mm(best)}{f' and {np.rad2deg(turn):.0f}°' if turn > STRANGE_ANGLE else ''}"
+        return (f"even the best base and tool leave {size} rms: the rows are hardly this arm's",)
     if not off > min(far, MAX_BASE_ERROR_RATIO * best):
         return ()
     moved = ""

@@ -126,6 +126,9 @@ def bag(hands, seen):
 FILES = {"samples.yaml": moveit, "eih.samples": easy_handeye, "list.json": sample_lists, "pairs.csv": table}
 FILES |= {"bag.csv": bag, "opencv.yml": file_storage, "franka.json": franka, "xarm.csv": euler_as_vector}
 FILES["flat.yaml"] = lambda *sides: f"robot: {sides[0].ravel().tolist()}\ntarget: {sides[1].tolist()}\n"
+FILES["halves.txt"] = lambda *sides: "\n".join(
+    " ".join(map(repr, row)) for row in np.hstack([side[:, :3].reshape(-1, 12) for side in sides]).tolist()
+)
 FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replace("rvec_", "target_r")
 
 

@@ -72,3 +72,4 @@ def test_the_panel_is_as_wide_as_its_window_allows_and_all_tabs_stand_in_one_row
         narrow = context.new_page()
         narrow.goto(f"{app.url}/?fixedDpr=2")
         narrow.wait_for_function(NARROWED, timeout=60_000)
+        assert narrow.get_by_test_id("reading").evaluate("e => e.scrollWidth <= e.clientWidth")

@@ -39,8 +39,6 @@ MAX_BYTES, MAX_FILES = 256 * 2**20, 20_000
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
 BLOCKS = (".txt", ".csv", ".tsv", ".dat", ".json", ".yaml", ".yml", ".xml", ".npy", ".npz")
 """Endings of pictures, and of files that may hold a block."""
-_NUMPY = (b"\x93NUMPY", b"PK\x03\x04", b"\x80")
-"""How arrays of NumPy and pickles begin."""
 _RUNNING = re.compile(r"\d+(?![a-zA-Z\d])(?!.*\d(?![a-zA-Z\d]))")
 """The last number of a name that no letter follows, as in 'pose_3_gripper2base'."""
 _OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
@@ -83,7 +81,7 @@ def arrays_in(paths: Mapping[str, Path], owner: Callable[[str], bool] = lambda n
 
 def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: bool) -> dict[str, Any]:
     """Blocks of one file by their names, '' where they have none; columns of a table if `headed`."""
-    if data.startswith(_NUMPY) and b"xl/" not in data:
+    if data.startswith((b"\x93NUMPY", b"PK\x03\x04", b"\x80")) and b"xl/" not in data:  # or a pickle
         try:
             return numpy_arrays(data)
         except Exception as error:  # whatever NumPy makes of a damaged file
@@ -116,8 +114,7 @@ def numpy_arrays(data: bytes) -> dict[str, Any]:
         if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
             raise ValueError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
     with np.load(io.BytesIO(data), allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
-    return {name: block(own) for name, own in arrays.items() if isinstance(own, np.ndarray)}
+        return {name: block(file[name]) for name in file.files}
 
 
 def arrays_of_json(data: bytes) -> dict[str, Any]:
@@ -242,9 +239,8 @@ def read_arrays(path: Path) -> Grid | None:
         return None
     if [*found.arrays] == [""] and (rows := found.arrays[""]).ndim == 2:  # whose columns have no names
         return Grid(source=str(path), rows=rows.astype(str).tolist(), lines=list(range(1, len(rows) + 1)))
-    grid = table_of(
-        found.arrays, path, "these are arrays, or JSON" if path.is_file() else "these are numbered files"
-    )
+    what = "these are arrays, or JSON" if path.is_file() else "these are numbered files"
+    grid = table_of(found.arrays, path, what)
     lines = [0, *found.numbers] if len(found.numbers) == len(grid.rows) - 1 else grid.lines
     return replace(grid, lines=lines, notes=(*found.notes, *grid.notes))
 

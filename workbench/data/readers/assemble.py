@@ -35,7 +35,6 @@ _OF_TARGET = re.compile(r"(?i)(target|marker|board|tag|object|camera|cam)\w*[_ .
 """Headings of a target's pose in a camera."""
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
-STILL = 0.05  # of the way to the next posture: within it the arm stands
 _NAMED = 5
 """Rows of a kind that are named one by one."""
 MAX_PARTS = 12
@@ -66,7 +65,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     fields = fields if beside is not None else joined_alone(fields)
     q = joint_columns(fields, joints, some=True)
     excluded = excluded_rows(fields)
-    for way in (with_markers, with_repeats, with_distances) if beside is None else ():
+    for way in (with_markers, with_distances) if beside is None else ():
         if (other := way(fields, q, excluded)) is not fields:
             return assemble(other, joints=joints)
     lacking = np.isnan(q) & ~excluded[:, None]
@@ -157,25 +156,6 @@ def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask)
     where = f"{len(found)} rows at {plural(len(visits), 'posture')}"
     notes = (*taken.notes, f"{listed(markers)} are markers of one tool: {where}")
     return replace(taken, values=values, notes=notes)
-
-
-def with_repeats(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:
-    """Each row with its posture's joints where the first of equally many has them alone, as in merged cells;
-    so with all else that the others leave blank, but for what was observed."""
-    known = ~np.isnan(q).all(1)
-    first = np.maximum.accumulate(np.where(known, np.arange(fields.rows), 0))
-    sizes = np.unique(first, return_counts=True)[1]
-    has_gaps = known[0] and not known.all() and len(sizes) > 1 and not np.ptp(sizes)
-    if not has_gaps or not {*"xyz"} <= fields.values.keys():
-        return fields
-    places = np.stack([fields.values[axis] for axis in "xyz"], axis=1)
-    ways = (places - places[first])[~known], np.diff(places[known], axis=0)
-    if np.divide(*(np.nanmedian(abs(way).max(1)) for way in ways)) > STILL:  # a log of an arm that moves on
-        return fields
-    blank = (k for k, v in fields.values.items() if np.isin(v[~known].astype(str), ("", "nan")).all())
-    filled = {k: fields.values[k][first] for k in blank if not is_observed(k)}
-    note = f"{plural(len(sizes), 'posture')} of {sizes[0]} rows each, of which the first alone has the joints"
-    return replace(fields, values={**fields.values, **filled}, notes=(*fields.notes, note))
 
 
 def with_distances(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:

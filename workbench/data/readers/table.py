@@ -26,7 +26,6 @@ _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
-_OF_UNIT = re.compile(r"([-+\u2212]?[\d.,'\s]*\d)\s?(°|deg|rad|mm|cm|m|µm|um|inch)")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
 
@@ -90,23 +89,8 @@ def grid_of(
     return Grid(source=source, rows=rows, lines=list(range(len(rows))), notes=tuple(notes))
 
 
-def _with_bare_numbers(grid: Grid) -> Grid:
-    """The cells without a unit that stands behind each number of a column: its heading has it instead."""
-    rows, middle = [*map(list, grid.rows)], grid.rows[len(grid.rows) // 2]
-    for k in [k for k, cell in enumerate(middle) if _OF_UNIT.fullmatch(cell)]:
-        found = {i: m for i, row in enumerate(rows) if k < len(row) and (m := _OF_UNIT.fullmatch(row[k]))}
-        above, units = rows[max(0, min(found) - 1)][k:], {match[2] for match in found.values()}
-        plain = any(NUMBER.fullmatch(cell) for row in rows for cell in row[k : k + 1])
-        if min(found) and above and not plain and len(units | {parse_heading(above[0]).unit} - {None}) == 1:
-            rows[min(found) - 1][k] = _with_unit(above[0], *units)
-            for row, match in found.items():
-                rows[row][k] = match[1]
-    return replace(grid, rows=rows)
-
-
 def with_points(grid: Grid) -> Grid:
-    """The cells with decimal points, where all numbers of the file have commas, and units in the headings."""
-    grid = _with_bare_numbers(grid)
+    """The cells with decimal points, where all numbers of the file have commas."""
     commas = [(cell, k) for k, row in enumerate(grid.rows) for cell in row if _COMMA.fullmatch(cell)]
     if not commas:
         return grid

@@ -98,9 +98,8 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
         notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
     told = all(way is not None for _, way in sides)
-    is_inverting = bool(EASY_HANDEYE.search(content))
     pair = np.array(found.numbers if len(found.numbers) == len(whole) else range(1, len(whole) + 1))
-    return *poses, pair[rows], told, is_inverting, notes
+    return *poses, pair[rows], told, bool(EASY_HANDEYE.search(content)), notes
 
 
 def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -108,6 +107,7 @@ def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     are of no robot; the halves of a lone one without a name."""
     if [*arrays] == [""] and (both := arrays[""]).shape[1:] in ((12,), (14,), (24,), (32,)):
         notes.append("the robot's poses are the first half of each row, the target's the second")
+        both = both.reshape(-1, 6, 4) if both.shape[1] == 24 else both  # of 3 × 4 entries each
         return dict(zip(SIDES, np.hsplit(both, 2), strict=True))
     if [*arrays] == [""] and both.shape[1:] == (4, 4) and len(both) % 2 == 0:  # which turn alike
         ways = {"one after the other": np.vsplit(both, 2), "in turns": (both[::2], both[1::2])}

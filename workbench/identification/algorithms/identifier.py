@@ -118,7 +118,7 @@ def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:
         found = factorise_products(table.T @ table, problem.units)
         if found is not None and found.inverse is not None:
             return found
-    return factorise([at], problem.units)
+    return factorise([(at.residual, at.jacobian)], problem.units)
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
+from workbench.base.remedy import remedy
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
@@ -136,10 +137,9 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
 
 @beside("the note on suspects", "")
 def suspect_note(rows: list[int], errors: Errors) -> str:
-    """Which held-out rows no arm explains, and what to do, with the median as a robust alternative to the
-    mean."""
-    shown = first_of(rows, MAX_NAMED_ROWS)
-    subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
-    text = f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
+    """Which held-out rows no arm explains, what to do, and the median as a robust alternative to the mean."""
+    named = f"row{'s' * (len(rows) > 1)} {first_of(rows, MAX_NAMED_ROWS)}"
+    by = remedy(f" (--exclude {','.join(map(str, rows))})", page="")
+    text = f"suspects among the held-out rows: no arm explains {named}; to be measured again, or excluded{by}"
     mean, median = errors.text("mean"), errors.text("median")
-    return f"{text}. With {it} the mean held-out error is {mean}, the median {median}" if mean else text
+    return f"{text}. With {named} the mean held-out error is {mean}, the median {median}" if mean else text

@@ -23,7 +23,7 @@ MIN_ROWS = 20
 
 
 class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
-    """Find the effect that the model lacks.
+    """Find the effect that the model lacks; if there is none, take the arm that is fitted to all rows.
 
     Args:
         held_out: Share of the rows that is kept for judging; they choose nothing.
@@ -69,7 +69,10 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     def finish(self, session: Session, result: tuple[Loaded, Diagnosis]) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "diagnose")
-        session = with_comparison(begin_step(session, is_whole=True).updated("results", diagnosis=found))
+        if found.effects or session.results.accepted:
+            session = with_comparison(begin_step(session, is_whole=True).updated("results", diagnosis=found))
+        else:  # nothing is left to be added
+            session = AddEffects().finish(session, (found, (loaded, found.identification())))
         return session.with_message(Severity.LOG, found.message)
 
 
@@ -80,25 +83,20 @@ class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):
     is_filed = True
 
     def check(self, session: Session) -> None:
-        if not _found(session).effects:
-            raise DataError("the diagnosis found no effect to add")
+        if session.results.diagnosis is None or not session.results.diagnosis.effects:
+            raise DataError("no diagnosis has found an effect to add")
 
     def compute(self, session: Session) -> tuple[Diagnosis, tuple[Loaded, Identification]]:
-        found = _found(session)
+        found = session.results.diagnosis
+        assert found is not None
         return found, (measurements(session), found.identification())
 
     def finish(self, session: Session, result: tuple[Diagnosis, tuple[Loaded, Identification]]) -> Session:
         found, fits = result
-        accepted = tuple(a.effect for a in found.effects)
+        more = {"accepted": tuple(a.effect for a in found.effects), "diagnosis": found}
         before, last = session.results, session.results.identification
         geometry = before.geometry if before.accepted else before.run
         is_stale = is_of_other_rows(last, session.measurements.left_out)
         if last is None or is_stale or not np.array_equal(last.held_out_data.row, found.held_out_data.row):
             geometry = None  # the diagnosis has one of its own
-        return (before.asked or Identify()).finish(session, (*fits, geometry), accepted=accepted)
-
-
-def _found(session: Session) -> "Diagnosis":
-    if session.results.diagnosis is None:
-        raise DataError("no diagnosis yet; press Diagnose first")
-    return session.results.diagnosis
+        return (before.asked or Identify()).finish(session, (*fits, geometry), **more)

@@ -43,6 +43,7 @@ def _turned(session: Session, back: str, on: str) -> Session:
     if not (steps := getattr(session.history, back)):
         return session.with_message(Severity.INFO, f"nothing to {'undo' if back == 'done' else 'redo'}")
     *left, step = steps
+    session = session.with_message(Severity.LOG, f"{step.by[:1].lower()}{step.by[1:]}")
     now = replace(UndoStep.of(session, is_whole=step.session is not None), by=step.by)
     lists = {back: tuple(left), on: (*getattr(session.history, on), now)}
     if (whole := step.session) is None:

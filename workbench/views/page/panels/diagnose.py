@@ -72,7 +72,7 @@ def _verdict(session: Session) -> str:
     added = "; now part of the model" if session.results.accepted else ""
     bars = document.budget_bars(found)
     head = heading(f"{capital(found.verdict_text)}{added}. {bars.title}")
-    why: list[Block] = [Sentence(found.message), Sentence(weighed(session, found), tone=Tone.QUIET)]
-    for part in (document.causes, document.effects, document.remarks):
-        why += part(found)
+    other = [Sentence(weighed(session, found), tone=Tone.QUIET)] if found.effects else []  # else it is shown
+    why: list[Block] = [Sentence(found.message), *other]
+    why += (b for part in (document.causes, document.effects, document.remarks) for b in part(found))
     return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")

@@ -36,7 +36,7 @@ FULL = 0.3
 
 
 class IndexPanel(AbstractPanel):
-    """Predicted error and index, of a fixed height; the strip judges them."""
+    """Predicted error and index; the strip judges them."""
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
@@ -98,7 +98,7 @@ def headline(session: Session, trace: Sequence[tuple[float, float]]) -> str:
         + _figure(
             "O", f"O {compared(index, 4)}", "of 1, all constants" + index_change, OBSERVABILITY, indices
         )
-        + f'</div><div data-testid="reading" style="{ONE_LINE}">{below}</div>'
+        + f'</div><div data-testid="reading" style="color:{MUTED}">{below}</div>'
     )
 
 
