@@ -44,7 +44,6 @@ class FoundConvention:
         robot: The arm, whose joints count as the rows do; a later measurement decides on base and tool.
         reading: Of table and numbers, and how well it fits.
         assumptions: What was assumed of table and numbers.
-        tried: Number of readings.
         changes: What differs from the arm as it was given.
         notes: What fits, what differs, how well, and what else would, one sentence each.
     """
@@ -122,12 +121,11 @@ def _meaning(arms: Sequence[Robot], data: Dataset, rows: Dataset | None) -> tupl
     orientations that fit in no way while the points do are left out."""
     if rows is not None:
         found = read_any(arms, rows, held=False)
-        best = found.best
-        away = np.linalg.norm([best.base[:3, 3], best.tool[:3, 3]], axis=1).max()
-        if data.rotation is not None and not best.fits:
+        away = np.linalg.norm([found.best.base[:3, 3], found.best.tool[:3, 3]], axis=1).max()
+        if data.rotation is not None and not found.best.fits:
             alone = read_any(arms, replace(rows, rotation=None, written=None), held=False)
             return (alone if alone.best.fits and not alone.open else found), False
-        if data.rotation is None or away > SET * best.robot.reach:
+        if data.rotation is None or away > SET * found.best.robot.reach:
             return found, False
     known = read_any(arms, data, held=True)
     return (known, True) if rows is None or _fits_typed(known.best) else (found, False)
@@ -184,13 +182,12 @@ def readings_of(source: Path | str, *, tip: str | None = None) -> list[TableRead
 
 def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:
     """The arm that gives typed poses, or the one that a table can only be; what was found is in its notes."""
-    if not poses:
-        read, *others = readings_of(source)
-        if others:
-            ways = "; or ".join(", ".join(one.assumptions) for one in (read, *others))
-            raise OptionError(f"the table may be {ways}: say its convention, or type three poses")
-        notes = (*read.robot.notes, f"it fits: {', '.join(read.assumptions)}")
-        return replace(read.robot.with_frames(base=UNKNOWN, tool=UNKNOWN), notes=notes)
     readings = readings_of(source)
-    found = find_convention(readings, typed(poses, readings[0].robot.dof))
-    return replace(found.robot, notes=(*found.robot.notes, *found.notes))
+    ways = [", ".join(one.assumptions) for one in readings]
+    robot, notes = readings[0].robot.with_frames(base=UNKNOWN, tool=UNKNOWN), [f"it fits: {ways[0]}"]
+    if poses:
+        found = find_convention(readings, typed(poses, robot.dof))
+        robot, notes = found.robot, [*found.notes]
+    elif ways[1:]:
+        raise OptionError(f"the table may be {'; or '.join(ways)}: say its convention, or type three poses")
+    return replace(robot, notes=(*robot.notes, *notes))
