@@ -64,16 +64,14 @@ def _records(command: Callable[..., None]) -> dict[str, Any]:
 
 
 def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, ...]]) -> Callable[..., None]:
-    records = {name: (record, joined(record)) for name, record in _records(command).items()}
+    records = {name: (record, *joined(record)) for name, record in _records(command).items()}
 
     def call(**options: Any) -> None:
-        def made(record: Any) -> Any:
-            return record(**{p.name: options.pop(p.name) for p in _options(record)})
+        def made(record: Any, *more: Any) -> Any:
+            own = record(**{p.name: options.pop(p.name) for p in _options(record)})
+            return replace(own, joined=tuple(map(made, more))) if more else own
 
-        whole = {
-            name: replace(made(record), joined=tuple(map(made, more))) if more else made(record)
-            for name, (record, more) in records.items()
-        }
+        whole = {name: made(*kinds) for name, kinds in records.items()}
         data, table = options.get("data"), Path(options.get("robot") or "")
         if data and table.is_file() and table.suffix.lower() in (".csv", ".xlsx", ".json", ".yaml", ".yml"):
             new = f"workbench new {table} --poses {data} --out {table.with_suffix('.toml')}"
@@ -82,8 +80,7 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
 
     shown: list[Parameter] = []
     for name, parameter in signature(command).parameters.items():
-        record, more = records.get(name, (None, ()))
-        shown += [parameter] if record is None else [p for kind in (record, *more) for p in _options(kind)]
+        shown += [p for kind in records[name] for p in _options(kind)] if name in records else [parameter]
     shown = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in shown]
     call.__name__, call.__doc__ = command.__name__, command.__doc__
     call.__annotations__ = {p.name: p.annotation for p in shown}

@@ -73,7 +73,7 @@ def test_the_display_is_understood_with_and_without_a_tool(run, tmp_path, arm, s
     tool = TOOL if style == "z y' x''" else None
     form(arm, actual, style=style, tool=tool)
     found = wb.extract(arm, "form.csv")
-    assert style in found.meaning.text
+    assert style in found.meaning.orientation
     assert bool(found.run.frames.tool) == (tool is not None)
     found.robot.save(tmp_path / "mine.toml")
     assert model_error(tmp_path / "mine.toml", actual, random_joints(arm, 200), tool).mean() < 3e-5
@@ -159,7 +159,7 @@ def test_tables_as_people_write_them(tmp_path, head, change):
     path = tmp_path / "read.csv"
     path.write_text("\n".join([head, *map(change, rows)]))
     found = wb.extract("ur5e", path)
-    assert ("z y' x''" in found.meaning.text, found.verdict) == (True, ModelVerdict.EXTRACTED)
+    assert ("z y' x''" in found.meaning.orientation, found.verdict) == (True, ModelVerdict.EXTRACTED)
 
 
 def test_poses_may_be_typed_and_metres_and_radians_are_found(run, tmp_path):

@@ -24,21 +24,16 @@ def extract(
     columns: opt.ColumnsOption = None,
 ) -> None:
     """Extract the controller's calibrated model from joints and tool poses on its pendant."""
-    from workbench.extras.pendant.extract import ModelVerdict
-
-    arm = wb.load_robot(robot)
     if (readings is None) == (not pose):
         raise OptionError("give READINGS, or --pose for each pose")
     opt.check_writable(rows, robot=save)
     with opt.progress_bar("extract"):
-        found = wb.extract(arm, pose or [] if readings is None else readings, columns=columns)
-    opt.give(found)
+        found = wb.extract(robot, pose or [] if readings is None else readings, columns=columns)
     if rows is not None:
         opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
-    if save is not None and found.verdict in (ModelVerdict.NOMINAL, ModelVerdict.EXTRACTED):
+    opt.give(found, "" if found.verdict in ("nominal", "extracted") else found.sentence, save)
+    if save is not None:
         opt.say(f"the controller's model: {opt.save_robot(found.robot, save)}")
-    elif found.verdict in (ModelVerdict.MORE, ModelVerdict.UNCERTAIN):
-        opt.fail(found.sentence + (f"; {save} is not written" if save is not None else ""))
 
 
 TouchesArgument = Annotated[
@@ -56,9 +51,8 @@ def tcp(
     columns: opt.ColumnsOption = None,
 ) -> None:
     """Tool tip from touching one point in four orientations or more."""
-    arm = wb.load_robot(robot)
     opt.check_writable(robot=save)
-    found = wb.tcp(arm, touches, wanted=wanted, columns=columns)
+    found = wb.tcp(robot, touches, wanted=wanted, columns=columns)
     opt.give(found, found.doubt, save)
     if save is not None:
         opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
@@ -74,11 +68,10 @@ def frame(
     columns: opt.ColumnsOption = None,
 ) -> None:
     """User frame from three points, 3-2-1 on a part's faces, or the points of a fixture's drawing."""
-    arm = wb.load_robot(robot)
     if save is not None and save.suffix.lower() != ".toml":
         raise OptionError(f"{save}: a frame is saved as .toml")
     opt.check_writable(save)
-    found = wb.frame(arm, touches, cad=cad, wanted=wanted, columns=columns)
+    found = wb.frame(robot, touches, cad=cad, wanted=wanted, columns=columns)
     opt.give(found, found.doubt, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")
@@ -113,17 +106,12 @@ def new(
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
-    readings = readings_of(source, tip=tip) if apply is None else []
-    if readings and not pose and poses is None:
-        raise OptionError(
-            'at least three poses are needed to check a robot: --pose "q1,…,qn = x,y,z,roll,pitch,yaw" for '
-            "each, or --poses FILE"
-        )
     opt.check_writable(robot=out)
     content: dict = {"schema": "workbench.robot/1", "file": str(out)}
     if apply is not None and form is not None:
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
+        readings = readings_of(source, tip=tip)
         first = readings[0].robot
         shown = typed(pose or [], first.dof) if poses is None else read_poses(poses, first, columns=columns)
         found = find_convention(readings, shown)

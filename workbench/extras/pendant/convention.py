@@ -38,7 +38,6 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
     Raises:
         DataError: too few poses, no reading fits, several do, or the poses are of another arm.
     """
-    robot.check_joints(shown.joints, shown.source)
     if len(shown) < MIN_ROWS:
         raise DataError(
             f"{shown.source}: {len(shown)} poses do not determine the convention; read at least {MIN_ROWS}, "

@@ -105,7 +105,6 @@ class DisplayMeaning(NamedTuple):
 
     Args:
         units: Of joints, positions and angles; no unit for what are no angles.
-        orientation: Kind of the orientation.
         changes: What else is read otherwise than the arm's model says, such as the sign of a joint.
     """
 
@@ -119,10 +118,6 @@ class DisplayMeaning(NamedTuple):
         joints, lengths, angles = self.units
         turned = f" in {angles}" if angles else ""
         return f"joints in {joints}", f"positions in {lengths}", f"{self.orientation}{turned}"
-
-    @property
-    def text(self) -> str:
-        return ", ".join((*self.assumptions, *self.changes))
 
 
 def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) -> Displayed:
@@ -178,7 +173,7 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
             )
         rows.append((own, pose[:3], pose[3:]))
     if not rows:
-        raise OptionError("no poses are typed; give them as q1,…,qn = x,y,z,a,b,c")
+        raise OptionError('no poses are typed; give three or more: --pose "q1,…,qn = x,y,z,a,b,c" for each')
     cells = [np.array(part) for part in zip(*rows, strict=True)]
     q, xyz, turn = (part.astype(float) for part in cells)
     first, second, third = map(_last_digits, cells, (q, xyz, turn))

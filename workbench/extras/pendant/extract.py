@@ -61,7 +61,6 @@ class Extraction(AbstractShown):
     Args:
         robot: The controller's arm, in the frame that it displays and with the tool that is set.
         meaning: What the displayed numbers mean.
-        run: The identification.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
         allowed: How much a model may leave.
     """
@@ -116,10 +115,10 @@ class Extraction(AbstractShown):
     @property
     def frames(self) -> tuple[str, ...]:
         """What the display refers to, one sentence each."""
-        own, at = self.run.frames, self.robot
+        own, at, said = self.run.frames, self.robot, (*self.meaning.assumptions, *self.meaning.changes)
         tool = f"a tool is set: {_pose_text(at.tool)}" if own.tool else "no tool is set: it shows the flange"
         base = f"a user frame is set: the robot's base is at {_pose_text(at.base)}" if own.base else ""
-        return tuple(filter(None, (f"the display: {self.meaning.text}", tool, base)))
+        return tuple(filter(None, (f"the display: {', '.join(said)}", tool, base)))
 
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])

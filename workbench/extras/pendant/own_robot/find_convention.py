@@ -44,7 +44,6 @@ class FoundConvention:
         robot: The arm, whose joints count as the rows do; a later measurement decides on base and tool.
         reading: Of table and numbers, and how well it fits.
         assumptions: What was assumed of table and numbers.
-        tried: Number of readings.
         changes: What differs from the arm as it was given.
         notes: What fits, what differs, how well, and what else would, one sentence each.
     """
@@ -75,52 +74,34 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     first = readings[0].robot
     shown = of_dataset(poses, first) if isinstance(poses, Dataset) and poses.rotation is not None else poses
     data = shown.dataset(first) if isinstance(shown, Displayed) else shown
-    rows, is_posed = usable(data), data.rotation is not None
-    least = HELD_ROWS if is_posed else MIN_ROWS
-    if len(data) < least or (rows is None and not is_posed):
+    rows, least = usable(data), MIN_ROWS if data.rotation is None else HELD_ROWS
+    if len(data) < least or (rows is None and data.rotation is None):
         text = f"at least {least} poses are needed, got {len(data)}; move every joint between"
         raise ShapeError(text, expected=least, found=len(data))
-    first.check_joints(data.q, "the typed poses")
-    arms = [reading.robot for reading in readings]
-    found = None if rows is None else _read_anywhere(arms, rows)
-    held = found is None or (is_posed and _is_in_base(found.best))
-    if held:
-        known = read_any(arms, data, held=True)
-        held = found is None or _fits_typed(known.best)
-        found = known if held else found
-    assert found is not None
-    best, of = found.best, {id(reading.robot.elements): reading for reading in readings}
-    table, tried = of[id(best.robot.elements)], sum(found.tried.values())
-    shows = shown.meaning(first, best).assumptions if isinstance(shown, Displayed) else ()
-    assumed = (*table.assumptions, *filter(None, shows))
+    first.check_joints(data.q, data.source)
+    found, held = _meaning([reading.robot for reading in readings], data, rows)
+    best, table = found.best, _table_of(found.best, readings)
     where = "the typed poses" if held else f"{len(data)} rows of unknown base and tool"
+    shows = shown.meaning(first, best).assumptions if isinstance(shown, Displayed) else ()
+    assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
+    said = ", ".join(assumed)
     if held:
-        _check_slip(best, data, ", ".join(assumed))
+        _check_slip(best, data, said)
     if not (_fits_typed(best) if held else best.fits):
         raise DataError(
-            f"none of {tried} readings of the table fits {where}; the nearest is {best.size} off "
-            f"({', '.join(assumed)}); {CHECK if held else CHECK_ROWS}"
+            f"none of {tried} readings of the table fits {where}; the nearest is {best.size} off ({said}); "
+            f"{CHECK if held else CHECK_ROWS}"
         )
-    same = (r for r in found.open if of[id(r.robot.elements)] is table)
-    says_more = [r for r in same if {*best.changes} < {*r.changes}]
-    still = np.flatnonzero(np.ptp(best.in_units(data.q), axis=0) < HARDLY).tolist()
-    if len(found.open) > (0 if held else len(says_more)) or (still and not held):
-        rest = f"; hardly moved: joint {', '.join(str(k + 1) for k in still)}" if still else ""
-        every = (", ".join((*of[id(r.robot.elements)].assumptions[:1], r.text)) for r in (best, *found.open))
-        ways = [*dict.fromkeys(every)]
-        raise DataError(
-            f"{where} leave open how joints count: {'; or '.join(ways[:3])}{rest}; add poses with every "
-            "joint moved by 30° or more"
-        )
-    robot = table.robot if found.equal else best.on(table.robot)
+    if either := _left_open(found, readings, data.q, held=held):
+        moves = "add poses with every joint moved by 30° or more"
+        raise DataError(f"{where} leave open how joints count: {either}; {moves}")
+    robot, changes = best.on(table.robot), best.changes
+    if found.equal:
+        robot = table.robot
+        changes = (f"{', or '.join(found.choices)}: these rows can't tell, 'identify' asks",)
     if robot is None:
         raise DataError(f"'{first.name}' can't count so: {best.text}; give its table")
-    either = f"{', or '.join(found.choices)}: these rows can't tell, 'identify' asks"
-    changes = (either,) if found.equal else best.changes
-    name, margin = "", found.margin
-    for r in says_more[:1]:
-        name, margin = f", {next(c for c in r.changes if c not in best.changes)},", r.score / best.score
-    other = f" (next best{name} {margin:.3g} times worse)" if margin < 1e6 else ""
+    other = f" (next best {found.margin:.3g} times worse)" if found.margin < 1e6 else ""
     return FoundConvention(
         robot=robot.with_frames(base=UNKNOWN, tool=UNKNOWN),
         reading=best,
@@ -128,26 +109,43 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
         tried=tried,
         changes=changes,
         notes=(
-            f"it fits: {', '.join(assumed) or 'as it was given'}",
+            f"it fits: {said or 'as it was given'}",
             *(f"change: {change}" for change in changes),
             f"errors at {where}: {best.size}{other}; {tried} readings tried",
         ),
     )
 
 
-def _read_anywhere(arms: Sequence[Robot], rows: Dataset) -> RowMeaning:
-    """What rows mean with base and tool free: without orientations that fit in no way while the points do."""
-    found = read_any(arms, rows, held=False)
-    if found.best.fits or rows.rotation is None:
-        return found
-    alone = read_any(arms, replace(rows, rotation=None, written=None), held=False)
-    return alone if alone.best.fits and not alone.open else found
+def _meaning(arms: Sequence[Robot], data: Dataset, rows: Dataset | None) -> tuple[RowMeaning, bool]:
+    """What poses mean, and whether they are of the flange in the base; else base and tool are free, and
+    orientations that fit in no way while the points do are left out."""
+    if rows is not None:
+        found = read_any(arms, rows, held=False)
+        away = np.linalg.norm([found.best.base[:3, 3], found.best.tool[:3, 3]], axis=1).max()
+        if data.rotation is not None and not found.best.fits:
+            alone = read_any(arms, replace(rows, rotation=None, written=None), held=False)
+            return (alone if alone.best.fits and not alone.open else found), False
+        if data.rotation is None or away > SET * found.best.robot.reach:
+            return found, False
+    known = read_any(arms, data, held=True)
+    return (known, True) if rows is None or _fits_typed(known.best) else (found, False)
 
 
-def _is_in_base(reading: RowReading) -> bool:
-    """Whether poses may be of the flange in the base, where a reading puts both."""
-    away = np.linalg.norm([reading.base[:3, 3], reading.tool[:3, 3]], axis=1)
-    return reading.fits and bool(away.max() < SET * reading.robot.reach)
+def _table_of(reading: RowReading, readings: Sequence[TableReading]) -> TableReading:
+    return next(table for table in readings if table.robot.elements is reading.robot.elements)
+
+
+def _left_open(found: RowMeaning, readings: Sequence[TableReading], q: np.ndarray, *, held: bool) -> str:
+    """What the rows can't tell; where they are many and measured, not what only says more of one table."""
+    best = found.best
+    same = (r for r in found.open if not held and r.robot.elements is best.robot.elements)
+    says_more = [r for r in same if {*best.changes} < {*r.changes}]
+    still = np.flatnonzero(np.ptp(best.in_units(q), axis=0) < HARDLY)
+    if len(found.open) == len(says_more) and (held or not still.size):
+        return ""
+    every = ((*_table_of(r, readings).assumptions[:1], r.text) for r in (best, *found.open))
+    ways = "; or ".join([*dict.fromkeys(map(", ".join, every))][:3])
+    return f"{ways}; hardly moved: joint {', '.join(str(k + 1) for k in still)}" if still.size else ways
 
 
 def _fits_typed(reading: RowReading) -> bool:
@@ -184,13 +182,12 @@ def readings_of(source: Path | str, *, tip: str | None = None) -> list[TableRead
 
 def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:
     """The arm that gives typed poses, or the one that a table can only be; what was found is in its notes."""
-    if not poses:
-        read, *others = readings_of(source)
-        if others:
-            ways = "; or ".join(", ".join(one.assumptions) for one in (read, *others))
-            raise OptionError(f"the table may be {ways}: say its convention, or type three poses")
-        notes = (*read.robot.notes, f"it fits: {', '.join(read.assumptions)}")
-        return replace(read.robot.with_frames(base=UNKNOWN, tool=UNKNOWN), notes=notes)
     readings = readings_of(source)
-    found = find_convention(readings, typed(poses, readings[0].robot.dof))
-    return replace(found.robot, notes=(*found.robot.notes, *found.notes))
+    ways = [", ".join(one.assumptions) for one in readings]
+    robot, notes = readings[0].robot.with_frames(base=UNKNOWN, tool=UNKNOWN), [f"it fits: {ways[0]}"]
+    if poses:
+        found = find_convention(readings, typed(poses, robot.dof))
+        robot, notes = found.robot, [*found.notes]
+    elif ways[1:]:
+        raise OptionError(f"the table may be {'; or '.join(ways)}: say its convention, or type three poses")
+    return replace(robot, notes=(*robot.notes, *notes))

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.arm.conventions import CONSTANTS, ORDERS
+from workbench.arm.conventions import CONSTANTS
 from workbench.arm.frame import Frame
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows
@@ -63,8 +63,6 @@ def read_joint_table(path: Path | str) -> JointTable:
     """Columns theta, d, a, alpha (beta, type) in any order; a line `# convention = dh` may tell which."""
     grid = _grid(Path(path))
     stated = tuple(m[1] for text in grid.comments if (m := re.match(r"\s*convention\s*=\s*([\w-]+)", text)))
-    if stated and stated[0] not in ORDERS:
-        raise grid.error(f"convention is '{stated[0]}'; known: {', '.join(ORDERS)}")
     if len(grid.rows) < 2:
         raise grid.error(f"has no joints; {WANTED}")
     heads = [parse_heading(cell) for cell in grid.rows[0]]
@@ -82,7 +80,6 @@ def read_joint_table(path: Path | str) -> JointTable:
 
 
 def _grid(path: Path) -> Grid:
-    """The cells of a table."""
     if path.suffix.lower() not in (".json", ".yaml", ".yml"):
         return read_grid(path)
     found = defaultdict[str, list[str]](list)
@@ -131,10 +128,8 @@ def _units(
     given: dict[str, str], names: tuple[str, ...], known: tuple[str, str], grid: Grid
 ) -> tuple[str, ...]:
     found = {given[name] for name in names if name in given}
-    if wrong := found - set(known):
-        raise grid.error(f"has the unit '{sorted(wrong)[0]}'; give {' or '.join(known)}")
-    if len(found) > 1:
-        raise grid.error(f"mixes {' and '.join(sorted(found))}; give one unit")
+    if len(found) > 1 or not found <= {*known}:
+        raise grid.error(f"has units {' and '.join(sorted(found))}; give all in {' or in '.join(known)}")
     return tuple(found) or known
 
 
@@ -175,7 +170,6 @@ def table_readings(
         conventions: That may be meant.
         lengths: Units that may be meant, the likeliest first.
         angles: The same for angles.
-        name: Of the robot.
     """
     if unknown := [unit for unit in (*lengths, *angles) if unit not in SIZES]:
         raise OptionError(f"unknown unit '{unknown[0]}'; choose from {', '.join(SIZES)}")
@@ -183,25 +177,19 @@ def table_readings(
     rows = [_numbers(row, number) for number, row in enumerate(rows, start=1)]
     lengths = possible(lengths, [row.get(key, 0.0) for row in rows for key in ("d", "a")])
     angles = possible(angles, [row.get(key, 0.0) for row in rows for key in ("theta", "alpha", "beta")])
-    out: list[TableReading] = []
-    refused: FileError | None = None
+    out, refused = list[TableReading](), list[FileError]()
     for convention, length, angle in product(conventions, lengths, angles):
-        scaled = [
-            {
-                key: value if key == "type" else value * SIZES[length if key in ("d", "a") else angle]
-                for key, value in row.items()
-            }
-            for row in rows
-        ]
+        sizes = dict.fromkeys(CONSTANTS, SIZES[angle]) | dict.fromkeys(("d", "a"), SIZES[length])
+        scaled = [{k: v * sizes[k] if k in sizes else v for k, v in row.items()} for row in rows]
         try:
             robot = robot_from_rows(scaled, convention, name=name)
         except FileError as error:  # units that no arm has
-            refused = error
+            refused.append(error)
             continue
         assumed = (titles.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
         out.append(TableReading(robot.with_frames(base=Frame(), tool=Frame()), assumed))
-    if refused is not None and not out:
-        raise refused
+    if refused and not out:
+        raise refused[-1]
     return out
 
 

@@ -158,7 +158,6 @@ def tcp(
 
 
 def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
-    """Refuse touches that show no tip."""
     count, names = len(touches), len(set(names_of(touches)))
     if count < MIN_TOUCHES or names > 1:
         many = f" of {names} points (if these name the rows, remove their column)" if names > 1 else ""

@@ -77,7 +77,6 @@ class TouchSolution:
     """What some touches determine.
 
     Args:
-        x: The solution.
         left: What it leaves of their numbers [m].
         covariance: For numbers of unit variance.
     """

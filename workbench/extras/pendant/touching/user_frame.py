@@ -11,7 +11,7 @@ by Gauss–Newton from a closed form, whichever of them were touched more often 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 import numpy as np
 import tomli_w
@@ -160,7 +160,10 @@ def frame(
     if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tool_poses(robot.with_frames(base=Frame()), Motion(given.q))[:, :3, 3]
-    begin, target, counts = _named(given, at, robot) if cad is None else _drawn(given, at, _drawing(cad))
+    known: Mapping[str, Any] = KEEPS if cad is None else _drawing(cad)
+    if strange := [name for name in names_of(given) if name not in known]:
+        raise DataError(f"{given.source}: '{strange[0]}' is none of {', '.join(known)}; {LABELS}")
+    begin, target, counts = _named(given, at, robot) if cad is None else _drawn(given, at, known)
     solved, slipped = solve_without_slipped(
         lambda rows: _solve(begin, at[rows], target[rows], counts[rows].ravel()),
         len(given),
@@ -189,12 +192,7 @@ def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]
 
 
 def _drawn(touches: Dataset, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> Begun:
-    names = names_of(touches)
-    if (strange := next((name for name in names if name not in points), None)) is not None:
-        raise DataError(
-            f"{touches.source}: '{strange}' is not a point of the drawing, which has {', '.join(points)}"
-        )
-    target = np.array([points[name] for name in names])
+    target = np.array([points[name] for name in names_of(touches)])
     _require_spread(touches, target)
     drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
     if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
@@ -207,8 +205,6 @@ def _drawn(touches: Dataset, tips: np.ndarray, points: Mapping[str, np.ndarray])
 
 def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
     names = names_of(touches)
-    if (strange := next((name for name in names if name not in KEEPS), None)) is not None:
-        raise DataError(f"{touches.source}: '{strange}' is not a kind of touch; {LABELS}")
     at = {kind: tips[[name == kind for name in names]] for kind in KEEPS}
     if all(len(at[kind]) for kind in ("origin", "x", "xy")):
         _require_spread(touches, tips)
@@ -229,7 +225,6 @@ def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
 
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
-    """Refuse points on one line."""
     sizes = np.linalg.svd(points - points.mean(0), compute_uv=False)
     if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT_SCATTER):
         raise DataError(
