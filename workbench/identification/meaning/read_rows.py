@@ -72,10 +72,7 @@ def other_arm(robot: Robot, data: Dataset, limit: float) -> RowReading | None:
 
 def read_any(robots: Sequence[Robot], data: Dataset, *, held: bool) -> RowMeaning:
     """What rows mean that are of one of several arms, which share a name; that of the best reading moved.
-
-    Args:
-        held: Whether they are a few full poses of the flange in its base; else base and tool are free.
-    """
+    If `held` they are a few full poses of the flange in its base; else base and tool are free."""
     search = ReadingSearch(*robots, data=data, held=held)
     if not held:
         search.found = [search.place([RowReading.plain(robot)])[0] for robot in robots]
