@@ -89,8 +89,6 @@ FORMS = {
     "poses of seven": lambda q, t: ([*joints("q"), *numbered("pose_", 7, 1)], q, t[:, :3, 3], quat(t)),
     "w first, called x": lambda q, t: ([*joints("J"), *"xyz", "qx", "qy", "qz", "qw"],
                                        q, t[:, :3, 3], np.roll(quat(t), 1, axis=1)),
-    "a recording": lambda q, t: ([*(f"/joint_states/J{k}/position" for k in range(1, 7)), *TF],
-                                 q, t[:, :3, 3], quat(t)),
 }  # fmt: skip
 
 
