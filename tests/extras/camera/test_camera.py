@@ -134,10 +134,6 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
     assert data.readings.pixels[1, 0, 3] == pytest.approx([127.0, 203.5])
     assert data.included.tolist() == [True, True, False]
     assert any("1 of 3" in note and "'3'" in note for note in data.notes)
-    own = ["image,q1[deg],q2[deg],x[m],y[m],z[m],rx[rad],ry[rad],rz[rad]", "10,90,0,1,2,3,0,0,1"]
-    beside = read_pixels(source, rig, joints=table(tmp_path, [*own, "2,45,10,4,5,6,0,1,0"], "own.csv"))
-    assert beside.position is beside.rotation is None  # the controller's own
-    assert beside.q.tolist() == data.q[:2].tolist()
     more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
     with refuses(DataError, "8 of 10 rows of more.csv", "'3', '4', '5', '6', '7' and 3 more"):
         read_pixels(source, rig, joints=more)

@@ -150,9 +150,7 @@ def test_every_file_gives_the_camera_on_the_hand(tmp_path, name):
 
 def quaternion(pose):
     numbers = [*pose[:3, 3].tolist(), *xyzw(pose[None])[0].tolist()]
-    return "\n".join(
-        f"{n}: {v!r}" for n, v in zip(["x", "y", "z", "qx", "qy", "qz", "qw"], numbers, strict=True)
-    )
+    return "\n".join(map("{}: {!r}".format, ("x", "y", "z", "qx", "qy", "qz", "qw"), numbers))
 
 
 def vector(pose):
@@ -216,9 +214,8 @@ def timed(folder, hands, seen):
     time = np.arange(15.0)[:, None]
     for name, side, late in (("hand", hands, 0.0), ("eye_target", seen, 0.01)):
         table = np.hstack([time + late, side[:, :3, 3], xyzw(side)])[2 * (late > 0.0) :]
-        np.savetxt(
-            folder / f"{name}.csv", table, delimiter=",", header="t,x,y,z,q_x,q_y,q_z,q_w", comments=""
-        )
+        head = "t,x,y,z,q_x,q_y,q_z,q_w"
+        np.savetxt(folder / f"{name}.csv", table, delimiter=",", header=head, comments="")
 
 
 @pytest.mark.parametrize("layout", [arrays_each, stacks, one_stack, timed])

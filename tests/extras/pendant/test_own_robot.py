@@ -263,23 +263,16 @@ def test_a_third_axis_that_counts_from_the_horizontal_is_in_the_robots_file(run,
 
 
 WRIST = [
-    (0, 487, 0, 0),
-    (-90, 0, 85, -90),
-    (0, 0, 640, 0),
-    (0, 720, 205, -90),
-    (0, 0, 0, 90),
-    (180, 75, 0, -90),
+    *((0, 487, 0, 0), (-90, 0, 85, -90), (0, 0, 640, 0)),
+    *((0, 720, 205, -90), (0, 0, 0, 90), (180, 75, 0, -90)),
 ]
 """theta [deg], d [mm], a [mm], alpha [deg] in modified DH."""
 BASE = placed([3.2, 1.9, 0.5], [0.4, -0.3, 2.5])
 
 
 def write_measured(path, convention: str, table: list, q: np.ndarray, seen: str, *, joints=None):
-    """What an instrument sees of an arm that is 2 mm off its table, in mm and deg, mostly without units.
-
-    Args:
-        joints: Positions where its joints are; else q, which its file shows.
-    """
+    """What an instrument sees of an arm 2 mm off its table, in mm and deg, mostly without units; its joints
+    are at `joints`, else at q, which its file shows."""
     rng, many = np.random.default_rng(3), seen == "markers"
     rows = np.column_stack([np.array(table) * [np.pi / 180, 1e-3, 1e-3, np.pi / 180], np.zeros(6)])
     rows[:, :4] += rng.uniform(-1.0, 1.0, (6, 4)) * [1e-3, 2e-3, 2e-3, 1e-3]
