@@ -92,7 +92,8 @@ class GravityTilt:
         where = f"in session {self.session} the arm" if self.session else "the arm"
         size, error = np.rad2deg([self.size, self.error])
         asks = "; state whether the instrument is level: its frame agrees with the file" * self.is_upright
-        return f"{where} is tilted {size:.3g} ± {error:.2g}° from what its file states{asks}"
+        tilted = "seems tilted" if self.is_upright else "is tilted"
+        return f"{where} {tilted} {size:.3g} ± {error:.2g}° from what its file states{asks}"
 
 
 def freed(problem: Problem, fit: Fit) -> Problem:
