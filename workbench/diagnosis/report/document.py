@@ -57,6 +57,7 @@ def models(result: Diagnosis) -> Iterator[Block]:
     """Errors of the nominal arm, with the geometry alone, and with the effects."""
     found = [("nominal", result.nominal), ("geometry", result.before)]
     yield errors_table(found + [("with effects", result.after)] * bool(result.effects))
+    yield budget_bars(result)
     yield before_after(result.identification())
 
 
