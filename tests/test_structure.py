@@ -43,7 +43,7 @@ BUDGETS = {
     "data": 5_053,
     "plate": 4_816,
     "identification": 9_030,
-    "diagnosis": 6_627,
+    "diagnosis": 6_628,
     "exports": 316,
     "session": 6_171,
     "views": 6_847,

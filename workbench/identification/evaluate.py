@@ -62,8 +62,7 @@ def evaluate(
 def _with_frames(
     arm: Robot, data: Dataset, far: Bool[np.ndarray, " rows"]
 ) -> tuple[FrameChoice, Errors, Bool[np.ndarray, " rows"]]:
-    """The arm with the base and tool that fit its rows best, errors of all, and gross outliers: these
-    take no part in base, tool and the instrument's places, but their errors count."""
+    """The arm with the best base and tool, errors of all rows, and gross outliers, which count only there."""
     some = data.take(~far)
     choice = choose_frames(arm, some, free=())
     errors = row_errors(choice.robot, data, known=instrument_places(choice.robot, some))

@@ -271,7 +271,7 @@ class DriverEvidence:
             each of them adds to the whole model doesn't count: it is another error."""
             steps = _one_by_one(left, {f: first[f] for f in some if f in first}, 0.0, other)
             found = [*islice(steps, most)]
-            return sum(gain for gain, *_ in found), tuple(f for _, f, _ in found)
+            return float(sum(gain for gain, *_ in found)), tuple(f for _, f, _ in found)
 
         home = [f for f in self._over(driver) if self._holds(f, law)]
         there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
@@ -554,7 +554,7 @@ def what_add(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]
 
 def evidence_of(left: Remainder, some: Sequence[Follower]) -> float:
     """Evidence of processes beside a model, taken in one after the other."""
-    return sum(gain for gain, *_ in _one_by_one(left, what_add(left, some)))
+    return float(sum(gain for gain, *_ in _one_by_one(left, what_add(left, some))))
 
 
 def _one_by_one(

@@ -46,6 +46,7 @@ class SearchOutcome:
     factor: Factor | None = None
 
 
+@dataclass(frozen=True)
 class AbstractIdentifier(ABC):
     """One algorithm. Final subclasses hold its settings."""
 
