@@ -35,8 +35,7 @@ STUDENT_FREEDOM = 5.0
 """Degrees of freedom ν of Student's t for residuals."""
 MAX_QUICK_PRODUCTS = 1e9
 """Number of products of Jacobian columns above which a factorisation takes long."""
-ROOT_TOLERANCE, HALVINGS = 1e-12, 40
-"""Difference below which two steps of a root are the same, and halvings of an interval that holds one."""
+ROOT_TOLERANCE = 1e-12  # of two steps that are the same
 PARTS = np.linspace(np.log(1e-3), np.log(2.0), 20)
 """Logarithms of the shares of the residual that are tried for s; at the first one s counts as 0 if all rows
 state their own sigma."""
@@ -141,12 +140,15 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
     tried = 0.5 * np.log(largest) + PARTS
     rising = slope(tried) >= 0.0
     turns = np.flatnonzero(~rising[:-1] & rising[1:])
-    low, high = tried[turns], tried[turns + 1]
-    for _ in range(HALVINGS if len(turns) else 0):
-        middle = 0.5 * (low + high)
-        is_above = slope(middle) >= 0.0
-        low, high = np.where(is_above, low, middle), np.where(is_above, middle, high)
-    found = [*high.tolist()] + [tried[0]] * bool(rising[0]) + [tried[-1]] * bool(not rising[-1])
+    found = [tried[0]] * bool(rising[0]) + [tried[-1]] * bool(not rising[-1])
+    for k in turns:  # the Illinois method, BIT 11, 1971; scipy's import outlasts a fit
+        (other, x), (opposite, value) = tried[k : k + 2], slope(tried[k : k + 2])
+        while value and abs(x - other) > ROOT_TOLERANCE:
+            new = x - value * (x - other) / (value - opposite)
+            at_new = slope(np.array([new]))[0]
+            other, opposite = (x, value) if at_new * value < 0.0 else (other, 0.5 * opposite)
+            x, value = new, at_new
+        found.append(x)
     best = min(found, key=cost) if len(found) > 1 else found[0]
     return 0.0 if best == tried[0] and (own > 0.0).all() else float(np.exp(best))
 

@@ -22,8 +22,6 @@ from workbench.identification.problem import Problem
 
 @final
 class Ols(AbstractIdentifier):
-    """Gauss–Newton."""
-
     name = "ols"
     title = "OLS"
     summary = "Gauss–Newton steps of minimum norm (ordinary least squares): fast, exact near the nominal arm."

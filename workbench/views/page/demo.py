@@ -39,7 +39,7 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "Mean error at held-out poses: nominal, geometry, {}. Now your robot."
+END = "Errors at held-out poses: nominal, geometry, {}."
 """With what the last stage has; it stands until somebody does something."""
 RULES = "A cause has to explain the error better than every other one, also at poses that were held out …"
 MAX_COMMAND_TIME = 300.0
