@@ -199,12 +199,24 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  joint:\n{own}" for own in lines))
     cells = [["theta", "d", "a", "alpha", "type"], *([*r, "p"] for r in rows)]
     (tmp_path / "t.xlsx").write_bytes(workbook({"DH": cells}))
-    for name in ("t.json", "lists.json", "t.yaml", "t.xlsx"):
+    (tmp_path / "t.m").write_text(
+        "".join(
+            f"L = Link('offset', {q}, 'd', {d}, 'a', {a}, 'alpha', {t}, 'sigma', 1);\n" for q, d, a, t in rows
+        )
+    )
+    (tmp_path / "across.csv").write_text(
+        ",J1,J2\n转角theta,0,-90\nd_mm,89.2,0\na,0,-425\nalpha,90,0\njoint_type,1,1\n"
+    )
+    assert read_joint_table(tmp_path / "across.csv") == table._replace(lengths=("mm",))
+    for name in ("t.json", "lists.json", "t.yaml", "t.xlsx", "t.m"):
         assert read_joint_table(tmp_path / name) == table, name
     del joints[1]["a"]
-    (tmp_path / "t.json").write_text(json.dumps(joints))
+    (tmp_path / "t.json").write_text(json.dumps([*joints, {"coupling": {"type": "none"}}]))
     with refuses(FileError, "2 of d", "1 of a"):
         read_joint_table(tmp_path / "t.json")
+    path.write_text("theta,offset,d,a,alpha\nq1,5,0,1,0\n5,6,0,1,0\n")
+    with refuses(FileError, "line 3", "theta is 5 and 6"):
+        read_joint_table(path)
     for name, text in (("a.yaml", "joint_1: [0, 0.05, 0.5, 0]\n"), ("a.m", "L(1) = Link([0 0.1 0 pi/2])\n")):
         (tmp_path / name).write_text(text)
         refused([name, "theta, d, a, alpha"], "new", tmp_path / name, "--out", tmp_path / "o.toml")

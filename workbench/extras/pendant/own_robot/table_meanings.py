@@ -28,11 +28,13 @@ from workbench.data.readers.text import decode
 from workbench.extras.pendant.displayed import SIZES
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
-NAMES |= {"joint_type": "type"}
+NAMES |= {"sigma": "type"}
 """Other headings of the constants."""
 KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k): str(k) for k in JointKind}
-KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}][^\n,{}]*)")
-"""A key and what stands behind it in JSON and YAML."""
+KINDS |= {"0": "revolute", "1": "prismatic"}
+KEYED = re.compile(r"([^\W\d]\w*)(?:[\"']?\s*:|[\"']\s*,)[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}()][^\n,{}()]*)")
+"""A key and what stands behind it in JSON, YAML and MATLAB's `Link('d', 0.4)`."""
+WORD, UNIT_WORD = re.compile(r"[a-zα-ω]*$"), re.compile(r"[_ ](deg|rad|mm|m)$")
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
 INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
@@ -64,15 +66,16 @@ def read_joint_table(path: Path | str) -> JointTable:
     grid = _grid(Path(path))
     stated = tuple(m[1] for text in grid.comments if (m := re.match(r"\s*convention\s*=\s*([\w-]+)", text)))
     if len(grid.rows) < 2:
-        raise grid.error(f"has no joints; {WANTED}")
-    heads = [parse_heading(cell) for cell in grid.rows[0]]
-    names = [_constant(head.name) for head in heads]
+        raise grid.error(f"names no constants of joints; {WANTED}")
+    first = [cells[0] for cells in grid.rows]
+    if {*CONSTANTS[:4]} <= {_heading(cell)[0] for cell in first}:  # a line for each constant
+        grid = grid_of(first, [cells[1:] for cells in grid.rows], source=grid.source)
+    names, stands = zip(*map(_heading, grid.rows[0]), strict=True)
     if missing := [name for name in CONSTANTS[:4] if name not in names]:
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
-    rows = [_row(dict(zip(names, cells, strict=False)), grid, k) for k, cells in filled]
-    stands = ((name, (head.unit or "").lower()) for name, head in zip(names, heads, strict=True))
-    units = {name: UNITS.get(unit, unit) for name, unit in stands if unit}
+    rows = [_row([*zip(names, cells, strict=False)], grid, k) for k, cells in filled]
+    units = {name: UNITS.get(unit, unit) for name, unit in zip(names, stands, strict=True) if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
     units |= {"°": "deg"} if any("°" in c for cells in grid.rows[1:] for c in cells) else {}
     angles = _units(units, ("theta", "alpha", "beta", "°"), ANGLES, grid)
@@ -80,34 +83,44 @@ def read_joint_table(path: Path | str) -> JointTable:
 
 
 def _grid(path: Path) -> Grid:
-    if path.suffix.lower() not in (".json", ".yaml", ".yml"):
+    if path.suffix.lower() not in (".json", ".yaml", ".yml", ".m"):
         return read_grid(path)
     found = defaultdict[str, list[str]](list)
     for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(read_bytes(path), path)[0])):
         if _constant(key) in (*CONSTANTS, "type"):
             found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
     if len({*map(len, found.values())}) > 1:
+        for key in [key for key in found if _constant(key) == "type" and KINDS.keys().isdisjoint(found[key])]:
+            del found[key]  # of something else
+    if len({*map(len, found.values())}) > 1:
         counts = ", ".join(f"{len(cells)} of {key}" for key, cells in found.items())
         raise FileError(f"names {counts}: give each joint all of theta, d, a, alpha", path=str(path))
     return grid_of(list(found), found.values(), source=str(path))
 
 
+def _heading(cell: str) -> tuple[str, str]:
+    """Constant and unit of a heading."""
+    head = parse_heading(UNIT_WORD.sub(r"[\1]", cell))
+    return _constant(head.name), (head.unit or "").lower()
+
+
 def _constant(heading: str) -> str:
     """Name of a constant under a heading; another one's as it stands there."""
-    name = INDEX.sub("", heading.lower().removesuffix("_offset"))
+    name = WORD.findall(INDEX.sub("", heading.lower().removesuffix("_offset")))[0]
     return NAMES.get(name, name)
 
 
-def _row(cells: dict[str, str], grid: Grid, number: int) -> dict[str, Any]:
-    kind = KINDS.get(cells.get("type", "revolute").strip().lower())
+def _row(cells: list[tuple[str, str]], grid: Grid, number: int) -> dict[str, Any]:
+    kind = KINDS.get(stated := dict(cells).get("type", "revolute").strip().lower())
     if kind is None:
-        raise grid.error(f"type is '{cells['type']}'; known: {', '.join(KINDS)}", number)
-    row: dict[str, Any] = {"type": kind}
-    for name in CONSTANTS:
-        text = cells.get(name, "0").strip() or "0"
-        row[name] = _number(text)
-        if row[name] is None:
+        raise grid.error(f"type is '{stated}'; known: {', '.join(KINDS)}", number)
+    row: dict[str, Any] = {"type": kind} | dict.fromkeys(CONSTANTS, 0.0)
+    for name, text in ((name, text.strip()) for name, text in cells if name in CONSTANTS):
+        if (size := _number(text or "0")) is None:
             raise grid.error(f"{name} is '{text}', which is not a number", number)
+        if size and row[name]:  # only a joint's own `q1` and its offset stand beside each other
+            raise grid.error(f"{name} is {row[name]:g} and {size:g}: leave the one that counts", number)
+        row[name] += size
     return row
 
 
