@@ -75,7 +75,9 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
         data, table = options.get("data"), Path(options.get("robot") or "")
         if data and table.is_file() and table.suffix.lower() in (".csv", ".xlsx", ".json", ".yaml", ".yml"):
             new = f"workbench new {table} --poses {data} --out {table.with_suffix('.toml')}"
-            raise FileError(f"is a joint table; make a robot of it by these rows: {new}", path=str(table))
+            known = f"workbench new ROBOT --apply {table} --for ur-kinematics"
+            text = f"is no robot; of a joint table these rows make one: {new}; a driver's file alters one: {known}"
+            raise FileError(text, path=str(table))
         command(**options, **whole)
 
     shown: list[Parameter] = []

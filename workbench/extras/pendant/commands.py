@@ -105,7 +105,7 @@ def new(
     from workbench.extras.pendant.own_robot.find_convention import find_convention, read_poses, readings_of
 
     if (apply is None) != (form is None):
-        raise OptionError("--apply FILE and --for NAME belong together")
+        raise OptionError("--apply FILE and --for NAME, such as ur-kinematics, belong together")
     opt.check_writable(robot=out)
     content: dict = {"schema": "workbench.robot/1", "file": str(out)}
     if apply is not None and form is not None:
