@@ -41,7 +41,7 @@ BUDGETS = {
     "report": 800,
     "arm": 8_791,
     "data": 5_053,
-    "plate": 4_816,
+    "plate": 4_750,
     "identification": 9_030,
     "diagnosis": 6_628,
     "exports": 316,
