@@ -1,4 +1,4 @@
-"""Records of options as arguments of commands, and options that extras add to them.
+"""Commands made of functions: records of options as their arguments, options that extras add to them, --json.
 
 A record that takes more has a field `joined`; `joins` is the field of `Parts` whose classes are joined to it.
 """
@@ -6,12 +6,16 @@ A record that takes more has a field `joined`; `joins` is the field of `Parts` w
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from copy import copy
 from dataclasses import is_dataclass, replace
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.base.errors import FileError
+import typer
+
+from workbench.base.errors import FileError, OptionError
+from workbench.cli.output_files import as_typed, result_at
 from workbench.parts import parts
 
 if TYPE_CHECKING:
@@ -38,18 +42,51 @@ class AbstractCompanion(ABC):
 
 
 KINDS: dict[str, type] = {"sources": AbstractSource, "companions": AbstractCompanion}
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result here, machine-readable.")]
 
 
 def flattened(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose option-record arguments are expanded into their options.
-
-    Those that are joined to them are looked up when it is called, which takes 20 ms: `whole` is the command
-    with them.
-    """
+    """A command whose option-record arguments are expanded into their options."""
     call = _expanded(command, lambda record: ())
-    if any(hasattr(record, "joins") for record in _records(command).values()):
-        vars(call)["whole"] = lambda: _expanded(command, _joined)
+    vars(call)["of"] = command
     return call
+
+
+def made(entry: Any, name: str) -> Any:
+    """A function, or a group, as typer's command."""
+    if isinstance(entry, typer.Typer):
+        found: Any = typer.main.get_group(entry)
+    else:
+        alone = typer.Typer(rich_markup_mode=None, add_completion=False)
+        alone.command(name)(entry)
+        found = typer.main.get_command(alone)
+    found.name, found.rich_help_panel = name, getattr(entry, "rich_help_panel", None)
+    return found
+
+
+def whole(command: Any, group: str) -> Any:
+    """A command as it is called, by its group's name: with options joined to its records, and with --json.
+
+    Those joined take 20 ms to look up; --json has every command that has none of its own.
+    """
+    call = _expanded(getattr(command.callback, "of", command.callback.__wrapped__), _joined)
+    schema, names = f"workbench.{'-'.join(filter(None, (group, command.name)))}/1", dict[str, str]()
+
+    def reported(json: JsonOption = None, **options: Any) -> None:
+        try:
+            with result_at(json, schema):
+                call(**options)
+        except OptionError as error:
+            raise as_typed(error, names) from error
+
+    if not any("--json" in option.opts for option in command.params):
+        own = signature(reported).parameters["json"].replace(kind=Parameter.KEYWORD_ONLY)
+        shown = [*signature(call).parameters.values(), own]
+        call, reported.__signature__ = reported, Signature(shown)  # type: ignore[attr-defined]
+    alone, more = made(call, command.name), copy(command)
+    names |= {param.name: param.opts[0] for param in alone.params}
+    more.callback, more.params = alone.callback, alone.params
+    return more
 
 
 def _joined(record: Any) -> tuple[Any, ...]:
@@ -59,7 +96,7 @@ def _joined(record: Any) -> tuple[Any, ...]:
 
 def _records(command: Callable[..., None]) -> dict[str, Any]:
     """Arguments that are records of options."""
-    found = {name: p.annotation for name, p in signature(command).parameters.items()}
+    found = {name: p.annotation for name, p in signature(command, eval_str=True).parameters.items()}
     return {name: kind for name, kind in found.items() if is_dataclass(kind)}
 
 
@@ -79,11 +116,10 @@ def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, .
         command(**options, **whole)
 
     shown: list[Parameter] = []
-    for name, parameter in signature(command).parameters.items():
+    for name, parameter in signature(command, eval_str=True).parameters.items():
         shown += [p for kind in records[name] for p in _options(kind)] if name in records else [parameter]
     shown = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in shown]
     call.__name__, call.__doc__ = command.__name__, command.__doc__
-    call.__annotations__ = {p.name: p.annotation for p in shown}
     call.__signature__ = Signature(shown)  # type: ignore[attr-defined]
     return call
 
