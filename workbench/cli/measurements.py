@@ -57,7 +57,6 @@ def simulate(
     opt.write_result(content | {"excluded": rows.row[~rows.included], "notes": rows.notes})
 
 
-@opt.flattened
 def preview(data: opt.DataArgument, files: opt.FileOptions) -> None:
     """Show how a file is read: every column with its meaning and unit, decisions, problems."""
     from workbench.data.readers.read import preview

@@ -111,12 +111,9 @@ def touches(
     shape, rows, count = shape_of(robot), len(q), len(hulls)
     if not rows or not count:
         return np.zeros((rows, count), bool)
-    gaps = shape.hull_distances(
-        np.repeat(shape.placements(q), count, axis=0),
-        list(hulls) * rows,
-        checked=np.tile([_checked(shape, hull) for hull in hulls], (rows, 1)),
-        minimum=CONTACT,
-    )
+    placements = np.repeat(shape.placements(q), count, axis=0)
+    checked = np.tile([_checked(shape, hull) for hull in hulls], (rows, 1))
+    gaps = shape.hull_distances(placements, list(hulls) * rows, checked=checked, minimum=CONTACT)
     return (gaps < CONTACT).reshape(rows, count)
 
 

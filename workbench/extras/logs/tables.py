@@ -19,9 +19,6 @@ from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayo
 from workbench.data.readers.table import Grid, Table, with_headings
 from workbench.data.readers.text import read_text
 
-STAMP = r"(\d{4})(\d\d)(\d\d)(\d\d)(\d\d)(\d\d)"
-"""YYYYMMDDhhmmss."""
-
 
 @final
 class Rtde(AbstractTableLayout):
@@ -99,7 +96,7 @@ class IpaGrid(AbstractTableLayout):
         if "measurement_temperature" in table.headings:
             names["measurement_temperature"] = "temperature[degC]"
         at = table.headings.index("Timestamp")
-        dates = tuple(re.sub(STAMP, r"\1-\2-\3T\4:\5:\6", stamp) for stamp in table.columns[at])
+        dates = tuple(re.sub(r"(\d{8})(\d{6})", r"\1T\2", stamp) for stamp in table.columns[at])  # ISO 8601
         columns = (*table.columns[:at], dates, *table.columns[at + 1 :])
         fields = named(
             replace(table, columns=columns),

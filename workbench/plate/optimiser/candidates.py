@@ -23,9 +23,10 @@ from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled, progress
 from workbench.base.types import Poses
-from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints, half_size
+from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.optimiser.shapes import ArmShape, Collider, Placements, block_hulls, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
@@ -103,7 +104,19 @@ class Setting:
     @cached_property
     def half(self) -> Float[np.ndarray, "2"]:
         """How far from the plate's centre targets may lie along its length and width [m]."""
-        return half_size(self.plate, self.constraints)
+        plate, edge = self.plate, self.constraints.edge
+        if plate.size is None:
+            raise OptionError(
+                f"plate '{plate.name}' has no size to place targets on; give "
+                "size = [length, width, thickness] in m"
+            )
+        half = 0.5 * plate.size[:2] - edge
+        if (half < 0.0).any():
+            raise OptionError(
+                f"plate size and edge conflict: {1e3 * edge:.0f} mm from every edge leave no room on "
+                f"{1e3 * plate.size[0]:.0f} × {1e3 * plate.size[1]:.0f} mm; make the plate larger"
+            )
+        return half
 
     @property
     def is_turned_by_the_arm(self) -> bool:

@@ -80,13 +80,9 @@ def capsule_arm(robot: Robot) -> ArmShape:
         for start, end in pairwise(se3.apply(into, points))
     ]
     capsules = [*links, *_with_probe(last)]
-    pieces = [capsule.piece for capsule in capsules]
-    return ArmShape(
-        robot,
-        (*pieces[:-1], replace(pieces[-1], probe=True)),
-        _kept_apart(capsules),
-        "clearance is computed for capsules along the arm's links",
-    )
+    *pieces, probe = [capsule.piece for capsule in capsules]
+    source = "clearance is computed for capsules along the arm's links"
+    return ArmShape(robot, (*pieces, replace(probe, probe=True)), _kept_apart(capsules), source)
 
 
 def _with_probe(last: Capsule) -> tuple[Capsule, Capsule]:
