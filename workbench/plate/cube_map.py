@@ -84,8 +84,7 @@ def map_cubes(
     found = []
     for start in range(0, cubes, step):
         check_cancelled()
-        part = slice(start, start + step)
-        places = np.repeat(region.centres[part], tried, axis=0)
+        places = np.repeat(region.centres[start : start + step], tried, axis=0)
         turns = np.tile(rotations, (len(places) // tried, 1, 1))
         mask, q_tried = reachable(robot, robot.base.pose @ se3.pose(turns, places))
         found.append(_best(robot, names, mask, q_tried, tried))

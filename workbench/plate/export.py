@@ -55,7 +55,6 @@ class ExportedPlate(NamedTuple):
     """Result of a plate export.
 
     Args:
-        files: Files that were written.
         missing: Formats that could not be written, and why.
         notes: Notes to read before the plate is made.
     """

@@ -23,10 +23,8 @@ from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
 
-RANDOM = "random"
-"""Name of the choice of poses that chooses nothing."""
-ISO_CUBE = "iso-cube"
-"""Name of the choice of poses by ISO 9283."""
+RANDOM, ISO_CUBE = "random", "iso-cube"
+"""Names of the choices of poses, by chance alone and by ISO 9283."""
 
 
 @checked_arguments()

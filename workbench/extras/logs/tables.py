@@ -14,7 +14,7 @@ from workbench.base.units import Quantity, parse_heading, to_si
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, fields_of, to_numbers
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.headings import normalised
+from workbench.data.readers.headings import UR_JOINTS, normalised
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout, named
 from workbench.data.readers.table import Grid, Table, with_headings
 from workbench.data.readers.text import read_text
@@ -79,10 +79,7 @@ class IpaGrid(AbstractTableLayout):
     """
 
     name = "ipa-grid"
-    joints = tuple(
-        f"{name}_joint"
-        for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-    )
+    joints = tuple(f"{name}_joint" for name in UR_JOINTS)
     goals = ("Goal x", "Goal y", "Goal z")
     position = tuple(f"measurement_{axis}" for axis in "xyz")
     angles = tuple(f"measurement_r{axis}" for axis in "xyz")

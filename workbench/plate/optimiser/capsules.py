@@ -35,11 +35,9 @@ NEIGHBOUR_DISTANCE = 1.5
 
 
 class Capsule(NamedTuple):
-    """All points within a radius of a line.
+    """All points within a radius of a line, fixed to a body and frame as a `Piece` is.
 
     Args:
-        body: As of a `Piece`.
-        frame: As of a `Piece`.
         start: End nearer to the base, in that frame [m].
         end: The other end.
         radius: [m].

@@ -64,8 +64,6 @@ def describe(
     """The design of chosen targets, with all its margins measured.
 
     Args:
-        setting: What the search did not change.
-        targets: The chosen ones.
         goal: Joint positions of poses that matter [rad or m].
         fields: The other fields of the design.
     """
