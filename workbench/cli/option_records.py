@@ -100,7 +100,7 @@ def flattened(
             return replace(own, joined=tuple(map(filled, more))) if more else own
 
         given = {name: filled(*kinds) for name, kinds in records.items()}
-        data, table = options.get("data"), Path(options.get("robot") or "")
+        data, table = options.get("data"), Path(str(options.get("robot") or ""))
         if data and table.is_file() and table.suffix.lower() in (".csv", ".xlsx", ".json", ".yaml", ".yml"):
             new = f"workbench new {table} --poses {data} --out {table.with_suffix('.toml')}"
             raise FileError(f"is a joint table; make a robot of it by these rows: {new}", path=str(table))
