@@ -65,14 +65,14 @@ def whole(command: Any, group: str) -> Any:
     call = flattened(getattr(command.callback, "of", command.callback.__wrapped__), _joined)
     schema, names = f"workbench.{'-'.join(filter(None, (group, command.name)))}/1", dict[str, str]()
 
-    def reported(json: JsonOption = None, **options: Any) -> None:
+    def reported(json_file: JsonOption = None, **options: Any) -> None:
         try:
-            with result_at(json, schema):
+            with result_at(json_file, schema):
                 call(**options)
         except OptionError as error:
             raise as_typed(error, names) from error
 
-    own = signature(reported).parameters["json"].replace(kind=Parameter.KEYWORD_ONLY)
+    own = signature(reported).parameters["json_file"].replace(kind=Parameter.KEYWORD_ONLY)
     vars(reported)["__signature__"] = Signature([*signature(call).parameters.values(), own])
     has_own = any("--json" in option.opts for option in command.params)
     alone, more = made(call if has_own else reported, command.name), copy(command)
