@@ -54,7 +54,7 @@ BUDGETS = {
     "extras/hobby": 719,
     "extras/katana": 998,
     "extras/live": 1_030,
-    "extras/logs": 899,
+    "extras/logs": 900,
     "extras/pendant": 1_848,
     "extras/poses": 884,
     "extras/production": 447,
