@@ -79,7 +79,7 @@ WEATHER = """
         def read(self, text, job):
             return job.robot
 
-    def twice(number: int = 1) -> None:
+    def twice(number: int = 1, data: str = "rows", robot: int = 3) -> None:
         "Say a number twice."
         print(number, number)
 """

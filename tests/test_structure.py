@@ -41,32 +41,32 @@ BUDGETS = {
     "report": 800,
     "arm": 8_791,
     "data": 5_053,
-    "plate": 4_816,
+    "plate": 4_699,
     "identification": 9_030,
     "diagnosis": 6_628,
-    "exports": 316,
+    "exports": 302,
     "session": 6_171,
     "views": 6_847,
-    "cli": 1_431,
+    "cli": 1_369,
     "extras": 1,
     "extras/camera": 3_468,
     "extras/controllers": 696,
     "extras/hobby": 719,
     "extras/katana": 998,
     "extras/live": 1_030,
-    "extras/logs": 913,
+    "extras/logs": 900,
     "extras/pendant": 1_848,
     "extras/poses": 884,
     "extras/production": 447,
     "extras/reproduce": 88,
     "extras/review": 266,
-    "extras/service": 1_160,
+    "extras/service": 1_149,
     "extras/trajectories": 875,
     "extras/workshop": 846,
     "tests": 38_466,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 17_813
+READING_SET = 17_693
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -66,7 +66,7 @@ def beyond(points, plate):
 def test_meshes_are_as_far_from_the_plate_as_their_samples_say(arm, q, samples, plate):
     hull = plate_hull(plate.pose, plate.size)
     for body in range(len(NAMES)):
-        found = arm.hull_distances(arm.placements(q), [hull], checked=arm.bodies == body, far=5.0)
+        found = arm.hull_distances(arm.placements(q), [hull], checked=arm.bodies == body)
         sampled = beyond(samples[body], plate).min(1)
         assert (found <= sampled + 1e-9).all()
         assert (found >= sampled - SPACING).all()
@@ -78,7 +78,7 @@ def test_links_are_as_far_apart_as_their_samples_say(arm, q, samples):
         trees = [cKDTree(cloud[row]) for cloud in samples]
         for pair in arm.pairs:
             i, j = (arm.pieces.index(piece) for piece in pair)
-            found = replace(arm, pairs=(pair,)).own_distances(placements[row : row + 1], far=5.0)[0]
+            found = replace(arm, pairs=(pair,)).own_distances(placements[row : row + 1])[0]
             sampled = trees[i].query(samples[j][row])[0].min()
             assert sampled - 2.0 * SPACING <= found <= sampled + 1e-9
 
@@ -88,7 +88,7 @@ def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances
     every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate.pose, plate.size)]
     for measure in (arm.own_distances, lambda *a, **k: arm.hull_distances(*a, hulls, checked=every, **k)):
         exact = measure(placements)
-        quick = measure(placements, far=0.0101, minimum=0.01)
+        quick = measure(placements, minimum=0.01)
         assert ((exact >= 0.01) == (quick >= 0.01)).all()
         assert 0 < (exact < 0.01).sum() < len(exact)
 
@@ -137,7 +137,7 @@ def test_primitives_of_a_urdf_are_exact(tmp_path):
     arm = mesh_arm(load_robot(path), 0.01)
     placements = arm.placements(np.array([[0.0, 0.0, 0.0], [0.0, 0.5 * np.pi, 0.0]]))
     apart = [0.85, np.hypot(0.49, 0.49) - 0.05]
-    assert arm.own_distances(placements, far=5.0) == pytest.approx(apart, abs=1e-6)
+    assert arm.own_distances(placements) == pytest.approx(apart, abs=1e-6)
     lowest = arm.lowest(placements)
     assert lowest[:, 1] == pytest.approx([0.45, 0.45], abs=1e-9)
     assert lowest[:, 2] == pytest.approx([0.9, 0.95], abs=1e-4)

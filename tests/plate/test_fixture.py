@@ -48,7 +48,7 @@ def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
     q = rng(5).uniform(*aria.limits.T, (30, 6))
     placements = arm.placements(q)
     hull = plate_hull(plate.pose, plate.size)
-    found = arm.hull_distances(placements, [hull], checked=np.ones(len(arm.pieces), bool), far=5.0)
+    found = arm.hull_distances(placements, [hull], checked=np.ones(len(arm.pieces), bool))
     share = np.linspace(0.0, 1.0, 1500)[:, None]
     for row, distance in zip(placements, found, strict=True):
         gaps = []

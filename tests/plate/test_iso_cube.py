@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from workbench import Region
-from workbench.plate.poses.iso_cube import MIN_MOVE, _cubes, iso_cube_poses, plane_points
+from workbench.plate.poses.iso_cube import MIN_MOVE, iso_cube_poses, largest_full, plane_points
 from workbench.plate.poses.sampling import in_base
 
 UNIT = Region(min=np.zeros(3), max=np.ones(3), cube=1.0)
@@ -23,12 +23,10 @@ def poses(katana):
 
 def test_cubes_of_voxels_against_brute_force():
     full = np.random.default_rng(0).uniform(size=(9, 8, 7)) < 0.93
-    edges = _cubes(full)
-    for place in np.ndindex(full.shape):
-        fits = [
-            n for n in range(1, min(place) + 2) if full[tuple(slice(i + 1 - n, i + 1) for i in place)].all()
-        ]
-        assert edges[place] == max(fits, default=0)
+    cubes = [(-n, place) for n in range(1, 8) for place in np.ndindex(*np.subtract(full.shape, n - 1))]
+    most, first = min((n, p) for n, p in cubes if full[tuple(slice(i, i - n) for i in p)].all())
+    place, edge = largest_full(full)
+    assert (edge, tuple(place)) == (-most, first)
 
 
 def test_the_standards_points_come_first():

@@ -10,7 +10,7 @@ import gc
 import signal
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,7 +26,7 @@ from workbench.cli.sessions import open_session
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
-SERVED = ("host", "port", "open_browser", "record", "rerun", "session", "json")
+SERVED = ("host", "port", "open_browser", "record", "rerun", "session", "json_file")
 """Options that do not determine what the app shows; without any others the user is asked."""
 
 app = typer.Typer(
@@ -71,12 +71,6 @@ def opened(arguments: list[str]) -> list[str]:
     known = ", ".join((*ROBOTS, *MEASUREMENTS))  # no command has a dot in its name
     why = f"the app opens files that end in {known}" if path.exists() else "there is no such file"
     raise FileError(why, path=str(path))
-
-
-def _is_given(context: typer.Context, name: str) -> bool:
-    """Whether an option was given on the command line, by its source's name: typer ships its own click."""
-    source = context.get_parameter_source(name)
-    return source is not None and source.name != "DEFAULT"
 
 
 def _print_version(wanted: bool) -> None:
@@ -124,6 +118,8 @@ def serve(
 
     gc.set_threshold(*USUALLY)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is closed as after Ctrl-C
+    given = (context.get_parameter_source(name) for name in context.params if name not in SERVED)
+    asks = all(source is None or source.name == "DEFAULT" for source in given)
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
     told: list[str] = []
 
@@ -144,7 +140,7 @@ def serve(
             data=data,
             demo=demo,
             beside=beside,
-            asks=not any(_is_given(context, name) for name in context.params if name not in SERVED),
+            asks=asks,
             host=host,
             port=port,
             open_browser=open_browser,
@@ -152,16 +148,14 @@ def serve(
         )
 
 
-PANELS: dict[str, tuple] = {
+PANELS: dict[str, tuple[Callable[..., None], ...]] = {
     "Start": (measurements.simulate, measurements.preview),
     "Calibrate": (calibration.identify, calibration.diagnose, calibration.evaluate),
-    "Plates": (plate_design.plates,),
+    "Plates": (),
     "Files": (calibration.export,),
 }
-"""Commands and command groups of the core by purpose."""
-for panel, entries in PANELS.items():
-    for entry in entries:
-        if isinstance(entry, typer.Typer):
-            app.add_typer(entry, rich_help_panel=panel)
-        else:
-            app.command(rich_help_panel=panel)(entry)
+"""Commands of the core by purpose, beside the group of plates."""
+for panel, commands in PANELS.items():
+    for command in commands:
+        app.command(rich_help_panel=panel)(opt.flattened(command))
+app.add_typer(plate_design.plates, rich_help_panel="Plates")

@@ -10,8 +10,10 @@ from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 from workbench.cli.options import argument, option
 
+Shown = Callable[..., Any]
+"""Makes what is shown of a result, or writes it."""
 
-@opt.flattened
+
 def identify(
     data: opt.DataArgument,
     fit: opt.FitOptions,
@@ -40,24 +42,14 @@ def identify(
         raise OptionError("give --robot; it may be omitted only for rows with tool poses instead of joints")
     out.check()
     choices = fit.choices(arm, files)
+    chosen = tuple(ALGORITHMS) if algorithms == "all" else algorithms or DEFAULT_ALGORITHMS
     with opt.progress_bar("identify"):
-        run = wb.identify(
-            arm,
-            rows,
-            choices,
-            algorithms=tuple(ALGORITHMS) if algorithms == "all" else algorithms or DEFAULT_ALGORITHMS,
-        )
-    _finish(
-        run,
-        out,
-        force=fit.force,
-        json=partial(identification_json, run),
-        blocks=partial(identification_blocks, run, wanted=requested),
-        write=partial(write_identification, run, wanted=requested),
-    )
+        run = wb.identify(arm, rows, choices, algorithms=chosen)
+    blocks = partial(identification_blocks, run, wanted=requested)
+    write = partial(write_identification, run, wanted=requested)
+    _finish(run, out, fit.force, partial(identification_json, run), blocks, write)
 
 
-@opt.flattened
 def diagnose(
     data: opt.DataArgument,
     robot: opt.RobotOption,
@@ -75,25 +67,11 @@ def diagnose(
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose"):
         run = wb.diagnose(arm, rows, choices)
-    _finish(
-        run.identification(),
-        out,
-        force=fit.force,
-        json=partial(diagnosis_json, run),
-        blocks=run.blocks,
-        write=partial(write_diagnosis, run),
-    )
+    json, write = partial(diagnosis_json, run), partial(write_diagnosis, run)
+    _finish(run.identification(), out, fit.force, json, run.blocks, write)
 
 
-def _finish(
-    run,
-    out: opt.OutputOptions,
-    *,
-    force: bool,
-    json: Callable[[], Any],
-    blocks: Callable[[], Any],
-    write: Callable[[Path], Path],
-) -> None:
+def _finish(run, out: opt.OutputOptions, force: bool, json: Shown, blocks: Shown, write: Shown) -> None:
     """Write the calibrated arm, unless there are reasons not to, before anything is said; then the rest."""
     from workbench.arm.built_in_arms import refusal
     from workbench.identification.run import file_text
@@ -124,7 +102,6 @@ def _finish(
         opt.fail(f"the fit ({title}) did not converge: {best.fit.outcome}; the best iterate was kept")
 
 
-@opt.flattened
 def evaluate(
     data: opt.DataArgument,
     robot: opt.RobotOption,
@@ -201,11 +178,9 @@ def export(
         content |= {"for": form, "file": str(done.path), "left": left, "notes": [*done.notes]}
     for path in filter(None, (urdf, toml)):
         opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
-    if urdf is not None and tip is not None:
-        opt.say(
-            f"note: {urdf} keeps all its branches; the chain ends at '{tip}', by its link calibrated_tool"
-        )
-    opt.say_notes(() if urdf is None else carried_text(arm))
+    if urdf is not None:
+        branches = f"{urdf} keeps all its branches; the chain ends at '{tip}', by its link calibrated_tool"
+        opt.say_notes([*([] if tip is None else [branches]), *carried_text(arm)])
     opt.say_notes(() if urdf is None and toml is None else region_text(arm))
     if controller is not None and own is not None:
         from workbench.identification.checks.arm_match import require_same_arm

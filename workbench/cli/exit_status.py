@@ -20,7 +20,7 @@ import typer.core
 from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchError
 from workbench.base.files import STANDARD_OUTPUT, standard_output_last
 from workbench.base.wording import brief, readable
-from workbench.cli.output_files import with_json
+from workbench.cli.option_records import made, whole
 from workbench.parts import offered, resolved, warn_of_broken
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -51,7 +51,7 @@ class Commands(typer.core.TyperGroup):
                 if not own and group and group not in self.commands:
                     raise OptionError(f"there is no group '{group}'")
                 if group == own:
-                    self.commands[short] = _made(resolved(part), short)
+                    self.commands[short] = made(resolved(part), short)
             except (Exception, SystemExit) as error:  # whatever is wrong with somebody else's package
                 warn_of_broken(f"the command '{name}' of {origin}", error)
         return self
@@ -77,23 +77,9 @@ class Commands(typer.core.TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The called command, with `--json` and the options that other packages add to it."""
         name, command, rest = super().resolve_command(ctx, args)
-        if (whole := getattr(getattr(command, "callback", None), "whole", None)) is not None:
-            command = _made(whole(), str(name))
         if not isinstance(command, typer.core.TyperGroup):
-            command = with_json(command, "" if ctx.parent is None else ctx.info_name)
+            command = whole(command, "" if ctx.parent is None else ctx.info_name)
         return name, command, rest
-
-
-def _made(entry: Any, name: str) -> Any:
-    """A function, or a group, as a command."""
-    if isinstance(entry, typer.Typer):
-        found: Any = typer.main.get_group(entry)
-    else:
-        alone = typer.Typer(rich_markup_mode=None, add_completion=False)
-        alone.command(name)(entry)
-        found = typer.main.get_command(alone)
-    found.name, found.rich_help_panel = name, getattr(entry, "rich_help_panel", None)
-    return found
 
 
 def group(name: str, help: str, *, section: str | None = None) -> typer.Typer:

@@ -34,8 +34,7 @@ def simulate(
         raise OptionError("give either --plate FILE or --poses NUMBER")
     opt.check_writable(out, actual)
     arm = wb.load_robot(robot)
-    measured = None if of is None else wb.load_robot(of)
-    how: dict[str, Any] = {"actual": measured, "effects": effect or (), "errors": errors, "seed": seed}
+    how: dict[str, Any] = {"actual": of, "effects": effect or (), "errors": errors, "seed": seed}
     with opt.progress_bar("simulate"):
         if plate is not None:
             how |= {"instrument": instrument or "plate"}
@@ -57,7 +56,6 @@ def simulate(
     opt.write_result(content | {"excluded": rows.row[~rows.included], "notes": rows.notes})
 
 
-@opt.flattened
 def preview(data: opt.DataArgument, files: opt.FileOptions) -> None:
     """Show how a file is read: every column with its meaning and unit, decisions, problems."""
     from workbench.data.readers.read import preview

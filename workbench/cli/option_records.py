@@ -1,4 +1,4 @@
-"""Records of options as arguments of commands, and options that extras add to them.
+"""Commands made of functions: records of options as their arguments, options that extras add to them, --json.
 
 A record that takes more has a field `joined`; `joins` is the field of `Parts` whose classes are joined to it.
 """
@@ -6,12 +6,16 @@ A record that takes more has a field `joined`; `joins` is the field of `Parts` w
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from copy import copy
 from dataclasses import is_dataclass, replace
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.base.errors import FileError
+import typer
+
+from workbench.base.errors import FileError, OptionError
+from workbench.cli.output_files import as_typed, result_at
 from workbench.parts import parts
 
 if TYPE_CHECKING:
@@ -38,18 +42,43 @@ class AbstractCompanion(ABC):
 
 
 KINDS: dict[str, type] = {"sources": AbstractSource, "companions": AbstractCompanion}
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result here, machine-readable.")]
 
 
-def flattened(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose option-record arguments are expanded into their options.
+def made(entry: Any, name: str) -> Any:
+    """A function, or a group, as typer's command."""
+    if isinstance(entry, typer.Typer):
+        found: Any = typer.main.get_group(entry)
+    else:
+        alone = typer.Typer(rich_markup_mode=None, add_completion=False)
+        alone.command(name)(flattened(entry))
+        found = typer.main.get_command(alone)
+    found.name, found.rich_help_panel = name, getattr(entry, "rich_help_panel", None)
+    return found
 
-    Those that are joined to them are looked up when it is called, which takes 20 ms: `whole` is the command
-    with them.
+
+def whole(command: Any, group: str) -> Any:
+    """A command as it is called, by its group's name: with options joined to its records, and with --json.
+
+    Those joined take 20 ms to look up; --json has every command that has none of its own.
     """
-    call = _expanded(command, lambda record: ())
-    if any(hasattr(record, "joins") for record in _records(command).values()):
-        vars(call)["whole"] = lambda: _expanded(command, _joined)
-    return call
+    call = flattened(getattr(command.callback, "of", command.callback.__wrapped__), _joined)
+    schema, names = f"workbench.{'-'.join(filter(None, (group, command.name)))}/1", dict[str, str]()
+
+    def reported(json_file: JsonOption = None, **options: Any) -> None:
+        try:
+            with result_at(json_file, schema):
+                call(**options)
+        except OptionError as error:
+            raise as_typed(error, names) from error
+
+    own = signature(reported).parameters["json_file"].replace(kind=Parameter.KEYWORD_ONLY)
+    vars(reported)["__signature__"] = Signature([*signature(call).parameters.values(), own])
+    has_own = any("--json" in option.opts for option in command.params)
+    alone, more = made(call if has_own else reported, command.name), copy(command)
+    names |= {param.name: param.opts[0] for param in alone.params}
+    more.callback, more.params = alone.callback, alone.params
+    return more
 
 
 def _joined(record: Any) -> tuple[Any, ...]:
@@ -57,36 +86,34 @@ def _joined(record: Any) -> tuple[Any, ...]:
     return parts(field, KINDS[field], classes=True) if field else ()
 
 
-def _records(command: Callable[..., None]) -> dict[str, Any]:
-    """Arguments that are records of options."""
-    found = {name: p.annotation for name, p in signature(command).parameters.items()}
-    return {name: kind for name, kind in found.items() if is_dataclass(kind)}
-
-
-def _expanded(command: Callable[..., None], joined: Callable[[Any], tuple[Any, ...]]) -> Callable[..., None]:
-    records = {name: (record, *joined(record)) for name, record in _records(command).items()}
+def flattened(
+    command: Callable[..., None], joined: Callable[[Any], tuple[type, ...]] = lambda record: ()
+) -> Callable[..., None]:
+    """A command that has the options of its arguments that are records, and of those joined to each."""
+    parameters = signature(command, eval_str=True).parameters
+    kinds = {name: p.annotation for name, p in parameters.items() if is_dataclass(p.annotation)}
+    records = {name: (kind, *joined(kind)) for name, kind in kinds.items()}
 
     def call(**options: Any) -> None:
-        def made(record: Any, *more: Any) -> Any:
+        def filled(record: Any, *more: Any) -> Any:
             own = record(**{p.name: options.pop(p.name) for p in _options(record)})
-            return replace(own, joined=tuple(map(made, more))) if more else own
+            return replace(own, joined=tuple(map(filled, more))) if more else own
 
-        whole = {name: made(*kinds) for name, kinds in records.items()}
-        data, table = options.get("data"), Path(options.get("robot") or "")
+        given = {name: filled(*kinds) for name, kinds in records.items()}
+        data, table = options.get("data"), Path(str(options.get("robot") or ""))
         if data and table.is_file() and table.suffix.lower() in (".csv", ".xlsx", ".json", ".yaml", ".yml"):
             new = f"workbench new {table} --poses {data} --out {table.with_suffix('.toml')}"
             known = f"workbench new ROBOT --apply {table} --for ur-kinematics"
             text = f"is no robot; of a joint table these rows make one: {new}; a driver's file alters one: {known}"
             raise FileError(text, path=str(table))
-        command(**options, **whole)
+        command(**options, **given)
 
     shown: list[Parameter] = []
-    for name, parameter in signature(command).parameters.items():
+    for name, parameter in parameters.items():
         shown += [p for kind in records[name] for p in _options(kind)] if name in records else [parameter]
     shown = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in shown]
     call.__name__, call.__doc__ = command.__name__, command.__doc__
-    call.__annotations__ = {p.name: p.annotation for p in shown}
-    call.__signature__ = Signature(shown)  # type: ignore[attr-defined]
+    vars(call).update(of=command, __signature__=Signature(shown))
     return call
 
 

@@ -59,7 +59,6 @@ FramesOption = Annotated[
     str, option("--frames", "Base and tool of sessions: shared, per-session, or auto (the data decide).")
 ]
 SaveOption = Annotated[Path | None, option("--save", "Write the calibrated robot here (.toml or .urdf).")]
-ReportOption = Annotated[Path | None, option("--report", "Write an HTML report into this folder.")]
 ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to exclude, from 0, such as 3,17.")]
 NoiseOption = Annotated[
     str | None,
@@ -166,21 +165,12 @@ class FitOptions:
         from workbench.base.files import exists
         from workbench.identification.fit_choices import FitChoices
 
-        other, alone = self.held_out, replace(files, joints=None)  # --joints are of the other file
-        texts: dict[str, Any] = {
-            "held_out": alone.read(Path(other), arm) if exists(other) else other,
-            "region": self.region,
-            "noise": self.noise,
-        }
-        return FitChoices(
-            frames=self.frames,
-            free=self.free,
-            exclude=dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand"),
-            levelled=self.levelled,
-            reading="given" if self.force else self.reading,
-            seed=self.seed,
-            **texts,
-        )
+        own = vars(self) | {"exclude": dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand")}
+        if exists(self.held_out):  # --joints are of the other file
+            own["held_out"] = replace(files, joints=None).read(Path(self.held_out), arm)
+        if own.pop("force"):
+            own["reading"] = "given"
+        return FitChoices(**own)
 
 
 @dataclass(frozen=True)
@@ -188,7 +178,7 @@ class OutputOptions:
     """Where a fit's results are written."""
 
     save: SaveOption = None
-    report: ReportOption = None
+    report: Annotated[Path | None, option("--report", "Write an HTML report into this folder.")] = None
 
     def check(self) -> None:
         """Refuse unwritable outputs before the work begins."""

@@ -6,13 +6,11 @@ said in words. What is refused is called as it was typed: an argument's option i
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from contextvars import ContextVar
-from copy import copy
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import readable
@@ -57,46 +55,20 @@ def write_result(content: Mapping[str, Any] | Callable[[], Mapping[str, Any]]) -
         say(f"result: {write_json(path, dict(content() if callable(content) else content))}")
 
 
-def with_json(command: Any, group: str) -> Any:
-    """A command with the option that every command has, unless it has its own; by its group's name."""
-    if any("--json" in option.opts for option in command.params):
-        return command
-
-    def whole(**options: Any) -> None:
-        try:
-            command.callback(**options)
-        except OptionError as error:
-            raise _as_typed(error, {param.name: param.opts[0] for param in command.params}) from error
-        if _RESULT.get() is not None:
-            name = "-".join(filter(None, (group, command.name)))
-            write_result({"schema": f"workbench.{name}/1", "said": [*_SAID]})
-
-    alone, more = typer.Typer(add_completion=False), copy(command)
-    alone.command()(_options_of_all)
-    more.callback, more.params = whole, [*command.params, *typer.main.get_command(alone).params]
-    return more
+@contextmanager
+def result_at(path: Path | None, schema: str) -> Iterator[None]:
+    """Where a command's result is written, if anywhere: what it says, unless it writes another."""
+    _RESULT.set(None)
+    _SAID.clear()
+    check_writable(path)
+    _RESULT.set(path)
+    yield
+    write_result({"schema": schema, "said": [*_SAID]})
 
 
-def _as_typed(error: OptionError, names: Mapping[str, str]) -> OptionError:
+def as_typed(error: OptionError, names: Mapping[str, str]) -> OptionError:
     """A refusal that begins with the option that was typed for an argument, if there is one."""
     name, text = names.get(error.option, ""), str(error)
     if name.startswith("-") and name not in text:
         text = name + (f": {text}" if (rest := text.removeprefix(error.option)) == text else rest)
     return OptionError(text, option=error.option, found=error.found)
-
-
-def _ask(path: Path | None) -> None:
-    _RESULT.set(None)
-    _SAID.clear()
-    check_writable(path)
-    _RESULT.set(path)
-
-
-def _options_of_all(
-    json: Annotated[
-        Path | None,
-        typer.Option(
-            "--json", help="Write the result here, machine-readable.", callback=_ask, expose_value=False
-        ),
-    ] = None,
-) -> None: ...

@@ -40,12 +40,8 @@ def open_session(
         return _with_recorder(make(robot, plate, is_given=is_given), live)
 
     def read():
-        from workbench.plate.measured_plate import load_plate
-
-        arm = wb.load_robot(robot)
-        if plate is not None:
-            return arm, wb.load_plate(plate)
-        return arm, load_plate("table2") if robot.startswith("aria") else None
+        source = "table2" if plate is None and robot.startswith("aria") else plate
+        return wb.load_robot(robot), None if source is None else wb.load_plate(source)
 
     return {"read": read, "begin": begin}
 

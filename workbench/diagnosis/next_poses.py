@@ -195,8 +195,8 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     from workbench.plate.optimiser.capsules import capsule_arm  # coal takes long to load
 
     shape = capsule_arm(arm)
-    closest = float(shape.own_distances(shape.placements(measured), far=MIN_CLEARANCE).min())
-    return shape.own_distances(shape.placements(q), far=closest) >= closest
+    closest = min(float(shape.own_distances(shape.placements(measured)).min()), MIN_CLEARANCE)
+    return shape.own_distances(shape.placements(q), minimum=closest) >= closest
 
 
 def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarray | None:

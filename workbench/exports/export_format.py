@@ -63,22 +63,16 @@ class Job:
 class AbstractForm(ABC):
     """One form. `write` and `read` have no default."""
 
+    name: str
+    """What follows `--for`."""
+    title: str
+    """What it is, for a list."""
     ending: ClassVar[str]
     """Usual ending of its files."""
     needs_source: ClassVar[bool] = False
     """Whether it only updates a file that exists."""
     dofs: tuple[int, ...] = ()
     """Numbers of joints that its arms have; empty: any."""
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """What follows `--for`."""
-
-    @property
-    @abstractmethod
-    def title(self) -> str:
-        """What it is, for a list."""
 
     def refusal(self, robot: Robot) -> str:
         """Why a file of a calibrated arm should not be used, as its TOML or its URDF; empty if it may."""
@@ -129,16 +123,14 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         path: File to write.
         rows: Poses to compare.
     """
-    job = replace(job, before=_before(job))
-    calibrated, whole = job.robot, usable_arm(job.robot)
+    calibrated, whole, carried = job.robot, usable_arm(job.robot), usable_arm(job.robot, effects=False)
     if job.nominal is not None:
         require_same_arm(whole.robot, job.nominal)
-    carried = usable_arm(job.robot, effects=False)
-    job = replace(job, robot=carried.robot.in_first_session)
+    job = replace(job, robot=carried.robot.in_first_session, before=_before(job))
     with understood(f"a file for --for {form.name}", "--into") if job.source else nullcontext():
         text = form.write(job)
         read = form.read(text, job)
-    notes = list(dict.fromkeys([*region_text(calibrated), *carried.notes, *form.notes(job)]))
+    notes = [*region_text(calibrated), *carried.notes, *form.notes(job)]
     known, unknown = divided(whole.robot)
     q = whole.q[:rows]
     arms = whole.calibrated, read.with_frames(base=job.robot.base)
@@ -147,13 +139,14 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")
     if unknown:
         notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
+    same = f"the file agrees with the calibrated model to {NO_DIFFERENCE:g} m and rad at {len(q)} poses"
     return Exported(
         path=write_text(path, text),
         position=left.position_max,
         rotation=left.rotation_max,
-        verdict=_verdict(calibrated, left, len(q)),
+        verdict=next(iter(away_text("file", calibrated, left, len(q), effects=False)), same),
         rows=len(q),
-        notes=tuple(notes),
+        notes=tuple(dict.fromkeys(notes)),
     )
 
 
@@ -164,13 +157,6 @@ def _before(job: Job) -> Robot | None:
     other = job.nominal
     same = other is not None and [e.name for e in other.elements] == [e.name for e in job.robot.elements]
     return other if same else None
-
-
-def _verdict(robot: Robot, left: PoseErrors, poses: int) -> str:
-    """How far a file is from the calibrated arm, in words."""
-    if max(left.position_max, left.rotation_max) < NO_DIFFERENCE:
-        return f"the file agrees with the calibrated model to {NO_DIFFERENCE:g} m and rad at {poses} poses"
-    return away_text("file", robot, left, poses, effects=False)[0]
 
 
 def tool_note(tool: Matrix4) -> Iterable[str]:

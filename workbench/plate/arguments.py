@@ -9,7 +9,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.region import Region
 
 
-def as_plate(value: Any) -> Any:
+def as_plate(value: Any, given: Any = None) -> Any:
     """A plate of its file, or of the name of a built-in one; anything else as it is."""
     return load_plate(value) if isinstance(value, str | Path) else value
 
@@ -19,9 +19,5 @@ def _region(value: Any, given: Any) -> Any:
     return plate.region if isinstance(plate, Plate) else value
 
 
-PlateLike = Like[
-    Annotated[
-        Plate, Reads("a Plate, its file, or a built-in plate by name", lambda value, given: as_plate(value))
-    ]
-]
+PlateLike = Like[Annotated[Plate, Reads("a Plate, its file, or a built-in plate by name", as_plate)]]
 RegionOf = Annotated[Region, Reads("a Region, or a plate for its region", _region)]

@@ -111,13 +111,9 @@ def touches(
     shape, rows, count = shape_of(robot), len(q), len(hulls)
     if not rows or not count:
         return np.zeros((rows, count), bool)
-    gaps = shape.hull_distances(
-        np.repeat(shape.placements(q), count, axis=0),
-        list(hulls) * rows,
-        checked=np.tile([_checked(shape, hull) for hull in hulls], (rows, 1)),
-        far=CONTACT,
-        minimum=CONTACT,
-    )
+    placements = np.repeat(shape.placements(q), count, axis=0)
+    checked = np.tile([_checked(shape, hull) for hull in hulls], (rows, 1))
+    gaps = shape.hull_distances(placements, list(hulls) * rows, checked=checked, minimum=CONTACT)
     return (gaps < CONTACT).reshape(rows, count)
 
 
@@ -141,5 +137,5 @@ def _link(robot: Robot, q: Float[np.ndarray, "1 n"], hull: Collider) -> int:
     """The first link that collides with a body: k is the link after joint k, 0 the base."""
     shape = shape_of(robot)
     links, at = {*shape.bodies[_checked(shape, hull)].tolist()}, shape.placements(q)
-    gaps = ((k, shape.hull_distances(at, [hull], checked=shape.bodies == k, far=CONTACT)[0]) for k in links)
+    gaps = ((k, shape.hull_distances(at, [hull], checked=shape.bodies == k)[0]) for k in links)
     return next((k for k, gap in gaps if gap < CONTACT), robot.dof - 1)

@@ -6,7 +6,6 @@ with the highest index O (ARIA eq. 17) represents the cube, as in the paper's wo
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -51,10 +50,6 @@ class CubeMap:
     def __len__(self) -> int:
         return len(self.reached)
 
-    @cached_property
-    def _flat(self) -> Float[np.ndarray, "rows p"]:
-        return self.moves.reshape(-1, len(self.names))
-
     def errors(self, linearisation: Linearisation | None) -> Float[np.ndarray, " cubes"]:
         """Expected root mean square position error in each cube after these measurements [m].
 
@@ -65,11 +60,12 @@ class CubeMap:
         rank = linearisation.rank()
         _, values, vt = linearisation.factors
         root = (vt[:rank] / values[:rank, None]) * linearisation.weights
-        spread = self._flat @ root.T
+        flat = self.moves.reshape(-1, len(self.names))
+        spread = flat @ root.T
         variance = np.einsum("ij,ij->i", spread, spread).reshape(-1, 3).sum(1)
         errors = np.where(self.reached > 0, np.sqrt(variance), np.nan)
         if rank < len(self.names):
-            blind = np.abs(self._flat * linearisation.weights @ linearisation.unidentifiable) > UNSEEN
+            blind = np.abs(flat * linearisation.weights @ linearisation.unidentifiable) > UNSEEN
             errors[blind.reshape(len(self), -1).any(1)] = np.inf
         return errors
 
@@ -88,8 +84,7 @@ def map_cubes(
     found = []
     for start in range(0, cubes, step):
         check_cancelled()
-        part = slice(start, start + step)
-        places = np.repeat(region.centres[part], tried, axis=0)
+        places = np.repeat(region.centres[start : start + step], tried, axis=0)
         turns = np.tile(rotations, (len(places) // tried, 1, 1))
         mask, q_tried = reachable(robot, robot.base.pose @ se3.pose(turns, places))
         found.append(_best(robot, names, mask, q_tried, tried))

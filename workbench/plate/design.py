@@ -90,14 +90,8 @@ def optimise_plate(
         made = replace(made, play=PIN_PLAY)
     goal, plate = plate_region_poses(robot, plate), replace(plate, production=production or made)
     number = len(plate) if number is None else number
-    setting = partial(
-        Setting,
-        robot=robot,
-        kind=kind,
-        blocks=blocks or Blocks(),
-        sigma=sigma_of(kind, sigma),
-        names=identified_names(robot, base=base, tool=tool),
-    )
+    names, sigma = identified_names(robot, base=base, tool=tool), sigma_of(kind, sigma)
+    setting = partial(Setting, robot=robot, kind=kind, blocks=blocks or Blocks(), sigma=sigma, names=names)
 
     def search(plate: Plate, margins: Constraints, **changed: int) -> PlateDesign:
         how = {"number": number, "places": places, "starts": starts, **changed}

@@ -41,12 +41,7 @@ Choice = Sequence[int] | Int[np.ndarray, " slots"]
 
 @dataclass(frozen=True, eq=False)
 class Exchanged:
-    """The best choice that was found.
-
-    Args:
-        choice: Option of each slot.
-        cost: Its cost.
-    """
+    """The best choice that was found, and its cost."""
 
     choice: Int[np.ndarray, " slots"]
     cost: float

@@ -46,11 +46,8 @@ PLATE_FILES: PartTable[PlateFile] = PartTable(
 
 def formats_named(text: str) -> tuple[str, ...]:
     names = [name.strip().lower() for name in text.split(",") if name.strip()]
-    unknown = [name for name in names if name not in PLATE_FILES]
-    if unknown or not names:
-        raise OptionError(
-            f"unknown format '{unknown[0] if unknown else text}'; known: {', '.join(PLATE_FILES)}"
-        )
+    if unknown := [name for name in names or [text] if name not in PLATE_FILES]:
+        raise OptionError(f"unknown format '{unknown[0]}'; known: {', '.join(PLATE_FILES)}")
     return tuple(names)
 
 
@@ -58,7 +55,6 @@ class ExportedPlate(NamedTuple):
     """Result of a plate export.
 
     Args:
-        files: Files that were written.
         missing: Formats that could not be written, and why.
         notes: Notes to read before the plate is made.
     """
@@ -78,9 +74,7 @@ def export_plate(plate: Plate, folder: Path | str, *, formats: Sequence[str] = (
     """
     check_writable(folder, folder=True)
     wanted = [each for each in PLATE_FILES.values() if not formats or each.name in formats]
-    files: dict[str, bytes] = {}
-    missing: dict[str, MissingExtraError] = {}
-    notes: list[str] = []
+    files, missing, notes = dict[str, bytes](), dict[str, MissingExtraError](), list[str]()
     for number, each in enumerate(wanted):
         progress(number / len(wanted), f"writing {each.name}")
         try:

@@ -30,12 +30,9 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
         base: Whether its base in the measuring frame is unknown; as its file says if None.
         tool: Whether the tool is unknown; as its file says if None.
     """
-    frames = (("base", robot.base.free, base), ("tool", robot.tool.free, tool))
-    unknown = [
-        name
-        for name, stated, requested in frames
-        if (stated is Freedom.FREE if requested is None else requested)
-    ]
+    base = robot.base.free is Freedom.FREE if base is None else base
+    tool = robot.tool.free is Freedom.FREE if tool is None else tool
+    unknown = [name for name, is_unknown in (("base", base), ("tool", tool)) if is_unknown]
     return (*robot.default_free, *(f"{frame}.{part}" for frame in unknown for part in FRAME_PARTS))
 
 

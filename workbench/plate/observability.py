@@ -93,9 +93,6 @@ class SetIndex(AbstractSetIndex):
     """An index of the singular values of a whole set of measurements.
 
     Args:
-        name: As of every index.
-        meaning: As of every index.
-        source: As of every index.
         of_spectrum: From full-rank spectra (rows, largest value first) and the number of measurements in each
             set, the index of each.
         by_value: From the index, one spectrum and the number of measurements, its derivative by each singular
@@ -140,17 +137,6 @@ def inverse_condition(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndar
     return result
 
 
-def inverse_condition_gradient(
-    jacobians: Float[np.ndarray, "rows r p"],
-) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, "rows r p"]]:
-    """O of each pose, and its derivative by each entry of the pose's Jacobian."""
-    u, values, vt = np.linalg.svd(jacobians, full_matrices=False)
-    minimum, maximum = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
-    by_minimum = u[:, :, -1, None] * vt[:, None, -1] / maximum[:, None, None]
-    by_maximum = u[:, :, 0, None] * vt[:, None, 0] * (minimum / maximum**2)[:, None, None]
-    return minimum / maximum, by_minimum - by_maximum
-
-
 @final
 class O(AbstractIndex):  # noqa: E742 - the paper's name
     """Inverse condition number of single poses, unscaled; for a set their mean."""
@@ -172,7 +158,11 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
         gradient = np.zeros_like(linearisation.jacobian)
         for _, rows in blocks(linearisation):
-            gradient[rows] = inverse_condition_gradient(linearisation.unwhitened[rows])[1]
+            u, values, vt = np.linalg.svd(linearisation.unwhitened[rows], full_matrices=False)
+            minimum, maximum = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
+            by_minimum = u[:, :, -1, None] * vt[:, None, -1] / maximum[:, None, None]
+            by_maximum = u[:, :, 0, None] * vt[:, None, 0] * (minimum / maximum**2)[:, None, None]
+            gradient[rows] = by_minimum - by_maximum
         return gradient * (linearisation.sigma[:, None] / max(linearisation.measurements, 1))
 
 

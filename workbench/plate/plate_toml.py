@@ -28,18 +28,16 @@ class _PlateReader(AbstractTableReader):
     otherwise = "a plate TOML or a built-in name"
 
     def values(self, table: dict[str, Any], what: str) -> dict[str, Any]:
-        found = {key: self.value(key, value, what) for key, value in self.table(table, what).items()}
-        if isinstance(pair := found.get("sigma"), np.ndarray):
-            found["sigma"] = tuple(pair.tolist())
-        return found
+        return {key: self.value(key, value, what) for key, value in self.table(table, what).items()}
 
     def value(self, key: str, value: Any, what: str) -> Any:
-        """Lists as arrays of finite numbers."""
+        """Lists as arrays of finite numbers, a standard deviation as a pair of them."""
         if key == "rpy":
             return rpy_of(self, value, f"{what} rpy")
         if not isinstance(value, list):
             return value if isinstance(value, str | bool) else self.number(value, f"{what} {key}")
-        return self.numbers(value, None, f"{what} {key}")
+        numbers = self.numbers(value, None, f"{what} {key}")
+        return tuple(numbers.tolist()) if key == "sigma" else numbers
 
 
 def read_plate(path: Path | str) -> Plate:

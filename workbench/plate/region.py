@@ -74,8 +74,8 @@ class Region:
     @cached_property
     def centres(self) -> Float[np.ndarray, "cubes 3"]:
         """Centres of all cubes [m], in the order in which `cells` counts them: z fastest."""
-        grid = np.stack(np.meshgrid(*(np.arange(count) for count in self.shape), indexing="ij"), -1)
-        return frozen(self.min + (grid.reshape(-1, 3) + 0.5) * self.size / self.shape)
+        grid = np.indices(self.shape).reshape(3, -1).T
+        return frozen(self.min + (grid + 0.5) * self.size / self.shape)
 
     def contains(self, points: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, " rows"]:
         """Which points [m] lie inside or on the boundary."""
@@ -84,9 +84,7 @@ class Region:
     def cells(self, points: Float[np.ndarray, "rows 3"]) -> Int[np.ndarray, " rows"]:
         """Number of the cube that each point [m] lies in, an index into `centres`; −1 outside."""
         index = np.floor((points - self.min) / self.size * self.shape).astype(np.int64)
-        index = np.minimum(index, np.array(self.shape) - 1)
-        x, y, z = np.maximum(index, 0).T
-        flat = (x * self.shape[1] + y) * self.shape[2] + z
+        flat = np.ravel_multi_index(index.T, self.shape, mode="clip")
         return np.where(self.contains(points), flat, -1)
 
     def sample(self, rows: int, *, rng: np.random.Generator) -> Float[np.ndarray, "rows 3"]:

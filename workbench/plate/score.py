@@ -113,19 +113,11 @@ def score(
     if evaluation_poses is not None and not (len(evaluation_poses) and np.isfinite(evaluation_poses).all()):
         text = "evaluation_poses must be at least one row of finite joint positions"
         raise OptionError(text, option="evaluation_poses", found=evaluation_poses)
-    sigma = sigma_of(usual_kind(plate), sigma)
-    names = identified_names(robot, base=base, tool=tool)
-    can = measurable(robot, plate)
+    sigma, rng = sigma_of(usual_kind(plate), sigma), np.random.default_rng(seed)
+    names, can = identified_names(robot, base=base, tool=tool), measurable(robot, plate)
     q_region = plate_region_poses(robot, plate) if evaluation_poses is None else evaluation_poses
-    choice = choose_branches(
-        robot,
-        can.plate,
-        can.solutions,
-        goal=q_region,
-        rng=np.random.default_rng(seed),
-        names=names,
-        sigma=sigma,
-    )
+    choose = partial(choose_branches, names=names, sigma=sigma)
+    choice = choose(robot, can.plate, can.solutions, goal=q_region, rng=rng)
     scored = partial(set_score, robot, plate, targets=can.rows, q_region=q_region, names=names, sigma=sigma)
     alike = min(choice.single, key=choice.single.__getitem__, default="")
     single = single_branches(can.solutions).get(alike)

@@ -23,10 +23,8 @@ from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
 
-RANDOM = "random"
-"""Name of the choice of poses that chooses nothing."""
-ISO_CUBE = "iso-cube"
-"""Name of the choice of poses by ISO 9283."""
+RANDOM, ISO_CUBE = "random", "iso-cube"
+"""Names of the choices of poses, by chance alone and by ISO 9283."""
 
 
 @checked_arguments()
@@ -62,10 +60,10 @@ def measure_poses(
     if choice not in (RANDOM, ISO_CUBE):
         raise OptionError(f"no choice of poses '{choice}'; choose {RANDOM} or {ISO_CUBE}")
     is_cube = choice == ISO_CUBE
+    seen = instrument_named(instrument) if isinstance(instrument, str) else instrument
     q = iso_cube_poses(robot, number, rng=rng).q if is_cube else random_poses(robot, number, rng=rng)
-    state = varied_state(actual, q, rng=rng)
-    rows = simulate(actual, state, instrument=_instrument(instrument), rng=rng)
-    note = f"simulated: {plural(number, 'pose')} ({choice}), {_instrument(instrument).name}, seed {seed}"
+    rows = simulate(actual, varied_state(actual, q, rng=rng), instrument=seen, rng=rng)
+    note = f"simulated: {plural(number, 'pose')} ({choice}), {seen.name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 
@@ -105,17 +103,12 @@ def measure_plate(
     can, goal = measurable(robot, plate), plate_region_poses(robot, plate)
     near = np.stack([solutions[0].q for solutions in plate_solutions(robot, plate)])
     near[can.rows] = choose_branches(robot, can.plate, can.solutions, goal=goal, rng=rng).q
+    seen = instrument_named(instrument) if isinstance(instrument, str) else instrument
     nowhere = np.zeros((len(plate), actual.dof))
-    rows = simulate_targets(
-        actual,
-        plate.poses,
-        instrument=_instrument(instrument),
-        rng=rng,
-        near=near,
-        motion=varied_state(actual, nowhere, rng=rng) if actual.effects else None,
-    )
+    motion = varied_state(actual, nowhere, rng=rng) if actual.effects else None
+    rows = simulate_targets(actual, plate.poses, instrument=seen, rng=rng, near=near, motion=motion)
     rows = without(rows, np.array(can.hits))
-    note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
+    note = f"simulated: plate '{plate.name}', {seen.name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes, *notes))
 
 
@@ -145,7 +138,3 @@ def _hidden(
         actual = virtual_arm(robot, rng=rng, errors=errors)
     hidden, notes = hidden_effects(actual, effects, rng=rng)
     return actual.with_effects(*actual.effects, *hidden) if hidden else actual, notes
-
-
-def _instrument(instrument: str | Instrument) -> Instrument:
-    return instrument_named(instrument) if isinstance(instrument, str) else instrument

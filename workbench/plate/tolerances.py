@@ -68,10 +68,9 @@ class Production:
     @property
     def text(self) -> tuple[str, str]:
         """For people: what was assumed of the making, and of the play in the seats."""
-        made = "targets made exactly"
-        if any(self.tolerance):
-            made = f"targets made within {_bounds(*self.tolerance)}"
-        return made, f"seat play {_bounds(*self.play)}" if any(self.play) else "no play in the seats"
+        made = f"within {_bounds(*self.tolerance)}" if any(self.tolerance) else "exactly"
+        played = f"seat play {_bounds(*self.play)}" if any(self.play) else "no play in the seats"
+        return f"targets made {made}", played
 
 
 def _bounds(length: float, angle: float) -> str:

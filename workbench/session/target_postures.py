@@ -98,7 +98,7 @@ def clearance(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
     links = range(2, robot.dof)  # the first one turns about its own axis
 
     def gap(solid: Collider, *some: int) -> float:
-        return shape.hull_distances(at, [solid], checked=np.isin(bodies, some), far=TIGHT)[0]
+        return shape.hull_distances(at, [solid], checked=np.isin(bodies, some))[0]
 
     if not found or not links:
         return ""

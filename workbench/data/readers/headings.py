@@ -20,7 +20,7 @@ from workbench.data.readers.columns_option import IGNORED, MATRIX
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
 
-_UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_TEXT = "q|j|jt|posj|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|angle|rax|field_position"
 _JOINT_TEXT += (
     "|joint(?:_states?)?_pos(?:ition)?|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
@@ -63,7 +63,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(force|moment)_([xyz])", "{0}_{1}"),
     )
 )
-_UR = {name: f"q{i}" for i, name in enumerate(_UR_JOINTS, 1)}
+_UR = {name: f"q{i}" for i, name in enumerate(UR_JOINTS, 1)}
 _LOGGED = re.compile(r"^(\w+_)?joint(_states?|_positions?|s)_|(_joint)?(_pos(ition)?)?$")
 """What logs have around a joint's name."""
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}

@@ -75,9 +75,8 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
             option="columns",
         )
     columns, notes, rows = dict[str, list[str]](), list[str](), 0
-    by_joint = [any(i.name.lower() in BY_JOINT for i in (side, *wanted)) for side, wanted in naming.pairs]
-    for k in np.argsort(by_joint, kind="stable").tolist():  # others tell how many rows
-        side, wanted = naming.pairs[k]
+    pairs = sorted(naming.pairs, key=lambda p: any(i.name.lower() in BY_JOINT for i in (p[0], *p[1])))
+    for side, wanted in pairs:  # joints last: the others tell how many rows
         if len(wanted) == 1 and wanted[0].name in variables:
             side, wanted = wanted[0], (side,)
         elif side.name not in variables:

@@ -62,8 +62,8 @@ Columns = dict[str, dict[int, str]]
 def _parts(rows: list[list[str]]) -> tuple[Columns, Columns, list[list[str]], list[str]]:
     """Bodies, markers, the frames as far as they go on without an empty line, and decisions."""
     settings = dict(zip(rows[0][::2], rows[0][1::2], strict=False))
-    unit, notes = UNITS[settings.get("Length Units", "Meters")], list[str]()
-    notes.append(f"lengths in {unit}, as the file states")
+    unit = UNITS[settings.get("Length Units", "Meters")]
+    notes = [f"lengths in {unit}, as the file states"]
     start = next(i for i, row in enumerate(rows) if row[:1] == ["Frame"])
     found = {"Rigid Body": Columns(), "Marker": Columns()}
     types, names = next((row, rows[k]) for k, row in enumerate(rows[1:start], 2) if {*row} & {*found})

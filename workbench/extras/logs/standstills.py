@@ -93,12 +93,11 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     along = {key: np.array([_middle(own[rows]) for rows in of_joints]) for key, own in rest.items()}
     used = sum(len(part) for part in parts)
     note = (
-        *notes,
         f"{plural(len(parts), 'row')} from {plural(len(standstills), 'standstill')} of the arm of {WINDOW} "
         f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
-        f"{measured.rows} samples are not used (in motion, within {MARGIN} s of it, unseen) or excluded",
+        f"{measured.rows} samples are not used (in motion, within {MARGIN} s of it, unseen) or excluded"
     )
-    return merged(found, along, joints, note)
+    return merged(found, along, joints, (*notes, note))
 
 
 def _dated(measured: Fields, joints: Fields) -> Fields:
@@ -127,11 +126,10 @@ def still(time: Times, values: Float[np.ndarray, "samples n"], maximum: float) -
                 low, high = lower, higher
                 continue
         if time[k - 1] - time[first] >= WINDOW + 2.0 * MARGIN:
-            begin = found[-1][0] if found and time[first] - time[found[-1][1]] < WINDOW else first
-            moved = (
-                values[begin : found[-1][1] + 1].mean(0) - values[first:k].mean(0) if begin < first else 0.0
-            )
-            if begin < first and np.abs(moved).max() <= maximum:
+            begin, end = found[-1] if found else (0, 0)
+            is_near = bool(found) and time[first] - time[end] < WINDOW
+            moved = values[begin : end + 1].mean(0) - values[first:k].mean(0)
+            if is_near and np.abs(moved).max() <= maximum:
                 found[-1] = begin, k - 1
             else:
                 found.append((first, k - 1))
@@ -169,9 +167,8 @@ def clock_offset(
             "are of the same run, or give both the same clock in time[s]",
             column="time",
         )
-    return float(offsets[best]), (
-        f"the clocks differ by {offsets[best]:+.2f} s, found from the times at which joints and tool moved",
-    )
+    text = f"the clocks differ by {offsets[best]:+.2f} s, found from the times at which joints and tool moved"
+    return float(offsets[best]), (text,)
 
 
 def _motion(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.ndarray, "2 steps"]:
@@ -248,11 +245,8 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
             f"{measured.source}: {what} moves by more than {4e3 * STILL_POINT:g} mm in {len(restless)} of "
             f"{len(parts)} standstills: check that both are of the same run, and that time[s] is of one clock"
         )
-    notes = measured.notes
-    if restless:
-        notes += (
-            f"{what} moved in {plural(len(restless), 'standstill')}, such as line {lines[restless[0]]}",
-        )
+    places = [f"{plural(len(restless), 'standstill')}, such as line {lines[k]}" for k in restless[:1]]
+    notes = (*measured.notes, *(f"{what} moved in {place}" for place in places))
     return replace(measured, values=values, rotation=rotation, lines=lines, notes=notes)
 
 

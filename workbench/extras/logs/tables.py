@@ -14,13 +14,10 @@ from workbench.base.units import Quantity, parse_heading, to_si
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, fields_of, to_numbers
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.headings import normalised
+from workbench.data.readers.headings import UR_JOINTS, normalised
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout, named
 from workbench.data.readers.table import Grid, Table, with_headings
 from workbench.data.readers.text import read_text
-
-STAMP = r"(\d{4})(\d\d)(\d\d)(\d\d)(\d\d)(\d\d)"
-"""YYYYMMDDhhmmss."""
 
 
 @final
@@ -82,10 +79,7 @@ class IpaGrid(AbstractTableLayout):
     """
 
     name = "ipa-grid"
-    joints = tuple(
-        f"{name}_joint"
-        for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-    )
+    joints = tuple(f"{name}_joint" for name in UR_JOINTS)
     goals = ("Goal x", "Goal y", "Goal z")
     position = tuple(f"measurement_{axis}" for axis in "xyz")
     angles = tuple(f"measurement_r{axis}" for axis in "xyz")
@@ -99,7 +93,7 @@ class IpaGrid(AbstractTableLayout):
         if "measurement_temperature" in table.headings:
             names["measurement_temperature"] = "temperature[degC]"
         at = table.headings.index("Timestamp")
-        dates = tuple(re.sub(STAMP, r"\1-\2-\3T\4:\5:\6", stamp) for stamp in table.columns[at])
+        dates = tuple(re.sub(r"(\d{8})(\d{6})", r"\1T\2", stamp) for stamp in table.columns[at])  # ISO 8601
         columns = (*table.columns[:at], dates, *table.columns[at + 1 :])
         fields = named(
             replace(table, columns=columns),

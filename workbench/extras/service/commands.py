@@ -9,7 +9,6 @@ from workbench.cli.options import option
 
 
 @in_section("Calibrate")
-@opt.flattened
 def verify(
     data: opt.DataArgument,
     robot: opt.RobotOption,
@@ -26,7 +25,6 @@ def verify(
 
 
 @in_section("Calibrate")
-@opt.flattened
 def rezero(
     data: opt.DataArgument,
     robot: opt.RobotOption,

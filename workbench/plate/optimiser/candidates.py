@@ -23,26 +23,18 @@ from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.errors import OptionError
 from workbench.base.progress import check_cancelled, progress
 from workbench.base.types import Poses
-from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints, half_size
+from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.meshes import arm_shape
-from workbench.plate.optimiser.shapes import (
-    MAX_MEASURED_DISTANCE,
-    ArmShape,
-    Collider,
-    Placements,
-    block_hulls,
-    plate_hull,
-)
+from workbench.plate.optimiser.shapes import ArmShape, Collider, Placements, block_hulls, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.reach_margin import with_reach_margin
 
 RETREATS = np.array([0.5, 1.0])
 """Positions along the probe's retreat that are checked, as shares of it."""
-MARGIN = 1e-4
-"""Distances are measured up to the clearance plus this [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -112,7 +104,19 @@ class Setting:
     @cached_property
     def half(self) -> Float[np.ndarray, "2"]:
         """How far from the plate's centre targets may lie along its length and width [m]."""
-        return half_size(self.plate, self.constraints)
+        plate, edge = self.plate, self.constraints.edge
+        if plate.size is None:
+            raise OptionError(
+                f"plate '{plate.name}' has no size to place targets on; give "
+                "size = [length, width, thickness] in m"
+            )
+        half = 0.5 * plate.size[:2] - edge
+        if (half < 0.0).any():
+            raise OptionError(
+                f"plate size and edge conflict: {1e3 * edge:.0f} mm from every edge leave no room on "
+                f"{1e3 * plate.size[0]:.0f} × {1e3 * plate.size[1]:.0f} mm; make the plate larger"
+            )
+        return half
 
     @property
     def is_turned_by_the_arm(self) -> bool:
@@ -125,12 +129,10 @@ class Setting:
         size = self.plate.size
         return None if size is None else plate_hull(self.plate.pose, size)
 
-    def around(
-        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
-    ) -> Float[np.ndarray, "rows 3"]:
+    def around(self, placements: Placements, *, minimum: float = np.inf) -> Float[np.ndarray, "rows 3"]:
         """Distances of the arm from itself, the table and the plate [m]."""
         floor = self.constraints.floor
-        return self.arm.clearances(placements, solid=self.solid, floor=floor, far=far, minimum=minimum)
+        return self.arm.clearances(placements, solid=self.solid, floor=floor, minimum=minimum)
 
     @property
     def spacing(self) -> float:
@@ -158,7 +160,7 @@ class Setting:
             return kept
 
         keep("joint limits", margins(q[rows], self.robot.limits).min(1) >= limits.limit_margin)
-        around = self.around(self.arm.placements(q[rows]), far=clearance + MARGIN, minimum=clearance)
+        around = self.around(self.arm.placements(q[rows]), minimum=clearance)
         for column, what in enumerate(("of the arm from itself", "from the table", "from the plate")):
             around = around[keep(f"clearance {what}", around[:, column] >= clearance)]
         roomy = with_reach_margin(self.robot, q[rows], errors=limits.errors)
@@ -190,7 +192,7 @@ class Setting:
             back[:, :3, 3] -= share * self.constraints.retreat * back[:, :3, 2]
             followed = follow_many(self.robot, back, q)
             stops.append(self.arm.placements(followed.q))
-            around = self.around(stops[-1], far=clearance + MARGIN, minimum=clearance)
+            around = self.around(stops[-1], minimum=clearance)
             free &= followed.converged & (around >= clearance).all(1)
         return np.stack(stops, axis=1), free
 
@@ -231,18 +233,15 @@ class Neighbours:
         """Whether the arm at a candidate keeps clear of a block; its probe may touch its own."""
         if (visitor, block) not in self._seen:
             clearance = self.setting.constraints.clearance
-            gap = self.gap(visitor, block, far=clearance + MARGIN, minimum=clearance)
-            self._seen[visitor, block] = gap >= clearance
+            self._seen[visitor, block] = self.gap(visitor, block, minimum=clearance) >= clearance
         return self._seen[visitor, block]
 
-    def gap(
-        self, visitor: int, block: int, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
-    ) -> float:
+    def gap(self, visitor: int, block: int, *, minimum: float = np.inf) -> float:
         """Distance of the arm at a candidate, and during its retreat, from the block of another [m]."""
         arm = self.setting.arm
         checked = ~arm.probes if visitor == block else np.ones(len(arm.bodies), bool)
         placements, hull = self.pool.placements[visitor], self._hulls[block]
-        return float(arm.hull_distances(placements, [hull], checked=checked, far=far, minimum=minimum).min())
+        return float(arm.hull_distances(placements, [hull], checked=checked, minimum=minimum).min())
 
 
 BLOCKS_PER_CHECK = 50

@@ -35,11 +35,9 @@ NEIGHBOUR_DISTANCE = 1.5
 
 
 class Capsule(NamedTuple):
-    """All points within a radius of a line.
+    """All points within a radius of a line, fixed to a body and frame as a `Piece` is.
 
     Args:
-        body: As of a `Piece`.
-        frame: As of a `Piece`.
         start: End nearer to the base, in that frame [m].
         end: The other end.
         radius: [m].
@@ -80,13 +78,9 @@ def capsule_arm(robot: Robot) -> ArmShape:
         for start, end in pairwise(se3.apply(into, points))
     ]
     capsules = [*links, *_with_probe(last)]
-    pieces = [capsule.piece for capsule in capsules]
-    return ArmShape(
-        robot,
-        (*pieces[:-1], replace(pieces[-1], probe=True)),
-        _kept_apart(capsules),
-        "clearance is computed for capsules along the arm's links",
-    )
+    *pieces, probe = [capsule.piece for capsule in capsules]
+    source = "clearance is computed for capsules along the arm's links"
+    return ArmShape(robot, (*pieces, replace(probe, probe=True)), _kept_apart(capsules), source)
 
 
 def _with_probe(last: Capsule) -> tuple[Capsule, Capsule]:

@@ -50,22 +50,6 @@ class Constraints:
         admit(self)
 
 
-def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:
-    """How far from the plate's centre targets may lie along its length and width [m]."""
-    if plate.size is None:
-        raise OptionError(
-            f"plate '{plate.name}' has no size to place targets on; give "
-            "size = [length, width, thickness] in m"
-        )
-    half = 0.5 * plate.size[:2] - constraints.edge
-    if (half < 0.0).any():
-        raise OptionError(
-            f"plate size and edge conflict: {1e3 * constraints.edge:.0f} mm from every edge leave no room on "
-            f"{1e3 * plate.size[0]:.0f} × {1e3 * plate.size[1]:.0f} mm; make the plate larger"
-        )
-    return half
-
-
 def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing: float) -> None:
     """Refuse more targets than fit: circles of the spacing's diameter, packed as densely as can be."""
     if number < 1:

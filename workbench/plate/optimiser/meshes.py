@@ -63,11 +63,12 @@ def mesh_arm(robot: Robot, clearance: float) -> ArmShape | None:
     arm = ArmShape(robot, pieces, apart, source)
     low, high = robot.search_limits.T
     frames = arm.placements(np.random.default_rng(0).uniform(low, high, (SAMPLED, robot.dof)))
-    kept = []
-    for pair in apart:  # which some posture brings apart by more than the clearance
-        alone, far = replace(arm, pairs=(pair,)), clearance + 0.01
-        if any(alone.own_distances(row[None], far=far, minimum=clearance)[0] > clearance for row in frames):
-            kept.append(pair)
+    alone = ((pair, replace(arm, pairs=(pair,))) for pair in apart)
+    kept = (  # those that some posture brings apart by the clearance
+        pair
+        for pair, one in alone
+        if any(one.own_distances(row[None], minimum=clearance)[0] >= clearance for row in frames)
+    )
     return replace(arm, pairs=tuple(kept))
 
 
@@ -102,18 +103,13 @@ def _pieces(robot: Robot, source: UrdfSource) -> tuple[tuple[Piece, ...], str]:
 
 def _with_probe(robot: Robot, pieces: tuple[Piece, ...]) -> tuple[Piece, ...]:
     """The pieces, the probe among them: what is at the tool's origin, or a slender rod to it."""
-    point, alone = (
-        Piece(robot.dof, -1, np.eye(4), Collider(coal.Sphere(1e-6))),
-        ArmShape(robot, pieces, (), ""),
-    )
-    placements = alone.placements(np.zeros((1, robot.dof)))
-
-    def touches(piece: Piece) -> bool:
-        pair = replace(piece, solid=Collider(piece.solid.hull)), point
-        gap = replace(alone, pairs=(pair,)).own_distances(placements)[0]
-        return piece.body == robot.dof and bool(gap < AT_THE_TOOL)
-
-    marked = tuple(replace(piece, probe=touches(piece)) for piece in pieces)
+    point = Piece(robot.dof, -1, np.eye(4), Collider(coal.Sphere(1e-6)))
+    pairs = [(replace(piece, solid=Collider(piece.solid.hull)), point) for piece in pieces]
+    alone = [ArmShape(robot, pieces, (pair,), "") for pair in pairs]
+    placements = alone[0].placements(np.zeros((1, robot.dof)))
+    near = [bool(one.own_distances(placements)[0] < AT_THE_TOOL) for one in alone]
+    own = zip(pieces, near, strict=True)
+    marked = tuple(replace(piece, probe=at and piece.body == robot.dof) for piece, at in own)
     if any(piece.probe for piece in marked):
         return marked
     frames, last = placements[0], len(robot.joints)

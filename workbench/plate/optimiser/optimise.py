@@ -29,10 +29,8 @@ POOL_BLOCKS = 1500
 """Random blocks in the pool."""
 STARTS = 3
 """Exchanges from different starts."""
-POOL_SHARE = 0.6
-"""Progress at which the pool is done."""
-EXCHANGE_SHARE = 0.8
-"""Progress at which the exchange is done."""
+POOL_SHARE, EXCHANGE_SHARE = 0.6, 0.2
+"""Of the work: the pool, and the exchange after it."""
 LACKING = "the given plate does not keep all constraints"
 
 
@@ -69,9 +67,7 @@ def optimise(
                 check_cancelled()
                 if best is None or search.cost(found.rows) < search.cost(best.rows):
                     best = found
-            progress(
-                POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / starts, "looking for better targets"
-            )
+            progress(POOL_SHARE + EXCHANGE_SHARE * (i + 1) / starts, "looking for better targets")
         if best is not None:
             best = search.polish(best, len(locked))
     except Cancelled:
@@ -86,14 +82,9 @@ def optimise(
     order = list(range(len(locked), number))
     for row, slot in enumerate(locked):  # first in the search, now back at their old numbers
         order.insert(min(slot, len(order)), row)
-    return describe(
-        setting,
-        best.take(np.array(order)),
-        goal=goal,
-        start_cost=start_cost,
-        notes=(setting.arm.source, *([LACKING] if len(kept) < len(plate) else [])),
-        outcome=outcome,
-    )
+    notes = (setting.arm.source, *([LACKING] if len(kept) < len(plate) else []))
+    chosen = best.take(np.array(order))
+    return describe(setting, chosen, goal=goal, start_cost=start_cost, notes=notes, outcome=outcome)
 
 
 def _given_error(setting: Setting, goal: Float[np.ndarray, "rows n"], number: int) -> float:

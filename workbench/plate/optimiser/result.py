@@ -16,6 +16,8 @@ from workbench.plate.target_readings import assumptions, linearise_targets
 from workbench.report.result_display import AbstractReported
 
 NOTHING = frozen(np.zeros(0))
+MAX_CLEARANCE = 0.5
+"""Of a target, stated at most [m]."""
 
 
 @final
@@ -30,7 +32,7 @@ class PlateDesign(AbstractReported):
         start_cost: Cost of the given plate in its best branches, collisions or not; infinite if it
             has not as many reachable targets [m].
         clearance: Minimum distance of the arm from plate, table, blocks and itself at each target and during
-            the retreat from it [m]; the probe against its own block does not count.
+            the retreat from it [m]; the probe against its own block does not count. Empty if unchecked.
         limit_margin: Minimum distance of a joint from its limits at each target [rad or m].
         spacing: Minimum distance of two targets on the plate [m].
         assumptions: What these errors include: instrument, making, and play in the seats.
@@ -62,8 +64,6 @@ def describe(
     """The design of chosen targets, with all its margins measured.
 
     Args:
-        setting: What the search did not change.
-        targets: The chosen ones.
         goal: Joint positions of poses that matter [rad or m].
         fields: The other fields of the design.
     """
@@ -72,13 +72,14 @@ def describe(
     error, every = predicted_error(rows, robot, goal), range(len(targets))
     near, xy = Neighbours(setting, targets), targets.places[:, :2]
     around = [setting.around(stops).min() for stops in targets.placements]
+    clear = [min(MAX_CLEARANCE, gap, *(near.gap(i, j) for j in every)) for i, gap in enumerate(around)]
     gaps = np.linalg.norm(xy[:, None] - xy[None], axis=2) + np.diag(np.full(len(xy), np.inf))
     return PlateDesign(
         plate=plate,
         assumptions=assumptions(plate, setting.sigma),
         cost=error.position_rms,
         rotation=error.rotation_rms,
-        clearance=frozen(np.array([min(around[i], *(near.gap(i, j) for j in every)) for i in every])),
+        clearance=frozen(np.array(clear)),
         limit_margin=frozen(margins(targets.q, robot.limits).min(1)),
         spacing=float(gaps.min(initial=np.inf)),
         **fields,

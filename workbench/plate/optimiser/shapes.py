@@ -26,8 +26,6 @@ from workbench.base.types import Matrix4, Poses, Vector3
 from workbench.plate.optimiser.target_blocks import block_corners
 from workbench.plate.plate import SQUARE
 
-MAX_MEASURED_DISTANCE = 0.5
-"""Distances above this are not measured [m]."""
 ON_THE_TABLE = 1
 """Last body that may touch the table: the base's post and the link after the first joint."""
 Placements = Float[np.ndarray, "rows frames 4 4"]
@@ -137,19 +135,17 @@ class ArmShape:
     def lowest(self, frames: Placements) -> Float[np.ndarray, "rows pieces"]:
         """Height of the lowest point of each piece [m]."""
         one = np.eye(len(self.pieces), dtype=bool)
-        return np.stack([self.hull_distances(frames, [below(0.0)], checked=k, far=np.inf) for k in one], 1)
+        return np.stack([self.hull_distances(frames, [below(0.0)], checked=k) for k in one], 1)
 
-    def own_distances(
-        self, frames: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
-    ) -> Float[np.ndarray, " rows"]:
-        """Minimum distance between pieces of the arm that must not touch, at most `far` [m].
+    def own_distances(self, frames: Placements, *, minimum: float = np.inf) -> Float[np.ndarray, " rows"]:
+        """Minimum distance between pieces of the arm that must not touch [m]; infinite where there are none.
 
         Args:
-            far: Maximum distance of interest [m].
-            minimum: Rows with a smaller distance than this may be given as 0 [m].
+            minimum: Rows with this distance are given as it, others as any smaller number [m]; infinite: all
+                are measured.
         """
         if not self.pairs:
-            return np.full(len(frames), far)
+            return np.full(len(frames), minimum)
         (one, from_one, radii), (other, from_other, sizes) = (
             _placed(frames, side) for side in zip(*self.pairs, strict=True)
         )
@@ -160,7 +156,7 @@ class ArmShape:
             places = _transform(one[row, k]), _transform(other[row, k])
             return _distance(first.solid, second.solid, places, far, minimum)
 
-        return _nearest(gaps, distance, far, minimum)
+        return _nearest(gaps, distance, minimum)
 
     def hull_distances(
         self,
@@ -168,15 +164,13 @@ class ArmShape:
         hulls: Sequence[Collider],
         *,
         checked: Bool[np.ndarray, "*rows pieces"],
-        far: float = MAX_MEASURED_DISTANCE,
-        minimum: float | None = None,
+        minimum: float = np.inf,
     ) -> Float[np.ndarray, " rows"]:
-        """Minimum distance of some pieces from a solid that stands still in every row, at most `far` [m].
+        """Minimum distance of some pieces from a solid that stands still in every row [m].
 
         Args:
             hulls: One for all rows, or one for each.
             checked: Which pieces count, in all rows or in each.
-            far: Maximum distance of interest [m].
             minimum: As for `own_distances`.
         """
         if not len(frames):
@@ -189,7 +183,7 @@ class ArmShape:
             hull = hulls[row if len(hulls) > 1 else 0]
             return _distance(self.pieces[i].solid, hull, (_transform(at[row, i]), _STILL), far, minimum)
 
-        return _nearest(np.where(checked, gaps, np.inf), distance, far, minimum)
+        return _nearest(np.where(checked, gaps, np.inf), distance, minimum)
 
     def clearances(
         self,
@@ -197,25 +191,21 @@ class ArmShape:
         *,
         solid: Collider | None = None,
         floor: float | None = None,
-        far: float = MAX_MEASURED_DISTANCE,
-        minimum: float | None = None,
+        minimum: float = np.inf,
     ) -> Float[np.ndarray, "rows 3"]:
-        """Minimum distance from itself, the table and a solid in every row, at most `far` [m].
+        """Minimum distance from itself, the table and a solid in every row [m]; infinite without one.
 
         Args:
             solid: The plate's, if it has one.
             floor: Height of the table in the robot's base [m]; None if there is none.
-            far: Maximum distance of interest [m].
             minimum: As for `own_distances`.
         """
-        result = np.full((len(frames), 3), far)
-        result[:, 0] = self.own_distances(frames, far=far, minimum=minimum)
+        result = np.full((len(frames), 3), minimum)
+        result[:, 0] = self.own_distances(frames, minimum=minimum)
         for column, hull in enumerate((None if floor is None else below(floor), solid), start=1):
             if hull is not None:
                 checked = self.kept_from(hull)
-                result[:, column] = self.hull_distances(
-                    frames, [hull], checked=checked, far=far, minimum=minimum
-                )
+                result[:, column] = self.hull_distances(frames, [hull], checked=checked, minimum=minimum)
         return result
 
 
@@ -229,22 +219,19 @@ def _placed(
 
 
 def _nearest(
-    gaps: Float[np.ndarray, "rows pairs"],
-    distance: Callable[[int, int, float], float],
-    far: float,
-    minimum: float | None,
+    gaps: Float[np.ndarray, "rows pairs"], distance: Callable[[int, int, float], float], minimum: float
 ) -> Float[np.ndarray, " rows"]:
-    """Minimum of the pairs' distances in every row, at most `far` [m].
+    """Minimum of the pairs' distances in every row [m].
 
     Args:
         gaps: Lower bounds of the distances [m].
         distance: Of a pair in a row, at most some `far`.
-        minimum: Rows with less are known well enough.
+        minimum: As for `ArmShape.own_distances`.
     """
-    result = np.full(len(gaps), far)
-    for row in np.flatnonzero(gaps.min(1, initial=np.inf) < far).tolist():
+    result = np.full(len(gaps), minimum)
+    for row in np.flatnonzero(gaps.min(1, initial=np.inf) < result).tolist():
         for pair in np.argsort(gaps[row]).tolist():
-            if gaps[row, pair] >= result[row] or (minimum is not None and result[row] < minimum):
+            if gaps[row, pair] >= result[row] or result[row] < minimum < np.inf:
                 break
             result[row] = distance(row, pair, float(result[row]))
     return result
@@ -263,7 +250,7 @@ def _distance(
     second: Collider,
     places: tuple[coal.Transform3s, coal.Transform3s],
     far: float,
-    minimum: float | None,
+    minimum: float,
 ) -> float:
     """Distance of two bodies at their places, at most `far` [m]; 0 where it is below `minimum`."""
 
@@ -274,7 +261,7 @@ def _distance(
     are_convex = first.hull is first.shape and second.hull is second.shape
     if bound >= far or are_convex or isinstance(second.shape, coal.Halfspace):
         return bound
-    if minimum is None:
+    if minimum == np.inf:
         return max(measured(first.shape, second.shape), 0.0)
     if bound >= minimum:
         return far

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.ndimage import minimum_filter
 from scipy.spatial.distance import cdist
 
 from workbench.arm.inverse import solve as inverse
@@ -80,23 +81,20 @@ def largest_cube(robot: Robot, *, rng: np.random.Generator) -> Region:
     np.add.at(counts, tuple(cells.T), 1)
     centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in counts.shape[:2]), indexing="ij"), -1)
     beside = np.linalg.norm(corner[:2] + side * centres, axis=-1) > COLUMN * robot.reach
-    sides = _cubes((counts >= FULL) & beside[:, :, None])
-    if sides.max() < 2:
+    first, edge = largest_full(counts * beside[:, :, None] >= FULL)
+    if edge < 2:
         raise DataError(f"the workspace of robot '{robot.name}' holds no cube; choose poses by an index")
-    last = np.array(np.unravel_index(int(np.argmax(sides)), sides.shape))
-    edge = int(sides.max())
-    minimum = corner + side * (last - edge + 1)
+    minimum = corner + side * first
     return Region(min=frozen(minimum), max=frozen(minimum + side * edge), cube=side * edge)
 
 
-def _cubes(full: Bool[np.ndarray, "x y z"]) -> Int[np.ndarray, "x y z"]:
-    """Edge, in voxels, of the largest full cube that ends at each voxel."""
-    sides = full.astype(np.int64)
-    before = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1) if i + j + k])
-    for place in np.argwhere(full):
-        if place.min() > 0:
-            sides[tuple(place)] = 1 + min(sides[tuple(place - step)] for step in before)
-    return sides
+def largest_full(voxels: Bool[np.ndarray, "x y z"]) -> tuple[Int[np.ndarray, "3"], int]:
+    """Lowest voxel and edge of the largest cube of full voxels, the first of several; edge 0 without any."""
+    for edge in range(min(voxels.shape), 0, -1):
+        begins = minimum_filter(voxels, edge, mode="constant", origin=-(edge // 2))
+        if begins.any():
+            return np.argwhere(begins)[0], edge
+    return np.zeros(3, np.int64), 0
 
 
 def plane_points(cube: Region, number: int) -> Float[np.ndarray, "number 3"]:

@@ -1,7 +1,8 @@
 """Designed plates, for people and programs."""
 
 from collections.abc import Iterator
-from operator import itemgetter
+from itertools import zip_longest
+from typing import Any
 
 import numpy as np
 
@@ -19,25 +20,23 @@ PREDICTED = ResultFields(
     ResultField("given_position_rms", MM, of="start_cost"),
 )
 TARGET = ResultFields("xyz", "rpy", "branch", "q")
-MARGINS = ResultFields(
-    ResultField("clearance", MM, of=itemgetter(0)), ResultField("limit_margin", DEG, of=itemgetter(1))
-)
-"""Of a target's clearance [m] and distance from the joint limits [rad]; None where unchecked."""
 
 
 @blocks_of.register
 def design_blocks(design: PlateDesign) -> Iterator[Block]:
     """The design target by target, then its predicted errors."""
     places = places_of(design.plate.pose, design.plate.poses)
+    margins = design.clearance, design.limit_margin
+    each: Any = zip_longest(design.plate.targets, places, *margins, fillvalue=np.nan)
     rows = [
         (
-            f"{i + 1}: {target.branch}",
+            f"{i}: {target.branch}",
             ", ".join(f"{1e3 * value:z.0f}" for value in place[:3]),
             ", ".join(f"{np.rad2deg(value):z.0f}" for value in place[3:]),
-            f"{1e3 * design.clearance[i]:.1f}" if len(design.clearance) > i else "–",
-            f"{np.rad2deg(design.limit_margin[i]):.0f}" if len(design.clearance) > i else "–",
+            f"{1e3 * clear:.1f}".replace("nan", "–"),
+            f"{np.rad2deg(margin):.0f}".replace("nan", "–"),
         )
-        for i, (target, place) in enumerate(zip(design.plate.targets, places, strict=True))
+        for i, (target, place, clear, margin) in enumerate(each, start=1)
     ]
     headings = ("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]")
     yield ResultTable(design.plate.name, headings, rows)
@@ -59,7 +58,8 @@ def design_blocks(design: PlateDesign) -> Iterator[Block]:
 
 
 def design_json(design: PlateDesign) -> Json:
-    checked = [*zip(design.clearance, design.limit_margin, strict=True)] or [(None, None)] * len(design.plate)
+    margins = design.clearance, design.limit_margin
+    each: Any = zip_longest(design.plate.targets, *margins, fillvalue=np.nan)
     return document(
         DESIGN,
         plate=design.plate.name,
@@ -68,8 +68,8 @@ def design_json(design: PlateDesign) -> Json:
         predicted=PREDICTED.json(design),
         spacing_mm=1e3 * design.spacing,
         targets=[
-            TARGET.json(target) | MARGINS.json(margins)
-            for target, margins in zip(design.plate.targets, checked, strict=True)
+            TARGET.json(target) | {"clearance_mm": MM.of(clear), "limit_margin_deg": DEG.of(margin)}
+            for target, clear, margin in each
         ],
         notes=design.notes,
     )

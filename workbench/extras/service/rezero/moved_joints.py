@@ -256,10 +256,8 @@ def _written(
     The arm keeps its lengths and angles, which are accurate together where the calibration recorded their
     covariance: zeros that go with others would then leave the rows farther off.
     """
-    robot, shifts = (
-        knowledge.robot,
-        tuple(replace(s, moved=s.moved and abs(s.shift) > s.half) for s in shifts),
-    )
+    robot = knowledge.robot
+    shifts = tuple(replace(s, moved=s.moved and abs(s.shift) > s.half) for s in shifts)
     moved = tuple(s.name for s in shifts if s.moved)
     before, off = robot.values(moved), [s.shift for s in shifts if s.moved]
     found = fit.aligned(robot.with_values(dict(zip(moved, np.add(before, off), strict=True))))

@@ -66,27 +66,20 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, s
         progress(0.5 * (joint + 1) / (robot.dof + 1), "other explanations")
         loose = link_constants(robot, joint)
         if loose and not (joint < 0 and problem.frames.base):
-            yield (
-                f"{f'link {joint + 1}' if joint >= 0 else 'the base link'} is not as calibrated",
-                "check it for damage, then recalibrate with 'workbench identify'",
-                zeros.freed(knowledge, (*offsets, *loose)),
-            )
+            link = f"link {joint + 1}" if joint >= 0 else "the base link"
+            cure = "check it for damage, then recalibrate with 'workbench identify'"
+            yield f"{link} is not as calibrated", cure, zeros.freed(knowledge, (*offsets, *loose))
     for frame, parts in zip(("base", "tool"), visible_parts(problem.data, problem.known), strict=True):
         if parts and not getattr(problem.frames, frame):
             freed: dict[str, Any] = {frame: parts}
-            yield (
-                f"the {frame} is not where the file places it",
-                f"set [{frame}] free = true in the robot's file",
-                zeros.freed(knowledge, offsets, frames=replace(problem.frames, **freed)),
-            )
+            fit = zeros.freed(knowledge, offsets, frames=replace(problem.frames, **freed))
+            cure = f"set [{frame}] free = true in the robot's file"
+            yield f"the {frame} is not where the file places it", cure, fit
     square = np.bincount(problem.component_rows, problem.residual(zeros.x)[: problem.size] ** 2)
     for row in np.argsort(-square)[: WORST if len(problem.data) >= ROWS_PER_WRONG_ONE else 0]:
         progress(0.6, "other explanations")
         others = problem.data.take(np.delete(np.arange(len(problem.data)), row))
         number = int(problem.data.row[row])
-        leave = f"leave it out with --exclude {number}"
-        yield (
-            f"row {number} does not fit the others",
-            f"measure it again, or {remedy(leave, page=f'exclude row {number} in the Calibrate tab')}",
-            zeros.freed(knowledge, offsets, data=others),
-        )
+        page = f"exclude row {number} in the Calibrate tab"
+        cure = f"measure it again, or {remedy(f'leave it out with --exclude {number}', page=page)}"
+        yield f"row {number} does not fit the others", cure, zeros.freed(knowledge, offsets, data=others)
