@@ -47,7 +47,9 @@ def test_rows_that_the_nominal_arm_computed_calibrate_nothing(tmp_path):
         wb.identify(arm, rows).robot.save(tmp_path / "b.toml")
     (warning,) = wb.evaluate(arm, rows).warnings
     assert mentions(warning, "0.005 mm", "they were computed with it", "lt_p1")
-    assert not wb.evaluate(arm, replace(rows, position=rows.position + [[3e-5, 0, 0]] * 40)).warnings
+    turned = se3.rotvec_to_matrix([1e-3, 0, 0]) @ three_parallel().pose(q)[:, :3, :3]
+    for real in ({"position": rows.position + [[3e-5, 0, 0]] * 40}, {"rotation": turned}):
+        assert not wb.evaluate(arm, replace(rows, **real)).warnings
     with pytest.raises(wb.WorkbenchError, match="tell only a base for each"):
         wb.identify(arm, replace(rows, session=np.arange(40).astype(str)))
 

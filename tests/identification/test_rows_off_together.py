@@ -66,6 +66,8 @@ def test_rows_that_lie_off_together_are_named(shift, away, text):
 def test_noise_makes_no_two_groups(noise):
     found = wb.identify("ur5e", measured((0, 0, 0), np.zeros(90, bool), noise=noise), held_out=0.0)
     assert two_places(found.best.fit, found.data) == ""
+    exact = measured((1e-6, 0, 0), np.arange(90) > 45, noise=1e-7)
+    assert two_places(wb.identify("ur5e", exact, held_out=0.0).best.fit, exact) == ""
 
 
 @pytest.mark.parametrize(("other", "said"), [("arm", "another arm"), ("base", "session=who"), ("none", "")])

@@ -40,8 +40,9 @@ from workbench.report.result_display import AbstractReported
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-COMPUTED, EXACT = 1e-5, 5e-6
-"""Errors of a nominal, and a calibrated arm below this share of its reach are of rows that were computed."""
+COMPUTED, EXACT, TURNED = 1e-5, 5e-6, 0.02
+"""Errors of a nominal, and a calibrated arm below this share of its reach are of rows that were computed, if
+orientations are met within this [°]."""
 MIN_MISSED, MISSED = 5, 3.0
 """Minimum number of outliers that say the arm misses them, and how much in standard errors of their mean."""
 MUCH = 0.33
@@ -336,7 +337,8 @@ class Evaluation(AbstractReported):
 
 def computed_text(robot: Robot, errors: Errors, data: Dataset) -> str:
     """That rows were computed with an arm, and what else their file has; empty if they may be measured."""
-    if not (off := errors.position_mm.rms) < 1e3 * COMPUTED * robot.reach:
+    turned = errors.spreads.get("orientation_deg")
+    if not (off := errors.position_mm.rms) < 1e3 * COMPUTED * robot.reach or (turned and turned.rms > TURNED):
         return ""
     met = f"the nominal arm meets these rows to {off:.1g} mm, as no real arm does: they were computed with it"
     return "; ".join((met, *(note for note in data.notes if note.startswith("columns left out"))))

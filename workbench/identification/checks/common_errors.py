@@ -43,8 +43,8 @@ BIMODAL = 0.2
 they leave 0.36, of uniform ones 0.25."""
 MIN_IN_TWO, MIN_SHARE = 30, 0.1
 """Minimum number of rows, and their minimum share in either group: fewer are outliers."""
-ROUNDS = 8
-"""Maximum number of refits, so that geometry takes no part of the vector."""
+ROUNDS, ROUNDED = 8, 5e-6
+"""Maximum number of refits, so that geometry takes no part of the vector, and a distance [m] that is rounding."""
 EXPLAINED = 0.5
 """Share of the nominal arm's rms error that a scale must leave at most."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
@@ -176,9 +176,9 @@ def two_places(fit: Fit, data: Dataset) -> str:
             break
         away = new
     few = away if away.mean() <= 0.5 else ~away
-    if share > BIMODAL or few.mean() < MIN_SHARE:
-        return ""
     shift = left[few].mean(0) - left[~few].mean(0)
+    if share > BIMODAL or few.mean() < MIN_SHARE or np.linalg.norm(shift) < ROUNDED:
+        return ""
     known = [(n, v) for n in ("payload", "temperature") if (v := getattr(data, n)) is not None]
     told = [n for n, v in known if (v[few].min() - v[~few].max()) * (v[few].max() - v[~few].min()) > 0.0]
     more = f"the {told[0]} tells them apart" if told else "tell them apart by a column 'session'"
