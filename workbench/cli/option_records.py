@@ -103,9 +103,8 @@ def flattened(
         data, table = options.get("data"), Path(str(options.get("robot") or ""))
         if data and table.is_file() and table.suffix.lower() in (".csv", ".xlsx", ".json", ".yaml", ".yml"):
             new = f"workbench new {table} --poses {data} --out {table.with_suffix('.toml')}"
-            known = f"workbench new ROBOT --apply {table} --for ur-kinematics"
-            text = f"is no robot; of a joint table these rows make one: {new}; a driver's file alters one: {known}"
-            raise FileError(text, path=str(table))
+            known = f"a driver's file alters one: workbench new ROBOT --apply {table} --for ur-kinematics"
+            raise FileError(f"is no robot; a joint table becomes one: {new}; {known}", path=str(table))
         command(**options, **given)
 
     shown: list[Parameter] = []

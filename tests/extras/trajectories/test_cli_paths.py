@@ -25,3 +25,8 @@ def test_a_compensated_path_is_corrected_where_only_positions_count(run, refused
     own, shown = (read_trajectory(f"k{name}.csv", joints=6) for name in "cd")
     np.testing.assert_allclose(shown.q, own.q, atol=1e-9)
     assert Path("kd.csv").read_text().partition("\n")[0] == head
+    Path("e.csv").write_text(Path("d.csv").read_text().replace("time[s]", "timestamp"))
+    options = ("--robot", "aria-table4", "--nominal", "aria", "--out", "ke.csv", "--positions-only")
+    refused(["timestamp[s]"], "compensate", "e.csv", *options)
+    Path("e.csv").write_text(Path("d.csv").read_text().replace("time[s]", "speed"))
+    assert "columns left out: 'speed'" in run("compensate", "e.csv", *options)[1]

@@ -12,7 +12,7 @@ from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.base.wording import listed
 from workbench.data.readers.assemble import joint_columns
-from workbench.data.readers.column_meanings import unread_text
+from workbench.data.readers.column_meanings import meaning_of, unread_text
 from workbench.data.readers.columns_option import GROUPS, Columns, Joints
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
@@ -73,6 +73,8 @@ def read_trajectory(
         raise DataError(f"{fields.source}: {text}: call angles about fixed axes roll, pitch, yaw, {how}")
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
     time = fields.values.get("time")
+    if time is None and (bare := [name for name in fields.unread if meaning_of(name) == "time"]):
+        raise DataError(f"{fields.source}: the time has no unit: write '{bare[0]}[s]'", column=bare[0])
     if time is not None and (late := np.diff(time) <= 0).any():
         row = int(np.argmax(late)) + 1
         text = f"{fields.source}, line {fields.lines[row]}: time does not increase: sort the rows by time"

@@ -52,7 +52,8 @@ def compensate(
     """
     commanded = _commanded(calibrated, trajectory, nominal, positions_only)
     state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
-    return correct(commanded, motion=state)
+    found, lost = correct(commanded, motion=state), [n for n in trajectory.notes if "left out" in n]
+    return replace(found, notes=(*found.notes, *lost))
 
 
 def write_trajectory(found: Compensation, path: Path | str, units: Mapping[str, str]) -> Path:

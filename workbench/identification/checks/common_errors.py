@@ -44,7 +44,7 @@ they leave 0.36, of uniform ones 0.25."""
 MIN_IN_TWO, MIN_SHARE = 30, 0.1
 """Minimum number of rows, and their minimum share in either group: fewer are outliers."""
 ROUNDS, ROUNDED = 8, 5e-6
-"""Maximum number of refits, so that geometry takes no part of the vector, and a distance [m] that is rounding."""
+"""Maximum number of refits, so that geometry takes no part of the vector; a distance [m] of rounding."""
 EXPLAINED = 0.5
 """Share of the nominal arm's rms error that a scale must leave at most."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
