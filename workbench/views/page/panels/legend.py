@@ -157,7 +157,7 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
     parts = (
         stage_choice(rows, shown_stage(session, rows), links, words),
         colour_bar(error_scale(rows)),
-        marks(rows, is_left_out=bool(session.measurements.left_out)),
+        marks(rows, session.measurements.left_out),
         row_errors(session, rows, words) if session.playback.focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
@@ -184,12 +184,12 @@ def colour_bar(scale: ErrorScale) -> str:
     return colour_scale(ticks)
 
 
-def marks(rows: Comparison, *, is_left_out: bool) -> str:
+def marks(rows: Comparison, left_out: frozenset[int]) -> str:
     """What round and square points are, and that they answer to a click."""
     kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
-    grey = f' <span style="color:{css(EXCLUDED)}">●</span> excluded' if is_left_out else ""
-    if len(rows.set_apart):
-        grey += f' <span style="color:{css(SET_APART)}">●</span> {len(rows.set_apart)} that no arm explains'
+    grey = f' <span style="color:{css(EXCLUDED)}">●</span> excluded' if left_out else ""
+    if count := len({*rows.number[rows.set_apart].tolist()} - left_out):
+        grey += f' <span style="color:{css(SET_APART)}">●</span> {count} that no arm explains'
     return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
 
 
@@ -199,7 +199,7 @@ def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, st
     number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
     name = f"{number}" if loaded is None else loaded.row_name(number)
     name = f"{name}</b> from 0, {number + 1} from 1" if name == f"{number}" else f"{text(name)}</b>"
-    kind = "kept out" if rows.kept_out[row] else kind
+    kind = "excluded" if rows.kept_out[row] or number in session.measurements.left_out else kind
     each = ((words[stage], 1e3 * float(rows.errors[row, STAGES.index(stage)])) for stage in rows.stages)
     known = [f"{compared(error)} mm {name}" for name, error in each if np.isfinite(error)]
     errors = ", ".join(known) or "no position was measured"
