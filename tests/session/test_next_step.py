@@ -18,9 +18,11 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import ImprovePlate
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
     ADD,
+    BACK,
     CAUSE,
     COMPARE,
     CORRECT,
@@ -136,6 +138,16 @@ def with_plate_kept(session: Session) -> Session:
     return replace(session, plate=plate, history=history, choices=replace(session.choices, wanted=None))
 
 
+def beside_rows(session: Session) -> Session:
+    return on_the_page(session, tab=Tab.PLATE).updated("playback", focus=Focus.TARGET)
+
+
+def with_a_better_plate(session: Session) -> Session:
+    kept, best = with_plate_kept(session), session.history.best
+    best = replace(best, score=replace(best.score, position=0.9 * session.score.position))
+    return kept.updated("history", best=best)
+
+
 def fallen_short(session: Session, **change) -> Session:
     """A plate on which 95 % of the arms keep 1.3 times what they have to."""
     at = (session.plate, session.noise, session.choices.wanted)
@@ -194,6 +206,8 @@ STATES = [
         ImprovePlate,
         LOAD,
     ),
+    ("first", with_a_better_plate, "The best plate so far", CAREFUL, RestoreBest, ImprovePlate),
+    ("loaded", lambda s: with_plate_kept(beside_rows(s)), "Good enough?", PLAIN, ImprovePlate, BACK),
     ("first", with_another_robot, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), ImprovePlate),
     (
@@ -250,6 +264,9 @@ def test_every_state_says_where_it_stands_and_what_is_next(
     assert step.tone is tone
     assert leads(step.next, following)
     assert leads(step.other, other)
+    if change is with_a_wrong_row:
+        assert step.other.label == "Exclude it, identify again"
+        assert isinstance(step.other.then, Identify)
 
 
 def test_what_its_buttons_do_makes_sense_there(walked):

@@ -26,6 +26,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.export import File, NotedFile, calibrated_urdf, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
@@ -39,11 +40,12 @@ BEYOND_NOISE = 1.5
 
 @dataclass(frozen=True)
 class Action:
-    """A button: its label, the tab where its outcome is seen, and the command or the file, if any."""
+    """A button: its label, the tab where its outcome is seen, the command, what follows it, or the file."""
 
     label: str
     tab: Tab
     command: AbstractCommand | None = None
+    then: AbstractCommand | None = None
     save: Callable[[Session], File | NotedFile] | None = None
 
 
@@ -142,7 +144,8 @@ def _design(session: Session) -> NextStep | None:
         text = f"The scene shows the measured rows. For the plate: {_predicted(session)}."
         return NextStep(text, next=show, other=BACK)
     step = _plate(session)
-    following, other = (BACK if is_beside and at == LOAD else at for at in (step.next, step.other))
+    ways = [at for at in (step.next, step.other) if not (is_beside and at == LOAD)]
+    following, other = (*ways, BACK, None)[:2]
     return replace(step, next=following, other=other)
 
 
@@ -160,7 +163,7 @@ def _loaded(session: Session) -> NextStep | None:
 def _stale(session: Session) -> NextStep | None:
     """What was found from other rows than those that are kept now."""
     results, out = session.results, session.measurements.left_out
-    again = replace(FIT, label="Identify again", command=results.asked or FIT.command)
+    again = _again(session)
     if not is_of_other_rows(results.identification, out):
         again = replace(CAUSE, label="Diagnose again")
         if results.accepted or not is_of_other_rows(results.diagnosis, out):
@@ -256,14 +259,20 @@ RESULTS = _added, _diagnosed, _identified
 
 
 def _exclude_suspects(session: Session) -> Action | None:
-    """Excludes the held-out rows of the same file that no arm explains."""
-    loaded, out = session.measurements.loaded, session.measurements.left_out
+    """Excludes the held-out rows of the same file that no arm explains, and finds the result without them."""
+    out = session.measurements.left_out
     found = session.results.identification or session.results.diagnosis
     wrong = sorted({*suspects(session)} - out)
-    if loaded is None or found is None or not (wrong and found.is_one_file):
+    if found is None or not (wrong and found.is_one_file):
         return None
-    label = f"Exclude row {loaded.row_name(wrong[0])}" if len(wrong) == 1 else f"Exclude {len(wrong)} rows"
-    return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out.union(wrong)))))
+    again = CAUSE if session.results.identification is None else _again(session)
+    label = f"Exclude {'it' if len(wrong) == 1 else f'{len(wrong)} rows'}, {again.label.lower()}"
+    return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out.union(wrong)))), again.command)
+
+
+def _again(session: Session) -> Action:
+    """Identifies as before."""
+    return replace(FIT, label="Identify again", command=session.results.asked or FIT.command)
 
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
@@ -318,6 +327,11 @@ def _plate(session: Session) -> NextStep:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
     is_known, trial = np.isfinite(session.score.position), None if judged is None else _trial()
+    if is_known and (best := history.best) is not None and best.score.position < session.score.position:
+        text = f"{text}. The best plate so far: {compared(1e3 * best.score.position)} mm"
+        return NextStep(
+            f"{text}.", Tone.CAREFUL, Action("Back to the best", Tab.PLATE, RestoreBest()), improve
+        )
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
         return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
     if not is_searched:

@@ -84,8 +84,8 @@ class Strip(AbstractPanel):
             if (action := find(self._step)) is None:
                 return
             self._worker.submit(OpenTab(action.tab))
-            if action.command is not None:
-                self._worker.submit(action.command)
+            for command in filter(None, (action.command, action.then)):
+                self._worker.submit(command)
             if action.save is not None:
                 self.save(event, action.save)
 
