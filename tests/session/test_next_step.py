@@ -148,6 +148,10 @@ def with_a_better_plate(session: Session) -> Session:
     return kept.updated("history", best=best)
 
 
+def out_of_region(session: Session) -> Session:
+    return replace(with_plate_kept(session), score=replace(session.score, position=np.nan))
+
+
 def fallen_short(session: Session, **change) -> Session:
     """A plate on which 95 % of the arms keep 1.3 times what they have to."""
     at = (session.plate, session.noise, session.choices.wanted)
@@ -198,26 +202,12 @@ STATES = [
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
     ("first", with_plate_kept, "Good enough?", PLAIN, LOAD, ImprovePlate),
-    (
-        "first",
-        lambda s: replace(with_plate_kept(s), score=replace(s.score, position=np.nan)),
-        "reach the region",
-        CAREFUL,
-        ImprovePlate,
-        LOAD,
-    ),
-    ("first", with_a_better_plate, "The best plate so far", CAREFUL, RestoreBest, ImprovePlate),
+    ("first", out_of_region, "reach the region", CAREFUL, ImprovePlate, LOAD),
+    ("first", with_a_better_plate, "Good enough?", PLAIN, LOAD, RestoreBest),
     ("loaded", lambda s: with_plate_kept(beside_rows(s)), "Good enough?", PLAIN, ImprovePlate, BACK),
     ("first", with_another_robot, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), ImprovePlate),
-    (
-        "first",
-        lambda s: unreached(s, hit="link 3"),
-        "3 is blocked (link 3)",
-        BAD,
-        SelectTarget(2),
-        ImprovePlate,
-    ),
+    ("first", lambda s: unreached(s, hit="link 3"), "3 is blocked", BAD, SelectTarget(2), ImprovePlate),
     ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), MAKE),
     ("first", lambda s: fallen_short(s, searched=s.plate), "No better plate", CAREFUL, MAKE, LOAD),
     ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),

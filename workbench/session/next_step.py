@@ -70,6 +70,7 @@ ADD = Action("Add the effects found", Tab.CALIBRATE, AddEffects())
 CORRECT = replace(ADD, label="Add the correction")
 PLATE = Action("Back to the plate", Tab.PLATE)
 BACK = Action("Back to the calibration", Tab.CALIBRATE)
+BEST = Action("Back to the best plate", Tab.PLATE, RestoreBest())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm as URDF", Tab.EXPORT, save=calibrated_urdf)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
@@ -92,8 +93,7 @@ def next_step(session: Session) -> NextStep:
     if judged is not None:
         tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
         step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
-    here = Action("", session.page.tab) if session.page.tab is not None else None
-    is_new = lambda at: at is not None and replace(at, label="") != here  # noqa: E731
+    is_new = lambda at: at is not None and (at.tab is not session.page.tab or at.command or at.save)  # noqa: E731
     following, other = (at if is_new(at) else None for at in (step.next, step.other))
     return replace(step, next=following, other=other)
 
@@ -163,7 +163,7 @@ def _loaded(session: Session) -> NextStep | None:
 def _stale(session: Session) -> NextStep | None:
     """What was found from other rows than those that are kept now."""
     results, out = session.results, session.measurements.left_out
-    again = _again(session)
+    again = replace(FIT, label="Identify again", command=results.asked or FIT.command)
     if not is_of_other_rows(results.identification, out):
         again = replace(CAUSE, label="Diagnose again")
         if results.accepted or not is_of_other_rows(results.diagnosis, out):
@@ -262,17 +262,12 @@ def _exclude_suspects(session: Session) -> Action | None:
     """Excludes the held-out rows of the same file that no arm explains, and finds the result without them."""
     out = session.measurements.left_out
     found = session.results.identification or session.results.diagnosis
-    wrong = sorted({*suspects(session)} - out)
-    if found is None or not (wrong and found.is_one_file):
+    wrong = {*suspects(session)} - out
+    after = _stale(session.updated("measurements", left_out=out | wrong)) if wrong else None
+    if found is None or after is None or after.next is None or not found.is_one_file:
         return None
-    again = CAUSE if session.results.identification is None else _again(session)
-    label = f"Exclude {'it' if len(wrong) == 1 else f'{len(wrong)} rows'}, {again.label.lower()}"
-    return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out.union(wrong)))), again.command)
-
-
-def _again(session: Session) -> Action:
-    """Identifies as before."""
-    return replace(FIT, label="Identify again", command=session.results.asked or FIT.command)
+    label = f"Exclude {'it' if len(wrong) == 1 else f'{len(wrong)} rows'}, {after.next.label.lower()}"
+    return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out | wrong))), after.next.command)
 
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
@@ -327,19 +322,15 @@ def _plate(session: Session) -> NextStep:
         return NextStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
     is_known, trial = np.isfinite(session.score.position), None if judged is None else _trial()
-    if is_known and (best := history.best) is not None and best.score.position < session.score.position:
-        text = f"{text}. The best plate so far: {compared(1e3 * best.score.position)} mm"
-        return NextStep(
-            f"{text}.", Tone.CAREFUL, Action("Back to the best", Tab.PLATE, RestoreBest()), improve
-        )
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
-        return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
+        is_worse = history.best is not None and history.best.score.position < session.score.position
+        other = BEST if is_worse else LOAD if trial else improve
+        return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=other)
     if not is_searched:
         text = f"{text}. A search may find better places for the targets."
-    else:
-        text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
-        return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
-    return NextStep(text, Tone.CAREFUL, improve, LOAD if session.tried is None else MAKE)
+        return NextStep(text, Tone.CAREFUL, improve, LOAD if session.tried is None else MAKE)
+    text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
+    return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
 
 
 def _trial() -> Action | None:

@@ -12,7 +12,6 @@ from workbench.session.page_state import Tab
 from workbench.session.stages import counted, stages, without_suspects
 from workbench.session.state import Session
 from workbench.views.page.html import block, heading
-from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
 SWITCHES = {
@@ -42,11 +41,11 @@ class ComparePanel(AbstractPanel):
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
         with self.folder("Shown in the scene", visible=_has_rows):
-            switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
+            switches = [
+                self.checkbox(*texts, lambda s, name=name: getattr(s.choices.overlay, name))  # type: ignore[misc]
+                for name, texts in SWITCHES.items()
+            ]
         self.form(lambda *typed: self.overlaid(**dict(zip(SWITCHES, typed, strict=True))), *switches)
-
-    def _switch(self, name: str, label: str, hint: str) -> Control:
-        return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name))
 
 
 def _errors(session: Session) -> str:
