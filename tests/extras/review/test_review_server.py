@@ -53,10 +53,8 @@ def test_the_viewer_in_the_browser_is_given_addresses_and_ends_with_the_command(
     program.chmod(0o755)
     monkeypatch.setattr(viewer, "_program", lambda: str(program))
     before = signal.getsignal(signal.SIGTERM)
-    try:
-        assert run("review", SAMPLE, "--web")[0] == 0
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    assert run("review", SAMPLE, "--web")[0] == 0
+    signal.signal(signal.SIGTERM, before)
     assert told.read_text().startswith("--bind 127.0.0.1 --web-viewer http://127.0.0.1:")
     assert str(tmp_path) not in told.read_text()
     while not ended.exists():  # or else the test takes for ever

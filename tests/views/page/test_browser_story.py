@@ -3,7 +3,6 @@
 import pytest
 
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
-from workbench.session.page_state import Tab
 from workbench.views.page import demo
 from workbench.views.page.demo import END
 from workbench.views.page.panels.header import WITH_MY_ROBOT
@@ -29,7 +28,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     assert app.demo.is_finished
     screen.until(lambda session: not session.page.caption and session.choices.overlay.points)
     screen.press("Look around")
-    screen.until(lambda session: session.page.tab is Tab.PLATE)
+    screen.until(lambda session: session.page.tab == "Plate")
     captions = [e.command.text for e in app.worker.journal if isinstance(e.command, SetCaption)]
     assert max(map(len, captions)) < 150  # three lines that are read while they stand
     session = app.worker.session
