@@ -77,7 +77,6 @@ class LockTarget(AbstractTargetStep):
     locked: bool
 
     title = computed(lambda self: f"{'Lock' if self.locked else 'Unlock'} target {self.target + 1}")
-
     key = computed(lambda self: ("lock", self.target))
 
     def apply(self, session: Session) -> Session:
@@ -130,7 +129,6 @@ class ChooseBranch(AbstractTargetStep):
     branch: str
 
     title = computed(lambda self: f"Target {self.target + 1}: branch {self.branch}")
-
     key = computed(lambda self: ("branch", self.target))
 
     def check(self, session: Session) -> None:
