@@ -168,7 +168,8 @@ class Screen:
 
     def tab(self, name: str) -> None:
         tab = self.page.get_by_role("tab", name=name)
-        self.settle()  # what was done last may bring its own tab to the front
+        self.settle()
+        self.page.wait_for_function("!window.wanted")  # what was done last brings its own tab to the front
         tab.click()
         expect(tab).to_have_attribute("aria-selected", "true")
 

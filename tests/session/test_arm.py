@@ -68,9 +68,8 @@ def test_jogging_by_joints_and_by_pose(do, first):
     wanted = tool_poses(first.robot, Motion(np.array([q])))[0]
     place = wanted[:3, 3] + [0.0, 0.02, 0.01]
     session = do(JogTo(tuple(place.tolist()), tuple(se3.matrix_to_rpy(wanted[:3, :3]).tolist())))
-    assert tool_poses(first.robot, Motion(session.playback.jogged[None]))[0][:3, 3] == pytest.approx(
-        place, abs=1e-7
-    )
+    there = tool_poses(first.robot, Motion(session.playback.jogged[None]))[0][:3, 3]
+    assert there == pytest.approx(place, abs=1e-7)
     far = do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert far.page.messages[-1].severity is Severity.WARNING
 

@@ -129,7 +129,8 @@ def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, tmp_path):
     session = do(LoadData("rows.csv", path.read_bytes()), Identify(("opt2",)))
     found = session.results.identification
     assert {outlier.row for outlier in found.outliers} | set(found.suspects) == {17}
-    assert session.results.comparison.set_apart == pytest.approx(position[[17]], abs=1e-6)
+    rows = session.results.comparison
+    assert rows.measured[rows.set_apart] == pytest.approx(position[[17]], abs=1e-6)
     rows = session.results.comparison
     assert rows.number[rows.kept_out].tolist() == [outlier.row for outlier in found.outliers]
 

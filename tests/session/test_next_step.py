@@ -18,9 +18,11 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import ImprovePlate
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import (
     ADD,
+    BACK,
     CAUSE,
     COMPARE,
     CORRECT,
@@ -116,9 +118,7 @@ def few_rows(session: Session) -> Session:
 
 def as_diagnosed(session: Session, **change) -> Session:
     """With a diagnosis that says something else."""
-    return replace(
-        session, results=replace(session.results, diagnosis=replace(session.results.diagnosis, **change))
-    )
+    return session.updated("results", diagnosis=replace(session.results.diagnosis, **change))
 
 
 def unsure(session: Session) -> Session:
@@ -130,10 +130,15 @@ def unchanged(session: Session) -> Session:
     return session
 
 
-def with_plate_kept(session: Session) -> Session:
-    history = replace(session.history, done=(session.history.best,))
+def with_plate_kept(session: Session, position: float = 1e-4) -> Session:
+    """Moved, and predicted to be so good [m]."""
     plate = replace(session.plate, xyz=session.plate.xyz + 0.01)
-    return replace(session, plate=plate, history=history, choices=replace(session.choices, wanted=None))
+    moved = replace(session, plate=plate, score=replace(session.score, position=position))
+    return moved.updated("history", done=(session.history.best,)).updated("choices", wanted=None)
+
+
+def beside_rows(session: Session) -> Session:
+    return session.updated("page", tab=Tab.PLATE).updated("playback", focus=Focus.TARGET)
 
 
 def fallen_short(session: Session, **change) -> Session:
@@ -157,11 +162,7 @@ def with_a_wrong_row(session: Session) -> Session:
 def with_another_robot(session: Session) -> Session:
     """On the plate that it begins on, while undo leads back to the robot before."""
     history = replace(session.history, done=(session.history.best,))
-    return without_request(replace(session, history=history))
-
-
-def on_the_page(session: Session, **change) -> Session:
-    return replace(session, page=replace(session.page, **change))
+    return replace(session, history=history).updated("choices", wanted=None)
 
 
 @dataclass(frozen=True)
@@ -170,10 +171,6 @@ class Following(AbstractPart):
 
     def step(self, session: Session) -> NextStep | None:
         return NextStep("The real arm moves.", next=LOAD) if session.playback.focus is Focus.JOG else None
-
-
-def without_request(session: Session) -> Session:
-    return replace(session, choices=replace(session.choices, wanted=None))
 
 
 PLAIN, CAREFUL, GOOD, BAD, JOG = Tone.PLAIN, Tone.CAREFUL, Tone.GOOD, Tone.BAD, Focus.JOG
@@ -186,32 +183,27 @@ STATES = [
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release", PLAIN, None, None),
     ("first", with_plate_kept, "Good enough?", PLAIN, LOAD, ImprovePlate),
-    (
-        "first",
-        lambda s: replace(with_plate_kept(s), score=replace(s.score, position=np.nan)),
-        "reach the region",
-        CAREFUL,
-        ImprovePlate,
-        LOAD,
-    ),
+    ("first", lambda s: with_plate_kept(s, np.nan), "reach the region", CAREFUL, ImprovePlate, LOAD),
+    ("first", lambda s: with_plate_kept(s, 1.0), "Good enough?", PLAIN, LOAD, RestoreBest),
+    ("loaded", lambda s: with_plate_kept(beside_rows(s)), "Good enough?", PLAIN, ImprovePlate, BACK),
     ("first", with_another_robot, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), ImprovePlate),
-    (
-        "first",
-        lambda s: unreached(s, hit="link 3"),
-        "3 is blocked (link 3)",
-        BAD,
-        SelectTarget(2),
-        ImprovePlate,
-    ),
+    ("first", lambda s: unreached(s, hit="link 3"), "3 is blocked", BAD, SelectTarget(2), ImprovePlate),
     ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), MAKE),
     ("first", lambda s: fallen_short(s, searched=s.plate), "No better plate", CAREFUL, MAKE, LOAD),
-    ("first", lambda s: on_the_page(s, caption="A story."), "A story.", PLAIN, None, None),
-    ("first", lambda s: on_the_page(s, job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
+    ("first", lambda s: s.updated("page", caption="A story."), "A story.", PLAIN, None, None),
+    ("first", lambda s: s.updated("page", job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", lambda s: s.with_part(Following()).updated("playback", focus=JOG), "real", PLAIN, LOAD, None),
     ("loaded", unchanged, "rows", PLAIN, FIT, LOAD),
     ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, CAUSE, TAKE),
-    ("identified", lambda s: without_request(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),
+    (
+        "identified",
+        lambda s: with_noise(s, 1.2).updated("choices", wanted=None),
+        "noise",
+        GOOD,
+        TAKE,
+        COMPARE,
+    ),
     ("identified", lambda s: with_noise(s, None), "?", PLAIN, CAUSE, TAKE),
     ("identified", few_rows, "too few", CAREFUL, MORE, COMPARE),
     ("identified", with_a_wrong_row, "mm without row", CAREFUL, CAUSE, LeaveRowsOut),
@@ -220,11 +212,18 @@ STATES = [
     ("diagnosed", unsure, "one of several", CAREFUL, ADD, POSES),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "left", CAREFUL, POSES, TAKE),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED, measure_next=NO_POSES), "", CAREFUL, MORE, TAKE),
-    ("diagnosed", lambda s: without_request(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),
+    (
+        "diagnosed",
+        lambda s: as_diagnosed(s, **NOISE).updated("choices", wanted=None),
+        "noise",
+        GOOD,
+        TAKE,
+        COMPARE,
+    ),
     ("diagnosed", lambda s: as_diagnosed(s, **NOISE), "1 mm", BAD, TAKE, COMPARE),
     ("added", unchanged, "describes the arm as measured", GOOD, TAKE, COMPARE),
-    ("added", lambda s: on_the_page(s, tab=Tab.COMPARE), "arm as measured", GOOD, TAKE, None),
-    ("first", lambda s: on_the_page(s, tab=Tab.MEASURE), "Nothing has been", PLAIN, None, PLATE),
+    ("added", lambda s: s.updated("page", tab=Tab.COMPARE), "arm as measured", GOOD, TAKE, None),
+    ("first", lambda s: s.updated("page", tab=Tab.MEASURE), "Nothing has been", PLAIN, None, PLATE),
     ("added", lambda s: as_diagnosed(s, causes=()), "not all by certain causes", PLAIN, TAKE, COMPARE),
     ("added", unsure, "not all by certain causes", PLAIN, TAKE, COMPARE),
     ("added", lambda s: as_diagnosed(s, verdict=Verdict.PARTLY), "", CAREFUL, TAKE, COMPARE),
@@ -250,6 +249,9 @@ def test_every_state_says_where_it_stands_and_what_is_next(
     assert step.tone is tone
     assert leads(step.next, following)
     assert leads(step.other, other)
+    if change is with_a_wrong_row:
+        assert step.other.label == "Exclude it, identify again"
+        assert isinstance(step.other.then, Identify)
 
 
 def test_what_its_buttons_do_makes_sense_there(walked):

@@ -63,7 +63,5 @@ def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     [([1e-3, np.nan, 3e-3], 25.0, 2e-3), ([1e-9], 1000.0, 1e-4), ([0.5], 1.0, 0.1), ([4.5e-4], 110.0, 5e-4)],
 )
 def test_factors_have_two_digits_and_samples_are_round_and_a_tenth_of_the_reach(errors, times, sample):
-    assert (times_for(np.array(errors), 1.0), rounded(LONGEST_SAMPLE / times, up=False)) == (
-        times,
-        pytest.approx(sample),
-    )
+    assert times_for(np.array(errors), 1.0) == times
+    assert rounded(LONGEST_SAMPLE / times, up=False) == pytest.approx(sample)

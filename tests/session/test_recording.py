@@ -109,14 +109,10 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     assert replayed.differences == ()
     assert replayed.compared > 200
     again = replayed.session
-    assert np.array_equal(
-        again.results.identification.runs["ols"].fit.x, session.results.identification.runs["ols"].fit.x
-    )
-    assert (again.results.row, again.noise, again.choices.overlay) == (
-        session.results.row,
-        session.noise,
-        session.choices.overlay,
-    )
+    fits = [each.results.identification.runs["ols"].fit.x for each in (again, session)]
+    assert np.array_equal(*fits)
+    assert (again.results.row, again.noise) == (session.results.row, session.noise)
+    assert again.choices.overlay == session.choices.overlay
 
 
 def test_plates_that_were_searched_for_are_read(record, first, tmp_path, monkeypatch):

@@ -58,6 +58,11 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
     assert "unchanged" in session.page.messages[-1].text
     assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
     assert mentions(caplog.text, "Broken")
+    go = threading.Event()
+    go.set()
+    session = do(Slow(go, fails=True))
+    assert session.page.job is None
+    assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_what_long_work_suspects_is_known_while_it_goes_on(worker):
@@ -158,11 +163,3 @@ def test_cancel_leaves_the_session_as_it_was(worker, first):
     assert worker.session.page.job is None
     assert worker.session.plate is first.plate
     assert worker.journal[-1].ending is Ending.CANCELLED
-
-
-def test_a_failing_task_is_a_message(worker, do):
-    go = threading.Event()
-    go.set()
-    session = do(Slow(go, fails=True))
-    assert session.page.job is None
-    assert session.page.messages[-1].severity is Severity.ERROR

@@ -11,7 +11,7 @@ from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
 from workbench.session.state import Focus
 from workbench.views.appearance.colours import EXCLUDED, SET_APART, ErrorScale, css
 from workbench.views.drawables.measured import error_scale, measured, selected_row_mark
-from workbench.views.page.panels.legend import colour_bar
+from workbench.views.page.panels.legend import colour_bar, marks
 from workbench.views.page.panels.row_errors import chart
 from workbench.views.page.scene.picking import nearest_to_ray
 
@@ -33,6 +33,7 @@ def comparison(stages=3) -> Comparison:
         measured=places,
         nominal=poses,
         residuals=residuals,
+        set_apart=np.arange(4) == 2,
         models=dict.fromkeys(STAGES[:stages], load_robot("aria")),
     )
 
@@ -77,7 +78,7 @@ def test_all_of_many_rows_are_drawn():
     many = replace(
         rows,
         **{name: np.resize(getattr(rows, name), (count, *getattr(rows, name).shape[1:])) for name in
-           ("q", "number", "held_out", "kept_out", "measured", "nominal", "residuals")},
+           ("q", "number", "held_out", "kept_out", "measured", "nominal", "residuals", "set_apart")},
     )  # fmt: skip
     scene = drawn(many)
     assert len(scene["measured"].places) + len(scene["measured/held_out"].places) == count
@@ -108,10 +109,13 @@ def test_the_scale_has_round_ends_and_ticks_between(errors, low, high, ticks):
 
 def test_a_row_that_no_arm_explains_does_not_hide_the_others_at_the_foot_of_the_chart():
     links, words = dict.fromkeys(range(4), ""), dict(zip(STAGES, STAGES, strict=True))
-    drawn = chart(comparison(2), 0, links, words, wrong=[2])
-    assert css(SET_APART) in drawn
-    assert ">0.3<" in drawn  # the upper end of the axis
-    assert ">0.4<" not in drawn
+    for out, colour, name in ((set(), SET_APART, "No arm explains"), ({2}, EXCLUDED, "Excluded")):
+        shown, key = chart(comparison(2), 0, links, words, out), marks(comparison(2), out)
+        assert css(colour) in shown
+        assert f"{name}, beyond the edge" in shown
+        assert (">0.3<" in shown, ">0.4<" in shown) == (True, False)  # the axis ends as before
+        assert ("excluded" in key, "1 that no arm explains" in key) == (bool(out), not out)
+        assert (drawn(comparison(2), left_out=frozenset(out))["measured/set_apart"] is None) == bool(out)
 
 
 def test_a_click_means_the_nearest_point_under_the_pointer():

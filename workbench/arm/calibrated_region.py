@@ -42,12 +42,12 @@ def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
     spread = _uncertainty(robot, asked[outside])
     if spread is None or not outside.any() or size(spread) < WARNING_RATIO * told:
         return ()
-    there = in_mm(float(np.hypot(known, size(spread))))
+    here, there = (in_mm(float(np.hypot(known, size(each)))) for each in (near, spread))
     if q is not None and size(near) > WARNING_RATIO * told:
         return (f"the calibration's rows are {in_mm(known)} off where they touched; expect {there} here",)
     if q is None:
-        here = in_mm(float(np.hypot(known, size(near))))
-        return (f"expect {here} near the measured poses, but {there} elsewhere within the joint limits",)
+        whole = f"expect {here} in all (left by the fit, and uncertain constants) near the measured poses"
+        return (f"{whole}, but {there} elsewhere within the joint limits",)
     joint = int(np.argmax(away.max(0)))
     farthest = float(away[:, joint].max())
     by = in_mm(farthest) if sliding(robot)[joint] else f"{np.rad2deg(farthest):.0f}°"

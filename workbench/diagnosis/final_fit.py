@@ -101,8 +101,8 @@ def fitted_on_all(
         found = geometry_as_identified(found, ready.problem.noise if last.stage.keep.all() else None)
     out = ", except suspects" if left_out.any() else ""
     return found, (
-        f"the arm was refitted to all {len(data)} rows, held-out ones included{out}; held-out errors "
-        "are those before this refit"
+        f"the arm{' with these effects' * bool(last.model)} was refitted to all {len(data)} rows, held-out "
+        f"ones included{out}; held-out errors are those before this refit"
     )
 
 

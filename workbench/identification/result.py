@@ -308,8 +308,8 @@ class Identification(AbstractReported, AbstractSplit):
         if shown < found.near.position:
             how = f"rows of places that nobody measured show {in_mm(shown)} of it; measure positions, too"
         return (
-            f"expected tool error from uncertain constants: {near} near the measured poses, but {anywhere} "
-            f"elsewhere within the joint limits; {how}"
+            f"the constants' uncertainty alone moves the tool by {near} near the measured poses, but by "
+            f"{anywhere} elsewhere within the joint limits; {how}"
         )
 
 

@@ -47,7 +47,7 @@ class Comparison:
         nominal: Poses that the nominal arm predicts, on the best base and with the best tool.
         residuals: From measured to predicted position, for every stage [m]; NaN where there is no such model,
             or no position was measured.
-        set_apart: Measured positions of rows that no arm explains [m]: set apart, or suspects held out.
+        set_apart: Rows that no arm explains: set apart, or suspects held out.
         models: The arm at every stage that is known, placed as the rows were.
     """
 
@@ -58,7 +58,7 @@ class Comparison:
     measured: Float[np.ndarray, "rows 3"]
     nominal: Float[np.ndarray, "rows 4 4"]
     residuals: Float[np.ndarray, "rows 3 3"]
-    set_apart: Float[np.ndarray, "k 3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    set_apart: Bool[np.ndarray, " rows"]
     models: Mapping[ModelStage, Robot] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -134,6 +134,7 @@ def _compared(
         measured=se3.apply(to_base, position),
         nominal=to_base @ expected,
         residuals=residuals,
+        set_apart=np.full(len(data), False),
     )
 
 

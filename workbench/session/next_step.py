@@ -26,6 +26,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.export import File, NotedFile, calibrated_urdf, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
@@ -39,11 +40,12 @@ BEYOND_NOISE = 1.5
 
 @dataclass(frozen=True)
 class Action:
-    """A button: its label, the tab where its outcome is seen, and the command or the file, if any."""
+    """A button: its label, the tab where its outcome is seen, the command, what follows it, or the file."""
 
     label: str
     tab: Tab
     command: AbstractCommand | None = None
+    then: AbstractCommand | None = None
     save: Callable[[Session], File | NotedFile] | None = None
 
 
@@ -68,6 +70,7 @@ ADD = Action("Add the effects found", Tab.CALIBRATE, AddEffects())
 CORRECT = replace(ADD, label="Add the correction")
 PLATE = Action("Back to the plate", Tab.PLATE)
 BACK = Action("Back to the calibration", Tab.CALIBRATE)
+BEST = Action("Back to the best plate", Tab.PLATE, RestoreBest())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm as URDF", Tab.EXPORT, save=calibrated_urdf)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
@@ -90,8 +93,7 @@ def next_step(session: Session) -> NextStep:
     if judged is not None:
         tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
         step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
-    here = Action("", session.page.tab) if session.page.tab is not None else None
-    is_new = lambda at: at is not None and replace(at, label="") != here  # noqa: E731
+    is_new = lambda at: at is not None and (at.tab is not session.page.tab or at.command or at.save)  # noqa: E731
     following, other = (at if is_new(at) else None for at in (step.next, step.other))
     return replace(step, next=following, other=other)
 
@@ -142,7 +144,8 @@ def _design(session: Session) -> NextStep | None:
         text = f"The scene shows the measured rows. For the plate: {_predicted(session)}."
         return NextStep(text, next=show, other=BACK)
     step = _plate(session)
-    following, other = (BACK if is_beside and at == LOAD else at for at in (step.next, step.other))
+    ways = [at for at in (step.next, step.other) if not (is_beside and at == LOAD)]
+    following, other = (*ways, BACK, None)[:2]
     return replace(step, next=following, other=other)
 
 
@@ -256,14 +259,15 @@ RESULTS = _added, _diagnosed, _identified
 
 
 def _exclude_suspects(session: Session) -> Action | None:
-    """Excludes the held-out rows of the same file that no arm explains."""
-    loaded, out = session.measurements.loaded, session.measurements.left_out
+    """Excludes the held-out rows of the same file that no arm explains, and finds the result without them."""
+    out = session.measurements.left_out
     found = session.results.identification or session.results.diagnosis
-    wrong = sorted({*suspects(session)} - out)
-    if loaded is None or found is None or not (wrong and found.is_one_file):
+    wrong = {*suspects(session)} - out
+    after = _stale(session.updated("measurements", left_out=out | wrong)) if wrong else None
+    if found is None or after is None or after.next is None or not found.is_one_file:
         return None
-    label = f"Exclude row {loaded.row_name(wrong[0])}" if len(wrong) == 1 else f"Exclude {len(wrong)} rows"
-    return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out.union(wrong)))))
+    label = f"Exclude {'it' if len(wrong) == 1 else f'{len(wrong)} rows'}, {after.next.label.lower()}"
+    return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out | wrong))), after.next.command)
 
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
@@ -319,13 +323,14 @@ def _plate(session: Session) -> NextStep:
     text = capital(_predicted(session)) + ("" if judged is None else f"; {judged.text}")
     is_known, trial = np.isfinite(session.score.position), None if judged is None else _trial()
     if is_known and (judged is None or judged.tone is Tone.PLAIN):
-        return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=LOAD if trial else improve)
+        is_worse = history.best is not None and history.best.score.position < session.score.position
+        other = BEST if is_worse else LOAD if trial else improve
+        return NextStep(f"{text}. Good enough?", next=trial or LOAD, other=other)
     if not is_searched:
         text = f"{text}. A search may find better places for the targets."
-    else:
-        text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
-        return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
-    return NextStep(text, Tone.CAREFUL, improve, LOAD if session.tried is None else MAKE)
+        return NextStep(text, Tone.CAREFUL, improve, LOAD if session.tried is None else MAKE)
+    text = f"{text}. No better plate was found. Require less, measure more exactly, or add targets."
+    return NextStep(text, Tone.CAREFUL, MAKE if is_known else LOAD, LOAD if is_known else None)
 
 
 def _trial() -> Action | None:

@@ -24,9 +24,10 @@ def check_free(session: Session) -> None:
 
 
 class AbstractTargetStep(AbstractChange):
-    """A change of the targets that has to wait for the end of a drag."""
+    """A change of the targets that has to wait for the end of a drag; of one `target`, it must be there."""
 
     def check(self, session: Session) -> None:
+        session.check_target(getattr(self, "target", 0))
         check_free(session)
 
 

@@ -2,6 +2,8 @@
 
 import errno
 import os
+import signal
+import time
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -43,18 +45,20 @@ def test_a_recording_is_for_whoever_knows_its_path(link):
         assert get("/".join([*start[:3], path])) == 403
 
 
-def test_the_viewer_in_the_browser_is_given_addresses_and_serves_no_data(run, tmp_path, monkeypatch):
+def test_the_viewer_in_the_browser_is_given_addresses_and_ends_with_the_command(run, tmp_path, monkeypatch):
     """With addresses alone rerun opens no port of its own for data."""
-    commands = []
-
-    class Done:
-        returncode = 0
-
-    monkeypatch.setattr(viewer.subprocess, "run", lambda command, **_: commands.append(command) or Done())
+    program, told, ended = (tmp_path / name for name in ("rerun", "told", "ended"))
+    started = f"(trap 'echo > {ended}; exit' TERM; sleep 60 & wait) &"
+    program.write_text(f'#!/bin/sh\necho "$@" > {told}\n{started}\nsleep 0.5\nkill -TERM $PPID\nwait\n')
+    program.chmod(0o755)
+    monkeypatch.setattr(viewer, "_program", lambda: str(program))
+    before = signal.getsignal(signal.SIGTERM)
     assert run("review", SAMPLE, "--web")[0] == 0
-    assert "--web-viewer" in commands[0]
-    assert commands[0][-1].startswith("http://127.0.0.1:")
-    assert str(tmp_path) not in " ".join(commands[0])
+    signal.signal(signal.SIGTERM, before)
+    assert told.read_text().startswith("--bind 127.0.0.1 --web-viewer http://127.0.0.1:")
+    assert str(tmp_path) not in told.read_text()
+    while not ended.exists():  # or else the test takes for ever
+        time.sleep(0.05)
 
 
 def test_a_disk_that_is_full_leaves_no_half_file(tmp_path, monkeypatch):

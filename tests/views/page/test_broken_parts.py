@@ -11,9 +11,6 @@ class BrokenPanel(AbstractPanel):
     def build(self, gui):
         raise RuntimeError("no panel")
 
-    def show(self, session):
-        """Nothing."""
-
 
 def test_a_panel_that_raises_is_left_out_with_a_warning_and_the_page_goes_on():
     forget = register(Parts(panels=(BrokenPanel,)))

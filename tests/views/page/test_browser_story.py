@@ -28,6 +28,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     assert app.demo.is_finished
     screen.until(lambda session: not session.page.caption and session.choices.overlay.points)
     screen.press("Look around")
+    screen.until(lambda session: session.page.tab == "Plate")
     captions = [e.command.text for e in app.worker.journal if isinstance(e.command, SetCaption)]
     assert max(map(len, captions)) < 150  # three lines that are read while they stand
     session = app.worker.session

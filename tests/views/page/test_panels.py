@@ -128,7 +128,10 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     assert "Excluded by hand: rows" in html_of(app, "row-chart")
     mean, _, most, _ = map(compared, stages(app.worker.session)[1].errors.position_mm)
     assert all(f">{size}</td>" in html_of(app, "comparison") for size in (mean, most))
-    for row, kind, does in ((1, "", "Exclude data row 1"), (0, "kept out", "Use data row 0 again")):
+    for row, kind, does in (
+        (1, "", "Exclude data row 1, though it doesn't stand out"),
+        (0, "excluded", "Use data row 0 again"),
+    ):
         change(app, "Data row", row)
         assert app.worker.wait()
         assert f"Data row {row}</b> from 0, {row + 1} from 1 ({kind}" in html_of(app, "residuals")

@@ -11,11 +11,8 @@ def pictures(sample, reader):
     return reader(sample.folder / "session.rrd")
 
 
-def test_it_is_small(sample):
+def test_it_is_small_and_comes_to_the_same_numbers(sample, replayed):
     assert sum(p.stat().st_size for p in sample.folder.rglob("*") if p.is_file()) <= 2 * 2**20
-
-
-def test_it_comes_to_the_same_numbers(sample, replayed):
     assert len(sample.lines) == 20
     assert replayed.compared > 300
     assert replayed.differences == (), replayed.text

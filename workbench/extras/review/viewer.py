@@ -7,6 +7,7 @@ import contextlib
 import os
 import secrets
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -94,18 +95,13 @@ def _last_step(path: Path) -> int | None:
     return last
 
 
-def _made(out: Path, how: str, *files: Path) -> bool:
-    """Whether rerun could make a file of others."""
-    command = [_program(), "rrd", how, *map(str, files), "-o", str(out)]
-    return subprocess.run(command, capture_output=True, check=False).returncode == 0
-
-
 def _join(files: list[Path], out: Path, room: Path) -> Path:
     """One file of several, written whole or not at all."""
     joined = files[0]
     if len(files) > 1:
         joined = room / "joined.rrd"
-        if not _made(joined, "merge", *files):
+        command = [_program(), "rrd", "merge", *map(str, files), "-o", str(joined)]
+        if subprocess.run(command, capture_output=True, check=False).returncode != 0:
             raise FileError(
                 f"the recording's parts can't be joined in {room}; free some space there", path=str(out)
             )
@@ -113,17 +109,21 @@ def _join(files: list[Path], out: Path, room: Path) -> Path:
 
 
 def _open(files: list[Path], web: bool) -> None:
-    command = [_program(), "--bind", ADDRESS]
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with contextlib.suppress(KeyboardInterrupt), opened(files if web else []) as links:
         shown = ["--web-viewer", *links] if web else map(str, files)
-        done = subprocess.run([*command, *shown], check=False)
-        if done.returncode != 0:
-            raise OptionError("the rerun viewer could not be opened; try --web, or --out FILE.rrd")
+        program = subprocess.Popen([_program(), "--bind", ADDRESS, *shown], start_new_session=True)
+        try:
+            program.wait()
+        finally:  # with what it has started itself
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(program.pid, signal.SIGTERM)
+            if program.wait() > 0:
+                raise OptionError("the rerun viewer could not be opened; try --web, or --out FILE.rrd")
 
 
 def _program() -> str:
-    beside = Path(sys.executable).with_name("rerun")
-    return str(beside) if beside.exists() else "rerun"
+    return shutil.which("rerun", path=Path(sys.executable).parent) or "rerun"
 
 
 class FileServer(ThreadingHTTPServer):

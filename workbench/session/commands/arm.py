@@ -87,7 +87,12 @@ class ChooseRobot(AbstractTask[Session]):
         return file if file.match is not None and file.match.rival == self.name else None
 
     def finish(self, session: Session, result: Session) -> Session:
-        return _in_the_page(session, result)
+        begun, loaded = _in_the_page(session, result), result.measurements.loaded
+        if loaded is None:
+            return begun
+        text = f"the rows of {loaded.name} are of the {begun.robot.name}; if it isn't yours, open its file"
+        begun = begun.updated("measurements", loaded=replace(loaded, notes=(*loaded.notes, text)))
+        return begun.with_message(Severity.WARNING, text)
 
 
 class LoadModel(AbstractTask[Session]):

@@ -9,6 +9,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.advice import ask
 from workbench.base.errors import OptionError
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_drivers
 from workbench.identification.meaning.nominal_fit import placed
@@ -66,8 +67,7 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
     off, diagnosis = suspects(session), session.results.diagnosis
     off += [] if found is None else [outlier.row for outlier in found.outliers]
     off += [] if diagnosis is None else diagnosis.data.row[diagnosis.outliers].tolist()
-    is_set_apart = np.isin(rows.number, off) & np.isfinite(rows.measured).all(1)
-    return replace(rows, set_apart=rows.measured[is_set_apart])
+    return replace(rows, set_apart=frozen(np.isin(rows.number, off)))
 
 
 def _driven(robots: Iterable[Robot], data: Dataset) -> Dataset:

@@ -70,19 +70,14 @@ class DeleteTarget(AbstractChange):
         return move_targets(session, replace(session.plate, targets=targets), states)
 
 
-class LockTarget(AbstractChange):
+class LockTarget(AbstractTargetStep):
     """Lock a target in its place, or unlock it."""
 
     target: int
     locked: bool
 
     title = computed(lambda self: f"{'Lock' if self.locked else 'Unlock'} target {self.target + 1}")
-
     key = computed(lambda self: ("lock", self.target))
-
-    def check(self, session: Session) -> None:
-        session.check_target(self.target)
-        check_free(session)
 
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], locked=self.locked)
@@ -127,19 +122,17 @@ def free_place(session: Session) -> tuple[float, float, float]:
     return plain(places[np.argmax(gaps > 0.999 * STEP)])
 
 
-class ChooseBranch(AbstractChange):
+class ChooseBranch(AbstractTargetStep):
     """Measure a target in the branch of this name, or leave that to the program (`auto`)."""
 
     target: int
     branch: str
 
     title = computed(lambda self: f"Target {self.target + 1}: branch {self.branch}")
-
     key = computed(lambda self: ("branch", self.target))
 
     def check(self, session: Session) -> None:
-        session.check_target(self.target)
-        check_free(session)
+        super().check(session)
         found = branches_to(session.robot, session.plate.targets[self.target])
         if self.branch not in (AUTO, *(branch.name for branch in found)):
             raise OptionError(f"target {self.target + 1} has no branch '{self.branch}' within the limits")

@@ -10,7 +10,7 @@ from workbench.plate.cube_map import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, computed
-from workbench.session.commands.drag import MAX_TARGET_DISTANCE, Place, plain
+from workbench.session.commands.drag import Place, check_place, plain
 from workbench.session.cube_fields import CUBE_FIELDS, are_shown, cubes_of, field_of
 from workbench.session.live_score import draw_region
 from workbench.session.state import NO_FIELD, CubeView, Session
@@ -42,10 +42,7 @@ class SetRegion(AbstractChange):
     key = computed(lambda self: ("region", self.step))
 
     def check(self, session: Session) -> None:
-        if not np.isfinite((*self.low, *self.high, self.cube)).all():
-            raise OptionError("the region's corners must be finite numbers")
-        if max(map(abs, (*self.low, *self.high))) > MAX_TARGET_DISTANCE:
-            raise OptionError(f"the region must stay within {MAX_TARGET_DISTANCE:g} m of the base")
+        check_place("the region", (*self.low, *self.high), (self.cube,))
         if (cubes := self.region().cubes) > MAX_CUBES:
             most = f"the limit is {MAX_CUBES}: make the cubes larger"
             raise OptionError(f"the region would have {cubes} cubes; {most}")
@@ -71,9 +68,7 @@ class ShowCubes(AbstractChange):
     title = computed(lambda self: f"Colour the cubes by {self.view.field}")
 
     def check(self, session: Session) -> None:
-        if self.view.field == NO_FIELD:
-            return
-        if self.view.field not in CUBE_FIELDS:
+        if self.view.field not in (NO_FIELD, *CUBE_FIELDS):
             known = f"{NO_FIELD}, {', '.join(CUBE_FIELDS)}"
             text = f"unknown field of cubes '{self.view.field}'; choose {known}"
             raise OptionError(text, option="field", found=self.view.field)
@@ -123,8 +118,7 @@ class MapCubes(AbstractChore[CubeMap]):
 
     @classmethod
     def needed(cls, session: Session) -> "MapCubes | None":
-        region = session.plate.region
-        field = field_of(session)
+        region, field = session.plate.region, field_of(session)
         if field is None or cubes_of(session) is not None or not are_shown(session):
             return None
         return cls(plain(region.min), plain(region.max), region.cube, session.robot.name)

@@ -10,7 +10,7 @@ from workbench.session.commands.arm import drawn_joints
 from workbench.session.comparison import STAGES, ModelStage
 from workbench.session.real_arm import bending_robot, bent_frames
 from workbench.session.stages import shown_stage
-from workbench.session.state import NO_FIELD, Focus, Session
+from workbench.session.state import Focus, Session
 from workbench.session.target_postures import branches_to
 from workbench.views.appearance.bodies import body_frames, make_bodies
 from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED
@@ -65,12 +65,9 @@ def blame(session: Session) -> Iterator[Item]:
 
 
 def branches(session: Session) -> Iterator[Item]:
-    """Faint arms in the other branches; not during a drag, nor among cubes."""
+    """Faint arms in the other branches; not during a drag."""
     is_shown = (
-        session.playback.focus is Focus.TARGET
-        and session.drag is None
-        and session.choices.overlay.ghosts
-        and session.region.view.field == NO_FIELD
+        session.playback.focus is Focus.TARGET and session.drag is None and session.choices.overlay.ghosts
     )
     now = session.states[session.selected].q
     found = branches_to(session.robot, session.plate.targets[session.selected]) if is_shown else ()

@@ -44,7 +44,7 @@ def measured(session: Session) -> Iterator[Item]:
     inputs = rows, stage, session.measurements.left_out
     for path, is_held_out in (("measured", False), ("measured/held_out", True)):
         yield Item(path, _points, (*inputs, is_held_out), shown=is_shown)
-    yield Item("measured/set_apart", _set_apart, (rows,), shown=is_shown)
+    yield Item("measured/set_apart", _set_apart, (rows, inputs[2]), shown=is_shown)
     is_compared = bool(rows.stages) and overlay.arrows and session.playback.focus in (Focus.ROW, Focus.JOG)
     times = overlay.exaggeration
     nominal = rows, ModelStage.NOMINAL, times, NOMINAL
@@ -92,17 +92,13 @@ def _points(rows: Comparison, stage: ModelStage, left_out: frozenset[int], held_
     return Points(places=places, colours=colours, radius=radius, numbers=chosen, are_squares=held_out)
 
 
-def _set_apart(rows: Comparison) -> Points | None:
-    """Red balls where rows were measured that no arm explains; clicks go through them."""
-    count = len(rows.set_apart)
-    if not count:
+def _set_apart(rows: Comparison, left_out: frozenset[int]) -> Points | None:
+    """Red balls where rows were measured that no arm explains, unless left out; clicks go through them."""
+    places = rows.measured[rows.set_apart & ~np.isin(rows.number, list(left_out))]
+    if not (count := len(places := places[np.isfinite(places).all(1)])):
         return None
-    return Points(
-        places=rows.set_apart,
-        colours=np.tile(np.array(SET_APART, np.uint8), (count, 1)),
-        radius=2.0 * RADIUS,
-        numbers=np.full(count, -1),
-    )
+    colours = np.tile(np.array(SET_APART, np.uint8), (count, 1))
+    return Points(places=places, colours=colours, radius=2.0 * RADIUS, numbers=np.full(count, -1))
 
 
 def _arrows(rows: Comparison, stage: ModelStage, times: float, colour: Colour) -> Arrows | None:

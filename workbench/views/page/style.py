@@ -37,8 +37,6 @@ PHONE_SCENE = 41
 DRAWINGS = "suspects, index, losses, verdict, row-chart, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
-MORE = 'data-more="1"'
-"""Marks what is hidden in a narrow window."""
 ONLY_TRACK = 'data-track="1"'
 """Stands before a slider whose number is said elsewhere."""
 CAPTION = 'data-caption="1"'
@@ -107,14 +105,13 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
   .mantine-Notifications-root {{ top: 1em !important; bottom: auto }}
-  [{MORE}] {{ display: none }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}
 @media (max-width: {PHONE}px) {{
   [{CAPTION}] {{ width: 100vw; font-size: 14px }}
   body:has({SHEET}) [{CAPTION}] {{ bottom: {100 - PHONE_SCENE}vh; padding: 0 }}
   body:has({SHEET}) [{CAPTION}] > [data-testid="caption"], .wide {{ display: none }}
-  [{CAPTION}] > .figure, [{CAPTION}] > a {{ display: inline-block;
+  [{CAPTION}] > .figure, [{CAPTION}] > a, [{CAPTION}] > .phone {{ display: inline-block;
     margin: 0; padding: 3px 8px; font-size: 14px }}
   .phone {{ display: inline-block !important }}
   body:has({SHEET}) div:has(> div > canvas) {{ height: {PHONE_SCENE}vh !important }}

@@ -7,6 +7,7 @@ import numpy as np
 import rerun as rr
 
 from workbench.base.types import Vector3
+from workbench.diagnosis.report.document import diagnosis_blocks
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.document import models, parameter_blocks, remarks
 from workbench.identification.result import Identification
@@ -91,7 +92,7 @@ def _result(
 ) -> rr.TextDocument:
     """The diagnosis until what it found is added, else the shown fit."""
     if diagnosis is not None and not accepted:
-        return markdown(as_markdown(diagnosis.blocks()))
+        return markdown(as_markdown(diagnosis_blocks(diagnosis)))
     if found is None:
         return markdown("Nothing has been identified yet.")
     parts = (*models(found), *parameter_blocks(found.runs[fit].fit), *remarks(found))

@@ -15,7 +15,7 @@ from workbench.views.drawables.drawable import FILL, Arm, Arrows, Cubes, Cuboid,
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.recording.canvas import Canvas
 
-LABEL = (255, 255, 255)
+LABEL = (0, 0, 0)
 THIN = 0.0015
 """Radius of lines and arrows [m]."""
 

@@ -12,11 +12,9 @@ from workbench.session.page_state import Tab
 from workbench.session.stages import counted, stages, without_suspects
 from workbench.session.state import Session
 from workbench.views.page.html import block, heading
-from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
 
 SWITCHES = {
-    "ghosts": ("Other branches", "Show the other branches that reach the selected target as faint arms."),
     "points": (
         "Measured points",
         "Show the measured tool positions, coloured by their error once there is a fit.",
@@ -42,16 +40,12 @@ class ComparePanel(AbstractPanel):
             max=lambda s: max(int(numbers(s).max()), 1),
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
-        with gui.add_folder("Shown in the scene"):
-            switches = [self._switch(name, *texts) for name, texts in SWITCHES.items()]
+        with self.folder("Shown in the scene", visible=_has_rows):
+            switches = [
+                self.checkbox(*texts, lambda s, name=name: getattr(s.choices.overlay, name))  # type: ignore[misc]
+                for name, texts in SWITCHES.items()
+            ]
         self.form(lambda *typed: self.overlaid(**dict(zip(SWITCHES, typed, strict=True))), *switches)
-
-    def _switch(self, name: str, label: str, hint: str) -> Control:
-        def visible(session: Session) -> bool:
-            is_fitted = session.results.identification is not None
-            return name == "ghosts" or is_fitted or (name == "points" and _has_rows(session))
-
-        return self.checkbox(label, hint, lambda s: getattr(s.choices.overlay, name), visible=visible)
 
 
 def _errors(session: Session) -> str:

@@ -77,10 +77,6 @@ def _verdict(errors: Errors, wanted: Wanted | None) -> str:
     return f'<div style="color:{colour}">{mark} {shown}; required: {text(wanted.text)}</div>'
 
 
-def _is_identified(session: Session) -> bool:
-    return session.results.identification is not None
-
-
 def _forms(session: Session) -> dict[str, AbstractForm]:
     """Those that an arm of so many joints has, by their titles."""
     new = (form for form in FORMS.values() if not form.needs_source)
@@ -94,7 +90,7 @@ class FilesPanel(AbstractPanel):
     depends = ("robot", "measurements", "results", "choices.wanted")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with self.folder("Calibrated arm", visible=_is_identified):
+        with self.folder("Calibrated arm", visible=lambda s: s.results.identification is not None):
             self.html(_errors)
             save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
             self.press_one("Save", SAVED, save, FORMATS)

@@ -18,7 +18,7 @@ from workbench.session.worker import Worker
 from workbench.views.drawables.viewpoint import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
-from workbench.views.page.panels.legend import things
+from workbench.views.page.panels.legend import has_errors, things
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import CAPTION, MESSAGE
 
@@ -84,8 +84,8 @@ class Strip(AbstractPanel):
             if (action := find(self._step)) is None:
                 return
             self._worker.submit(OpenTab(action.tab))
-            if action.command is not None:
-                self._worker.submit(action.command)
+            for command in filter(None, (action.command, action.then)):
+                self._worker.submit(command)
             if action.save is not None:
                 self.save(event, action.save)
 
@@ -198,10 +198,11 @@ def _sentence(message: str) -> str:
 
 
 class CaptionPanel(AbstractPanel):
-    """Large words where one looks, and a link that does `leave`; the scene behind can be turned."""
+    """Large words where one looks, and a link that does `leave`; the scene behind can be turned. On a phone,
+    whose legend is at the end of all, also what colours mean."""
 
     keeps_typed = True
-    depends = (next_step, "page.caption")
+    depends = (next_step, "page.caption", things, "choices.overlay")
 
     def __init__(self, worker: Worker, leave: Callable[[], None]):
         super().__init__(worker)
@@ -215,7 +216,9 @@ class CaptionPanel(AbstractPanel):
             figure = text(next_step(session).figure)
             number = figure and f'<div data-testid="figure-now" class="figure">{figure}</div>'
             content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
-            key = f'<div class="phone">{things(session, is_alone=True)}</div>'  # it shows no legend
-            return f"<div {CAPTION}>{number}{content}{key}{way_out}</div>" if session.page.caption else ""
+            times = f"errors × {session.choices.overlay.exaggeration:g}" * has_errors(session)
+            key = f'<div class="phone">{things(session)}{times}</div>'
+            said = f"{number}{content}{key}{way_out}" if session.page.caption else key
+            return f"<div {CAPTION}>{said}</div>"
 
         self.html(caption)

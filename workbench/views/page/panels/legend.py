@@ -36,7 +36,7 @@ from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.style import MORE, ONLY_TRACK
+from workbench.views.page.style import ONLY_TRACK
 
 DECADES = int(np.log10(MAX_TIMES))
 """Of the slider, which is logarithmic."""
@@ -88,7 +88,7 @@ class LegendPanel(AbstractPanel):
         if is_on and rows is not None and rows.stages:  # two scales of the same colours each need a name
             named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
             scales += named + points(session, rows, self._links)
-        content = scales + things(session, is_alone=not scales)
+        content = scales + things(session)
         return content and block(content, testid="key", style="margin:2px 0 6px")
 
 
@@ -127,11 +127,11 @@ def colour_scale(ticks: Iterable[tuple[float, str]], *, larger_is_better: bool =
     )
 
 
-def things(session: Session, *, is_alone: bool = False) -> str:
-    """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
+def things(session: Session) -> str:
+    """Colours of what stands and moves in the scene."""
     overlay, focus, rows = session.choices.overlay, session.playback.focus, session.results.comparison
     has_plate, rows = session.shows_plate, rows if overlay.points else None
-    is_bent = model_and_real(session) is not None and focus is not Focus.TARGET
+    is_bent = has_errors(session)
     marks = (
         ("measured", FITTED, rows is not None and not rows.stages),
         ("target", REACHED, has_plate),
@@ -148,7 +148,7 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     content = "".join(
         f'<span style="{style}">{badge("", css(colour))}{label}</span> ' for label, colour in seen
     )
-    return content and f'<div data-testid="things" {"" if is_alone else MORE}>{content}</div>'
+    return content and f'<span data-testid="things">{content}</span>'
 
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
@@ -157,7 +157,7 @@ def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) 
     parts = (
         stage_choice(rows, shown_stage(session, rows), links, words),
         colour_bar(error_scale(rows)),
-        marks(rows, is_left_out=bool(session.measurements.left_out)),
+        marks(rows, session.measurements.left_out),
         row_errors(session, rows, words) if session.playback.focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
@@ -184,13 +184,13 @@ def colour_bar(scale: ErrorScale) -> str:
     return colour_scale(ticks)
 
 
-def marks(rows: Comparison, *, is_left_out: bool) -> str:
+def marks(rows: Comparison, left_out: frozenset[int]) -> str:
     """What round and square points are, and that they answer to a click."""
     kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
-    grey = f' <span style="color:{css(EXCLUDED)}">●</span> excluded' if is_left_out else ""
-    if len(rows.set_apart):
-        grey += f' <span style="color:{css(SET_APART)}">●</span> {len(rows.set_apart)} that no arm explains'
-    return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
+    grey = f' <span style="color:{css(EXCLUDED)}">●</span> excluded' if left_out else ""
+    if count := len({*rows.number[rows.set_apart].tolist()} - left_out):
+        grey += f' <span style="color:{css(SET_APART)}">●</span> {count} that no arm explains'
+    return f'<div style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
 
 
 def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, str]) -> str:
@@ -199,7 +199,7 @@ def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, st
     number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
     name = f"{number}" if loaded is None else loaded.row_name(number)
     name = f"{name}</b> from 0, {number + 1} from 1" if name == f"{number}" else f"{text(name)}</b>"
-    kind = "kept out" if rows.kept_out[row] else kind
+    kind = "excluded" if rows.kept_out[row] or number in session.measurements.left_out else kind
     each = ((words[stage], 1e3 * float(rows.errors[row, STAGES.index(stage)])) for stage in rows.stages)
     known = [f"{compared(error)} mm {name}" for name, error in each if np.isfinite(error)]
     errors = ", ".join(known) or "no position was measured"

@@ -49,7 +49,7 @@ class Door(NamedTuple):
     label: str
     icon: viser.IconName
     begins: type[AbstractCommand] | None = None
-    asks: str = "Choose the robot, then its measurements; files can be dropped on the buttons."
+    asks: str = "Choose the robot, then its measurements; rows of a built-in robot tell which one."
     build: Build | None = None
 
 

@@ -54,7 +54,8 @@ def weighed(session: Session, diagnosis: Diagnosis) -> str:
     more = diagnosis.remaining.joint_noise and " and weights poses by the noise of the joint readings"
     own = f"The diagnosis keeps constants near nominal{more or ''}: its geometry alone leaves "
     known = [s.error for s in stages(session) if s.title is ModelStage.GEOMETRY]
-    other = f", that of Identify {compared(known[0])} mm" if known else ""
+    saved = "; until these are added, files hold that arm" * (not session.results.accepted)
+    other = f", that of Identify {compared(known[0])} mm{saved}" if known else ""
     return f"{own}{compared(diagnosis.before.judged.position_mm.mean)} mm{other}."
 
 

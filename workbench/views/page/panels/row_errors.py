@@ -13,7 +13,7 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.page_state import Tab
-from workbench.session.stages import stage_words, suspects
+from workbench.session.stages import stage_words
 from workbench.session.state import Session
 from workbench.views.appearance.colours import EVENT, EXCLUDED, SET_APART, STAGE_COLOURS, css
 from workbench.views.page.html import block, heading, text
@@ -48,8 +48,7 @@ class RowErrorsPanel(AbstractPanel):
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
-        words = stage_words(session)
-        drawing = chart(rows, session.results.row, links, words, excluded, happened, suspects(session))
+        drawing = chart(rows, session.results.row, links, stage_words(session), excluded, happened)
         return block(drawing + _named(session, rows, link), testid="row-chart")
 
 
@@ -62,9 +61,11 @@ def exclude(session: Session) -> LeaveRowsOut | None:
 
 
 def _exclusion(session: Session) -> str:
-    number, now = _number(session), session.measurements
+    number, now, rows = _number(session), session.measurements, session.results.comparison
     name = f"data row {number if now.loaded is None else now.loaded.row_name(number)}"
-    return f"Use {name} again" if number in now.left_out else f"Exclude {name}"
+    is_wrong = rows is not None and rows.set_apart[session.results.row]
+    why = "no arm explains it" if is_wrong else "though it doesn't stand out"
+    return f"Use {name} again" if number in now.left_out else f"Exclude {name}, {why}"
 
 
 def _number(session: Session) -> int:
@@ -80,8 +81,9 @@ def _named(session: Session, rows: Comparison, link: Callable[[int], str]) -> st
     name = str if session.measurements.loaded is None else session.measurements.loaded.row_name
     off = () if found is None else [outlier for outlier in found.outliers if outlier.row not in by_hand]
     place = {number: k for k, number in enumerate(rows.number.tolist())}
+    worst = [k for k in rows.worst.tolist() if rows.number[k] not in by_hand]
     named = {
-        "Worst": [(k, f"{name(rows.number[k])} ({errors[k]:.3g} mm)") for k in rows.worst[:WORST].tolist()],
+        "Worst": [(k, f"{name(rows.number[k])} ({errors[k]:.3g} mm)") for k in worst[:WORST]],
         "Excluded by hand": [(place[number], name(number)) for number in sorted(by_hand)],
         "Outliers": [
             (place[outlier.row], outlier.text.replace(f"{outlier.row}", name(outlier.row), 1))
@@ -114,18 +116,17 @@ def chart(
     words: Mapping[ModelStage, str],
     excluded: Collection[int] = (),
     happened: Sequence[AbstractEvent] = (),
-    wrong: Collection[int] = (),
 ) -> str:
     """Errors of what was identified, stage by stage; without the nominal arm, which would dwarf them.
 
-    Excluded rows are grey. Those that no arm explains are red, at the upper edge where they lie beyond it. A
-    line stands before the first row after something happened.
+    Excluded rows are grey, those that no arm explains red: both at the upper edge where they lie beyond that
+    of the others. A line stands before the first row after something happened.
     """
     stages = tuple(s for s in rows.stages if s is not ModelStage.NOMINAL)
     errors, order = 1e3 * rows.stage_errors, shown(rows)
     x, marks, is_out = rows.number[order].astype(float), [], np.isin(rows.number[order], list(excluded))
-    is_wrong = np.isin(rows.number[order], list(wrong)) & ~is_out
-    top = np.nanmax(errors[order][~is_wrong, 1:], initial=0.0)
+    is_wrong = rows.set_apart[order] & ~is_out
+    top = np.nanmax(errors[order][~(is_wrong | is_out), 1:], initial=0.0)
     for stage in stages:
         y = errors[order, STAGES.index(stage)]
         kinds = ("held out" if out else "fitted" for out in rows.held_out[order])
@@ -133,15 +134,16 @@ def chart(
         titles = [f"row {k} ({kind}): {error:.3g} mm {words[stage]}" for k, kind, error in told]
         leads = [links[k] for k in order]
         ink, name = css(STAGE_COLOURS[stage]), words[stage].capitalize()
-        edge = np.where(is_wrong, np.minimum(y, top), np.nan)
         marks.append(Marks(x, np.where(is_out | is_wrong, np.nan, y), ink, titles, leads, name=name))
-        marks.append(Marks(x, edge, css(SET_APART), titles, leads, radius=4.0))
-        marks.append(Marks(x, np.where(is_out, y, np.nan), css(EXCLUDED), titles, leads))
+        for chosen, colour, size in ((is_wrong, SET_APART, 4.0), (is_out, EXCLUDED, 2.6)):
+            edge = np.where(chosen, np.minimum(y, top), np.nan)
+            marks.append(Marks(x, edge, css(colour), titles, leads, radius=size))
     ends = [(x.min(), f"row {int(x.min())}"), (x.max(), str(int(x.max())))]
     now = float(rows.number[row])
     uprights = [Upright(event.row - 0.5, event.mark, css(EVENT)) for event in happened]
-    for place, name, is_any in ((-2, "No arm explains", is_wrong.any()), (-1, "Excluded", is_out.any())):
-        marks[place] = replace(marks[place], name=name * bool(is_any))
+    for place, name, chosen in ((-2, "No arm explains", is_wrong), (-1, "Excluded", is_out)):
+        above = ", beyond the edge" * bool(np.nanmax(errors[order][chosen, 1:], initial=0.0) > top)
+        marks[place] = replace(marks[place], name=f"{name}{above}" * bool(chosen.any()))
     uprights += [Upright(now, "", "currentColor")] if x.min() <= now <= x.max() else []
     drawing = Chart(marks, 90.0, ends, floor=0.0, uprights=uprights).svg()
     return heading("Remaining error by row, from 0 [mm]; a click puts the arm there") + drawing

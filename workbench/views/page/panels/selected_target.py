@@ -84,7 +84,7 @@ class BranchesPanel(AbstractPanel):
     """The posture in which the arm reaches the selected target; folded while the program chooses it."""
 
     tab, order = Tab.PLATE, 12
-    depends = ("robot", "plate", "selected", "drag", "shows_plate")
+    depends = ("robot", "plate", "selected", "drag", "shows_plate", "choices.overlay")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Branch of the arm", expand_by_default=False):
@@ -95,6 +95,11 @@ class BranchesPanel(AbstractPanel):
                 lambda s: s.plate.targets[s.selected].branch,
                 disabled=_is_hidden,
             )
+            hint = "Show the other branches that reach the target as faint arms."
+            ghosts = self.checkbox(
+                "Show the others", hint, lambda s: s.choices.overlay.ghosts, disabled=_is_hidden
+            )
+        self.form(lambda is_on: self.overlaid(ghosts=is_on), ghosts)
         self.form(lambda name: ChooseBranch(self._worker.session.selected, name), branch)
 
 

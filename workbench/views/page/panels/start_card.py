@@ -41,6 +41,7 @@ class StartCard(AbstractPanel):
     def __init__(self, worker: Worker, show_demo: Callable[[], None], *, is_open: bool = True):
         super().__init__(worker)
         self._show_demo, self._is_open_at_first = show_demo, is_open
+        self._unasked = worker.session.robot if is_open else None  # nobody has chosen it
         self._modal: viser.GuiModalHandle | None = None
         self._door: Door | None = None
         self._ends_at = Tab.CALIBRATE
@@ -122,12 +123,16 @@ class StartCard(AbstractPanel):
         now, before = session.measurements, self._before.measurements
         loaded = None if now.loaded is before.loaded else now.loaded
         file = None if now.unread is before.unread else now.unread
-        rival = "" if file is None or file.match is None else file.match.rival  # the strip offers that arm
-        if loaded is not None or rival or session.mode is not None or self._modal is None:
-            door, is_foreign = self._door, loaded is not None and loaded.is_foreign
+        match = None if (given := loaded or file) is None else given.match
+        rival = "" if match is None else match.rival
+        is_other = rival if loaded is None else loaded.is_foreign
+        if loaded is not None or is_other or session.mode is not None or self._modal is None:
+            door, unasked, self._unasked = self._door, self._unasked, None
             self._leave(self._ends_at)
-            if is_foreign or rival:
-                self._door = door  # what begins waits for that arm
+            if is_other:
+                self._door = door  # what begins waits for that arm, which the strip offers
+                if session.robot is unasked and rival:
+                    self._worker.submit(ChooseRobot(rival, keep=True))
             elif loaded is not None and door is not None and door.begins is not None:
                 self._worker.submit(door.begins())
             return
