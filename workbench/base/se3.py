@@ -5,17 +5,9 @@ first; roll, pitch, yaw mean R = Rz(yaw) Ry(pitch) Rx(roll); quaternions are [w,
 take stacks: any leading shape, the last one or two axes as named.
 """
 
-from typing import no_type_check
-
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 from scipy.spatial.transform import Rotation
-
-from workbench.base.types import frozen
-
-SMALL_ANGLE = 1e-4
-"""Below this angle [rad] the Taylor series of the rotation formulas are exact to machine precision."""
 
 
 def _as_matrix(rotation: Rotation, lead: tuple[int, ...]) -> np.ndarray:
@@ -59,43 +51,16 @@ def rotvec_to_matrix(rotvec: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, 
 
 def matrix_to_rotvec(rotation: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray, "*lead 3"]:
     """Logarithm: rotation vector [rad] of length at most pi."""
-    flat = np.reshape(np.asarray(rotation, float), (-1, 3, 3))
-    rotvec = np.empty((len(flat), 3))
-    _rotvecs(frozen(flat), rotvec)
-    return rotvec.reshape(*np.shape(rotation)[:-2], 3)
-
-
-@njit(cache=True)
-@no_type_check
-def _rotvecs(rotation, out):
-    """By the quaternion whose largest component is found first, which is exact near every angle.
-
-    scipy does the same, with checks that take far longer than the few rows of a fit.
-
-    Source: Markley, "Unit quaternion from rotation matrix", J. Guidance 31 (2008) 440.
-    """
-    for row in range(rotation.shape[0]):
-        r, v = rotation[row], out[row]
-        trace = r[0, 0] + r[1, 1] + r[2, 2]
-        i = 0
-        for k in range(1, 3):
-            if r[k, k] > r[i, i]:
-                i = k
-        if trace >= r[i, i]:
-            w = 1.0 + trace
-            v[0], v[1], v[2] = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
-        else:
-            j, k = (i + 1) % 3, (i + 2) % 3
-            w = r[k, j] - r[j, k]
-            v[i], v[j], v[k] = 1.0 - trace + 2.0 * r[i, i], r[j, i] + r[i, j], r[k, i] + r[i, k]
-        sine = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-        half = np.arctan2(sine, abs(w))
-        if sine > SMALL_ANGLE * abs(w):
-            scale = 2.0 * half / sine
-        else:
-            scale = 2.0 * (1.0 - (sine / w) ** 2 / 3.0) / abs(w)
-        for k in range(3):
-            v[k] *= scale if w >= 0.0 else -scale
+    r = np.reshape(np.asarray(rotation, float), (-1, 3, 3))
+    # by the quaternion times 4 w; scipy does the same with checks that take far longer than a fit's rows
+    w, v = 1.0 + np.einsum("kii->k", r), np.empty((len(r), 3))
+    v[:, 0], v[:, 1], v[:, 2] = r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]
+    if (turned := w < 1.0).any():
+        quaternion = matrix_to_quaternion(r[turned])
+        w[turned], v[turned] = quaternion[:, 0], quaternion[:, 1:]
+    sine = np.maximum(np.sqrt(np.einsum("ki,ki->k", v, v)), 1e-300)
+    v *= (2.0 * np.arctan2(sine, w) / sine)[:, None]
+    return v.reshape(*np.shape(rotation)[:-2], 3)
 
 
 def cross(a: Float[np.ndarray, "*lead 3"], b: Float[np.ndarray, "*#lead 3"]) -> Float[np.ndarray, "*lead 3"]:
@@ -118,27 +83,14 @@ def skew(vector: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, "*lead 3 3"]
 def left_jacobian_inverse(rotvec: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, "*lead 3 3"]:
     """J⁻¹(φ): log(exp(δ) exp(φ)) = φ + J⁻¹(φ) δ to first order in δ.
 
-    Source: Barfoot, State Estimation for Robotics (2017), eq. (7.77b); series below `SMALL_ANGLE`.
+    J⁻¹ = 1 − ½ [φ]x + (1 − h / tan h) ([φ]x / |φ|)², h = ½ |φ|; for a small φ to machine precision as well.
+    Source: Barfoot, State Estimation for Robotics (2017), eq. (7.77b).
     """
-    flat = frozen(np.reshape(np.asarray(rotvec, float), (-1, 3)))
-    matrices = np.empty((len(flat), 3, 3))
-    _left_jacobian_inverses(flat, matrices)
-    return matrices.reshape(*np.shape(rotvec), 3)
-
-
-@njit(cache=True)
-@no_type_check
-def _left_jacobian_inverses(rotvec, out):
-    """1 − ½ [φ]x + k [φ]x², with [φ]x² = φ φᵀ − |φ|² 1."""
-    for row in range(rotvec.shape[0]):
-        v, j = rotvec[row], out[row]
-        square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-        half = 0.5 * np.sqrt(square)
-        k = 1.0 / 12.0 if 2.0 * half < SMALL_ANGLE else (1.0 - half / np.tan(half)) / square
-        for a in range(3):
-            b, c = (a + 1) % 3, (a + 2) % 3
-            j[a, a] = 1.0 - k * (square - v[a] * v[a])
-            j[a, b], j[b, a] = k * v[a] * v[b] + 0.5 * v[c], k * v[a] * v[b] - 0.5 * v[c]
+    flat = np.asarray(rotvec, float)
+    square = np.maximum(np.einsum("...i,...i->...", flat, flat), 1e-300)
+    half, crossing = 0.5 * np.sqrt(square), skew(flat)
+    share = (1.0 - half / np.tan(half)) / square
+    return np.eye(3) - 0.5 * crossing + share[..., None, None] * (crossing @ crossing)
 
 
 def pose(
