@@ -115,7 +115,7 @@ def euler_as_vector(hands, seen):
 
 
 def tracker(hands, seen):
-    """Decimal commas, the instrument's place in mm and turns in degrees beside deviations, ends of C strings."""
+    """Decimal commas, places in mm, turns in degrees beside deviations, zeros that end lines."""
     turns = Rotation.from_matrix(seen[:, :3, :3]).as_euler("XYZ", degrees=True)
     values = np.hstack([hands[:, :3, 3], xyzw(hands), 1e3 * seen[:, :3, 3], turns, 0.1 * abs(turns)])
     head = [f"flange_{k}" for k in ("x", "y", "z", "qx", "qy", "qz", "qw")]
