@@ -21,37 +21,27 @@ def read(file):
     return lambda content, name="rows.csv", **options: read_measurements(file(content, name), **options)
 
 
-COMMA = "q1[deg],q2[mm],x[mm],y[in],z[µm]\n90,500,1000,10,2000000\n-45.5,0.25,1,2,3\n"
+HEAD, UNITS = "q1[deg],q2[mm],x[mm],y[in],z[µm]", ("deg,mm,mm,in,um", "[deg],[mm],[mm],[in],[um]")
+COMMA = f"{HEAD}\n90,500,1000,10,2000000\n-45.5,0.25,1,2,3\n"
+CELLS = [row.split(",") for row in COMMA.split()]
+GERMAN = [[cell.replace(".", ",") for cell in row] for row in CELLS]
 
 
 @pytest.mark.parametrize(
     "content",
     [
-        COMMA.encode(),
-        COMMA.encode("utf-8-sig"),
-        COMMA.encode("utf-16"),
-        COMMA.encode("latin-1"),
-        COMMA.replace("\n", "\r\n").encode(),
-        COMMA.replace("\n", "\r").encode(),
-        COMMA.replace(",", "\t").encode(),
-        COMMA.replace(",", ";").encode(),
-        COMMA.replace(",", ";").replace(".", ",").encode(),
-        COMMA.replace(",", " ; ").replace(".", ",").encode(),
+        *(COMMA.encode(codec) for codec in ("utf-8", "utf-8-sig", "utf-16", "latin-1")),
+        *(COMMA.replace("\n", end).encode() for end in ("\r\n", "\r")),
+        *(COMMA.replace(",", mark).encode() for mark in ("\t", ";", "   ", ", ")),
+        *(COMMA.replace(",", mark).replace(".", ",").encode() for mark in (";", " ; ")),
         COMMA.replace(",", "\t").replace(".", ",").encode("utf-16"),
-        COMMA.replace(",", "   ").encode(),
         COMMA.replace("[", " [").replace(",", "   ").encode(),
-        COMMA.replace(",", ", ").encode(),
         ("# made by hand\n\n" + COMMA.replace("\n", "\n\n") + "# the end\n").encode(),
-        ("# " + COMMA).encode(),
-        "\n".join(",".join(f'"{c}"' for c in row.split(",")) for row in COMMA.split()).encode(),
-        "\n".join(
-            ",".join(f'"{c.replace(".", ",")}"' for c in row.split(",")) for row in COMMA.split()
-        ).encode(),
+        *((above + COMMA).encode() for above in ("# ", "Measured on Monday\n")),
+        *("\n".join('","'.join(row).join('""') for row in rows).encode() for rows in (CELLS, GERMAN)),
         COMMA.replace("-45.5", "\u221245.5").encode(),
-        ("Measured on Monday\n" + COMMA).encode(),
         COMMA.replace("[", " (").replace("]", ")").encode(),
-        b"q1,q2,x,y,z\ndeg,mm,mm,in,um\n" + COMMA.split("\n", 1)[1].encode(),
-        b"q1,q2,x,y,z\n[deg],[mm],[mm],[in],[um]\n" + COMMA.split("\n", 1)[1].encode(),
+        *(COMMA.replace(HEAD, f"q1,q2,x,y,z\n{line}").encode() for line in UNITS),
     ],
 )
 def test_the_same_numbers_in_every_text_form(read, content):
@@ -112,12 +102,10 @@ def test_dates_become_seconds(read, read_here):
 
 
 def test_parquet(read, tmp_path):
-    import pyarrow as pa
-    from pyarrow import parquet
+    import pandas
 
     columns = {"q1[deg]": [90.0, 45.0], "x[m]": [1.0, 0.1], "y[m]": [2, 3], "z[m]": [3.0, None]}
-    table = pa.table({**columns, "session": ["a", "b"]})
-    parquet.write_table(table, tmp_path / "t.parquet")
+    pandas.DataFrame({**columns, "session": ["a", "b"]}).to_parquet(tmp_path / "t.parquet")
     data = read_measurements(tmp_path / "t.parquet")
     np.testing.assert_allclose(data.q[:, 0], np.radians([90, 45]))
     assert data.position[1, 0] == 0.1
@@ -237,22 +225,17 @@ def test_lists_in_cells_are_columns_and_other_units_are_left_out(read):
     np.testing.assert_allclose(read(f'q[deg],T\n"[1, 2]","{pose}"\n').rotation, [ROTATED])
 
 
-def test_trajectories(tmp_path):
-    path = tmp_path / "t.csv"
-    path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0.1,1,11\n")
-    path2 = tmp_path / "p.csv"
-    path2.write_text("x[mm],y[mm],z[mm],qw,qx,qy,qz\n1,2,3,1,0,0,0\n")
-    assert read_trajectory(path, joints=2).q.shape == (2, 2)
-    assert read_trajectory(path).position is None
-    poses = read_trajectory(path2)
+def test_trajectories(file):
+    read, joints = lambda text, **how: read_trajectory(file(text), **how), "time[s],q1[deg],q2[deg]\n0,0,10\n"
+    found = read(joints + "0.1,1,11\n", joints=2)
+    assert (found.q.shape, found.position) == ((2, 2), None)
+    poses = read("x[mm],y[mm],z[mm],qw,qx,qy,qz\n1,2,3,1,0,0,0\n")
     assert (poses.q, poses.rotation.shape) == (None, (1, 3, 3))
-    path2.write_text("x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]\n1,2,3,10,0,40\n")
+    turned = "x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]\n1,2,3,10,0,40\n"
     with refuses(DataError, "rotation vector", "roll", "columns="):
-        read_trajectory(path2)
-    assert read_trajectory(path2, columns="rx[deg]=rx,ry[deg]=ry,rz[deg]=rz").rotation is not None
-    path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0,1,11\n")
+        read(turned)
+    assert read(turned, columns="rx[deg]=rx,ry[deg]=ry,rz[deg]=rz").rotation is not None
     with refuses(DataError, "line 3", row=1, column="time"):
-        read_trajectory(path)
-    path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n1,,11\n")
+        read(joints + "0,1,11\n")
     with refuses(FileError, line=3, column="q1[deg]"):
-        read_trajectory(path)
+        read(joints + "1,,11\n")

@@ -13,13 +13,11 @@ from workbench.data.simulation.hidden_effects import MAX_BEND, hidden_effects, v
 def test_every_effect_can_be_hidden(aria, name):
     (effect,), (note,) = hidden_effects(aria, [name], rng=np.random.default_rng(0))
     assert effect.name == name
-    assert name in note
-    assert all(n in note for n in effect.names)
+    assert all(n in note for n in (name, *effect.names))
     robot = aria.with_effects(effect)
     rng = np.random.default_rng(1)
     q = rng.uniform(*aria.search_limits.T, (120, 6))
-    shift = shift_of(robot, varied_state(robot, q, rng=rng))
-    largest = np.abs(shift).max()
+    largest = np.abs(shift_of(robot, varied_state(robot, q, rng=rng))).max()
     if name == "thermal-growth":
         assert effect.coefficients == (2.3e-5,)  # aluminium
         assert 1e-5 < largest < 1e-3

@@ -15,9 +15,7 @@ from workbench.identification.identify import identify
 @pytest.mark.parametrize("samples", [1, 16])
 def test_three_markers_give_a_pose_as_well_as_promised(katana, samples):
     """Spread of 3000 fitted poses against the deviations that follow from the markers' places."""
-    instrument = Instrument(
-        name="o", observes=Observes.RIGID_BODY, sigma_position=1e-5, markers=THREE_MARKERS, samples=samples
-    )
+    instrument = Instrument("o", Observes.RIGID_BODY, 1e-5, markers=THREE_MARKERS, samples=samples)
     q = np.tile(any_joints(katana, 1), (3000, 1))
     rows = simulate(katana, Motion(q), instrument=instrument, rng=np.random.default_rng(2))
     error = se3.pose_error(se3.pose(rows.rotation, rows.position), tool_poses(katana, Motion(q)))

@@ -6,6 +6,7 @@ from refusals import refuses
 
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import read_measurements
+from workbench.data.readers.read import read_fields
 
 SPOTS, H = ("A", "B", "C"), np.pi / 2
 
@@ -162,6 +163,32 @@ def test_a_row_that_lacks_a_joint_is_left_out(tmp_path):
     data = read_measurements(tmp_path / "m.csv")
     assert data.exclude.tolist() == [False, True, False]
     assert "data row 1 (line 3) lacks q2 and is excluded" in data.notes
+
+
+NAMED = {
+    "&ACCESS\nDECL E6AXIS P={{A1 {},A2 {},A3 {},E1 0.0}}\nDECL E6POS Q={{X 1.0,Y 2.0}}\n": False,
+    "/PROG A\nP[1]{{ J1= {} deg, J2= {} deg,\n J3= {} deg }};\n": False,
+    "q1={} q2={} q3={} X=1.0 mm\n": True,
+}
+
+
+@pytest.mark.parametrize("form", NAMED)
+def test_joints_stand_behind_their_names(tmp_path, form):
+    (tmp_path / "t.txt").write_text(form.format(10.5, -20, 30) + form.format(11.5, -21.0, 31))
+    values = read_fields(tmp_path / "t.txt").values
+    assert np.rad2deg([values[f"q{k}"][1] for k in (1, 2, 3)]) == pytest.approx([11.5, -21, 31])
+    assert ("x" in values) == NAMED[form]
+
+
+@pytest.mark.parametrize(("far", "rows"), [(0, [2, 4]), (5, [2]), (0, [])])
+def test_places_at_the_origin_were_not_seen(tmp_path, far, rows):
+    """A lone one among the others may be a place."""
+    q = np.arange(7.0)
+    table = np.stack([q, np.sin(q) + far, np.cos(q) + far, q / 7, 1 + 0 * q, 0 * q, 0 * q, 0 * q], axis=1)
+    table[rows or [2], 1 : 8 if rows else 4] = 0.0
+    head = "q1[rad],x[m],y[m],z[m],qw,qx,qy,qz"
+    np.savetxt(tmp_path / "t.csv", table, delimiter=",", header=head, comments="")
+    assert np.flatnonzero(~read_measurements(tmp_path / "t.csv").included).tolist() == rows
 
 
 def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):

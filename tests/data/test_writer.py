@@ -23,12 +23,8 @@ def assert_same(ours: Dataset, theirs: Dataset, *, rotation: float = 1e-14):
             continue
         if f.name == "rotation" and a is not None:
             np.testing.assert_allclose(a, b, atol=rotation)
-        elif f.name == "tilt" and a is not None:
-            assert a.keys() == b.keys()
-            for link in a:
-                np.testing.assert_array_equal(a[link], b[link])
-        elif isinstance(a, np.ndarray):
-            np.testing.assert_array_equal(a, b, err_msg=f.name)
+        elif isinstance(a, np.ndarray | dict):
+            np.testing.assert_equal(a, b, err_msg=f.name)
         else:
             assert a is None or a == b, f.name
 

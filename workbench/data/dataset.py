@@ -304,8 +304,6 @@ def _stacked(pair: tuple[np.ndarray | None, np.ndarray | None], sizes: tuple[int
     """Two parts of a column, one of which may be missing."""
     like = next(value for value in pair if value is not None)
     nothing: object = {"f": np.nan, "b": False}.get(like.dtype.kind, "")
-    filled = [
-        np.full((size, *like.shape[1:]), nothing, like.dtype) if value is None else value
-        for value, size in zip(pair, sizes, strict=True)
-    ]
+    size, sized = like.shape[1:], zip(pair, sizes, strict=True)
+    filled = [np.full((n, *size), nothing, like.dtype) if v is None else v for v, n in sized]
     return np.concatenate(filled)

@@ -101,11 +101,20 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
 
 
 def _without_copies(dataset: Dataset) -> Dataset:
-    """The rows, with those kept out that repeat another to the last digit: they carry no information."""
-    included = np.flatnonzero(dataset.included)
-    pairs = included[np.array(repeated_rows(dataset.take(included)), np.int64).reshape(-1, 2)]
-    if not len(pairs):
+    """The rows without what repeats another to the last digit, rows or their markers: it tells nothing."""
+    included, markers = np.flatnonzero(dataset.included), dataset.markers
+    rows = dataset.take(included)
+    copies = {
+        included[b]: f"repeats data row {rows.row[a]} to the last digit" for a, b in repeated_rows(rows)
+    }
+    if markers is not None:
+        seen, markers = np.isfinite(markers).any((1, 2)), markers.copy()
+        for k in range(markers.shape[1]):
+            again = [b for _, b in repeated_rows(replace(rows, markers=markers[included, k : k + 1]))]
+            markers[included[again], k] = np.nan
+        gone = included[(seen & np.isnan(markers).all((1, 2)))[included]]
+        copies = dict.fromkeys(gone, "repeats others to the last digit") | copies
+    if not copies:
         return dataset
-    copies = {b: f"repeats data row {dataset.row[a]} to the last digit" for a, b in pairs.tolist()}
-    note = f"{plural(len(pairs), 'duplicate row')} ignored"
-    return replace(dataset.kept_out(copies), notes=(*dataset.notes, note))
+    note = f"{plural(len(copies), 'duplicate row')} ignored"
+    return replace(dataset.kept_out(copies), markers=markers, notes=(*dataset.notes, note))

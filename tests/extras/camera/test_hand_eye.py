@@ -81,11 +81,15 @@ def sample_lists(hands, seen):
     return json.dumps({"samples": sides}, indent=1)
 
 
+def lines_of(values, mark=","):
+    return "\n".join(mark.join(map(repr, row)) for row in values.tolist())
+
+
 def table(hands, seen):
     head = "x[m],y[m],z[m],qx,qy,qz,qw,tvec_x[mm],tvec_y[mm],tvec_z[mm],rvec_x,rvec_y,rvec_z"
     turns = Rotation.from_matrix(seen[:, :3, :3]).as_rotvec()
     values = np.hstack([hands[:, :3, 3], xyzw(hands), 1e3 * seen[:, :3, 3], turns])
-    return "\n".join([head, *(",".join(map(repr, row)) for row in values.tolist())])
+    return "\n".join([head, lines_of(values)])
 
 
 def file_storage(hands, seen):
@@ -111,7 +115,7 @@ def euler_as_vector(hands, seen):
     values[2, 6:], values[4, 2:] = 0.0, 1.0
     head = "ee_x_mm,ee_y_mm,ee_z_mm,ee_rx,ee_ry,ee_rz,tag_px,tag_py,tag_pz,"
     head += "tag_q1,tag_q2,tag_q3,tag_q4,exclude"
-    return "\n".join([head, *(",".join(map(repr, row)) for row in values.tolist())])
+    return "\n".join([head, lines_of(values)])
 
 
 def bag(hands, seen):
@@ -120,15 +124,15 @@ def bag(hands, seen):
     head = [f"q{k}[deg]" for k in range(1, 7)] + [f"{s}_pose.{f}" for s in ("ee", "aruco") for f in fields]
     sides = [np.hstack([p[:, :3, 3], xyzw(p)]) for p in (hands, seen)]
     values = np.hstack([np.ones((len(hands), 6)), *sides])
-    return "\n".join([",".join(head), *(",".join(map(repr, row)) for row in values.tolist())])
+    return "\n".join([",".join(head), lines_of(values)])
 
 
 FILES = {"samples.yaml": moveit, "eih.samples": easy_handeye, "list.json": sample_lists, "pairs.csv": table}
 FILES |= {"bag.csv": bag, "opencv.yml": file_storage, "franka.json": franka, "xarm.csv": euler_as_vector}
+MARKS = {44: ";", 46: ",", 10: "\0\n"}  # decimal commas, zeros that end lines
+FILES["tracker.csv"] = lambda a, b: euler_as_vector(a, b).translate(MARKS).replace("tag", "measured")
 FILES["flat.yaml"] = lambda *sides: f"robot: {sides[0].ravel().tolist()}\ntarget: {sides[1].tolist()}\n"
-FILES["halves.txt"] = lambda *sides: "\n".join(
-    " ".join(map(repr, row)) for row in np.hstack([side[:, :3].reshape(-1, 12) for side in sides]).tolist()
-)
+FILES["halves.txt"] = lambda *sides: lines_of(np.hstack([side[:, :3].reshape(-1, 12) for side in sides]), " ")
 FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replace("rvec_", "target_r")
 
 
@@ -164,12 +168,8 @@ def storage(pose):
     return f"<opencv_storage>\n{inside}</opencv_storage>"
 
 
-def rows(pose):
-    return "\n".join(" ".join(map(repr, row)) for row in pose.reshape(-1, 4).tolist())
-
-
 EACH = {
-    ("robot_0", "cam_0", ".txt"): rows,
+    ("robot_0", "cam_0", ".txt"): lambda pose: lines_of(pose, " "),
     ("ee/", "tag/", ".yaml"): quaternion,
     ("pose_fPe_", "pose_cPo_", ".yaml"): vector,
     ("robot", "board", ".xml"): storage,
@@ -202,11 +202,11 @@ def arrays_each(folder, hands, seen):
 
 def stacks(folder, hands, seen):
     for name, side in (("robot_cali", hands), ("board", seen)):
-        (folder / f"{name}.txt").write_text(f"{len(side)}\n\n{rows(side)}")
+        (folder / f"{name}.txt").write_text(f"{len(side)}\n\n{lines_of(side.reshape(-1, 4), ' ')}")
 
 
 def one_stack(folder, hands, seen):
-    (folder / "all.txt").write_text(rows(np.stack([hands, seen], axis=1)))
+    (folder / "all.txt").write_text(lines_of(np.stack([hands, seen], axis=1).reshape(-1, 4), " "))
 
 
 def timed(folder, hands, seen):

@@ -59,7 +59,5 @@ class MarkerObservation(AbstractObservation):
         by_unknown = np.zeros((rows, count, 3, count, 3))
         for k in range(count):
             by_unknown[:, k, :, k] = np.where(seen[:, k, :, None], poses[:, :3, :3], 0.0)
-        shape = (rows, 3 * count)
-        return Linearised(
-            residual.reshape(shape), by_twist.reshape(*shape, 6), by_unknown.reshape(*shape, 3 * count)
-        )
+        to = (rows, 3 * count)
+        return Linearised(residual.reshape(to), by_twist.reshape(*to, 6), by_unknown.reshape(*to, 3 * count))

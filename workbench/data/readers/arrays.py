@@ -22,7 +22,7 @@ import numpy as np
 from workbench.base.errors import FileError, WorkbenchError
 from workbench.base.units import parse_heading
 from workbench.data.binary_tables import refusal
-from workbench.data.readers.file_kind import POSE_PAIRS, TABLE, read_bytes
+from workbench.data.readers.file_kind import POSE_PAIRS, PROGRAM, TABLE, read_bytes
 from workbench.data.readers.headings import (
     is_commanded,
     is_of_measurement,
@@ -46,6 +46,8 @@ _OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
 _YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*[:=]", re.M)
 _TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*[:=]|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")
 _NUMBER = re.compile(r"(^|_)\d+$")
+_NAMED = r"\b([A-Za-z_]\w*)[ \t]*[:= ][ \t]*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)[ \t]*(deg|rad|mm|m|°)?(?![\w.])"
+"""A number behind its name and before its unit."""
 TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
 _PLACE = re.compile(r"translation|position", re.I)
 _JOINTS = re.compile("q|joints?|joint_(?:pose|positions|angles|states)|angles")
@@ -104,6 +106,20 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
         with suppress(ValueError):
             return {"": np.array(body, float)}
     return dict(zip(head, zip(*body, strict=True), strict=True)) if headed and body else {}
+
+
+def arrays_of_names(data: bytes, path: Path) -> dict[str, Any]:
+    """Numbers behind their names, as in lines `q1=12.3 deg q2=…`; of a robot's program joints alone, as its
+    places are where the arm should be. None of another text."""
+    is_program = bool(re.match(PROGRAM, data[:4000]))
+    begin = data[: 20_000 if is_program else 200].decode("utf-8", "ignore")
+    if not {"q1", "q2", "q3"} <= {meaning_of(match[1]) for match in re.finditer(_NAMED, begin)}:
+        return {}
+    found = defaultdict[str, list[float]](list)
+    for name, number, unit in re.findall(_NAMED, decode(data, path)[0]):
+        if not is_program or re.fullmatch(r"q\d+", meaning_of(name) or ""):
+            found[f"{name}[{unit}]" if unit else name].append(float(number))
+    return dict(found) if min(map(len, found.values())) > 1 else {}
 
 
 def numpy_arrays(data: bytes) -> dict[str, Any]:
@@ -248,10 +264,7 @@ def read_arrays(path: Path) -> Grid | None:
 def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     """Arrays as long as the joints, or as most are, side by side; without `what`, under their whole names."""
     columns, left_out = dict[str, list[str]](), list[str]()
-    upright = {
-        str(name): own if own.ndim else np.zeros(0)
-        for name, own in zip(arrays, map(block, arrays.values()), strict=True)
-    }
+    upright = {str(name): block(own) for name, own in arrays.items()}
     rows, upright = _upright(upright) if what else (max(map(len, upright.values())), upright)
     for name, array in upright.items():
         shape = array.shape[1:-1] if array.shape[2:] == (1,) else array.shape[1:]
@@ -282,8 +295,9 @@ def with_lists(grid: Grid) -> Grid:
     """
     head, *body = grid.rows or [[]]
     lists = dict[int, tuple[list[str], list[list[str]]]]()
-    for k, name in enumerate(head):
-        cells = [row[k] for row in body if len(row) == len(head)]
+    width, cells = len(head), [""]
+    for k in sorted({k for row in body for k, c in enumerate(row[:width]) if c.startswith(("[", "("))}):
+        name, cells = head[k], [row[k] for row in body if len(row) == width]
         found = [_ENTRY.findall(m[1]) if (m := _LIST.fullmatch(cell)) else [] for cell in cells]
         if len(sizes := {len(f) for f, cell in zip(found, cells, strict=True) if cell}) == 1 < max(sizes):
             names = _headings(name, (size := max(sizes),)) if quantities_of(meaning_of(name) or "q1") else []
@@ -331,7 +345,7 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     if shape in _MATRICES and not is_commanded(name):
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:
-        return [name] if not shape else []
+        return [f"{name}{f'[{said}]' if said else ''}"] if not shape else []
     if _JOINTS.fullmatch(plain):
         return [f"q{k + 1}{unit}" for k in range(shape[0])]
     first, _, _ = plain.partition("_" if is_of_measurement(name) else "\n")

@@ -21,7 +21,7 @@ from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
-from workbench.data.postures import postures
+from workbench.data.postures import equal_rows, postures
 from workbench.data.readers.column_meanings import unread_text
 from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields
@@ -65,6 +65,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     fields = fields if beside is not None else joined_alone(fields)
     q = joint_columns(fields, joints, some=True)
     excluded = excluded_rows(fields)
+    fields = without_zeros(fields, q)
     for way in (with_markers, with_distances) if beside is None else ():
         if (other := way(fields, q, excluded)) is not fields:
             return assemble(other, joints=joints)
@@ -75,20 +76,18 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         raise fields.error(text, row, f"q{joint + 1}")
     _check_range(fields)
     position = fields.stacked(("x", "y", "z"))
-    rotation, notes = read_orientation(fields, usable=~excluded)
+    placed = np.ones(fields.rows, bool) if position is None else ~np.isnan(position).all(1)
+    rotation, notes = read_orientation(fields, usable=~excluded & placed)
     _counted(fields, seen := fields.numbers(r"m(\d+)[xyz]"), "marker", "m{}x")
     places = [p for k in seen if (p := fields.stacked([f"m{k}{axis}" for axis in "xyz"])) is not None]
     markers, (sigma, rounded) = np.stack(places, axis=1) if places else None, _sigma(fields)
     links = fields.numbers(r"tilt_[xy](\d+)")
     tilt = {k: v for k in links if (v := fields.stacked((f"tilt_x{k}", f"tilt_y{k}"))) is not None}
     observed = {"position": position, "orientation": rotation, **(beside or {})}
-    if markers is not None:
-        observed |= {f"marker {k + 1}": markers[:, k] for k in range(markers.shape[1])}
+    observed |= {f"marker {k}": own for k, own in enumerate(places, 1)}
     observed |= {f"tilt {link}": values for link, values in tilt.items()}
-    more = {name: column_of(name) for name in fields.values}
-    observed |= {name: fields.values[name] for name, own in more.items() if own is not None and own.observed}
-    unseen = all(values is None for values in observed.values())
-    if unseen and "point" in fields.values and "contact" not in fields.values:
+    observed |= {k: v for k, v in fields.values.items() if (own := column_of(k)) is not None and own.observed}
+    if all(v is None for v in observed.values()) and {"point"} == {"point", "contact"} & fields.values.keys():
         touched = {**fields.values, "contact": fields.values["point"]}
         fields = replace(fields, values=touched, notes=(*fields.notes, "'point' names what was touched"))
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
@@ -122,6 +121,23 @@ def excluded_rows(fields: Fields) -> Mask:
     for row in (k for k, word in enumerate(cells) if word not in _TRUE | _FALSE):
         raise fields.error(f"'{cells[row]}' is neither true nor false", row, "exclude")
     return np.array([word in _TRUE for word in cells], bool)
+
+
+def without_zeros(fields: Fields, q: Float[np.ndarray, "rows n"]) -> Fields:
+    """The columns with places at the origin as missing, which instruments write where they see nothing, if
+    all others are farther from it than from the first of them, or if it alone repeats at other joints."""
+    values, notes = dict(fields.values), [*fields.notes]
+    for keys in ("xyz", *([f"m{k}{axis}" for axis in "xyz"] for k in fields.numbers(r"m(\d+)x"))):
+        if (places := fields.stacked(keys)) is None or not (zero := ~places.any(1)).any():
+            continue
+        others, joints = (own[~zero & np.isfinite(places).all(1)] for own in (places, q))
+        away, apart = (np.linalg.norm(others - at, axis=1) for at in (0.0, others[:1]))
+        once = len(equal_rows(others)[1]) == len(equal_rows(np.hstack([others, joints]))[1])
+        repeats = once and postures(np.nan_to_num(q[zero])).any()
+        if len(others) > 2 and (repeats or away.min() > apart.max()):
+            values |= {key: np.where(zero, np.nan, values[key]) for key in keys}
+            notes.append(f"{', '.join(keys)} = 0 in {plural(int(zero.sum()), 'row')}: not seen there")
+    return replace(fields, values=values, notes=(*notes,))
 
 
 def with_markers(fields: Fields, q: Float[np.ndarray, "rows n"], excluded: Mask) -> Fields:

@@ -31,7 +31,7 @@ from workbench.data.readers.headings import (
     meaning,
     meaning_of,
     normalised,
-    number_in,
+    numbers_in,
     quantities_of,
     split_ending,
     suits,
@@ -95,7 +95,6 @@ class TableColumn:
         problem: Why it can't be read.
         missing_unit: The same of one that the rows may tell; until then the likeliest is converted.
         si: Our unit; None where the file's is missing or there is none.
-        cells: What stands in it, as text.
     """
 
     index: int
@@ -107,7 +106,6 @@ class TableColumn:
     problem: WorkbenchError | None = None
     missing_unit: UnitError | None = None
     si: str | None = None
-    cells: tuple[str, ...] = ()
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
@@ -140,37 +138,29 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
                 is_joint = quantities_of(column.key) == JOINT  # reached, beside commanded ones
                 reached = [c for c in numbers if is_joint and is_reached(c.heading)]
                 measured = [c for c in numbers if is_of_measurement(c.heading)]
-                numbers = [other] if _are_equal(table, *numbers) else measured or reached
+                known = [c.conversion.to_si(_numbers(table, [c.index])) for c in numbers if c.conversion]
+                are_two = column.unit != other.unit and len(known) == 2  # of one joint, in deg and in rad
+                is_same = are_two and np.allclose(known[0], known[1], atol=1e-5, equal_nan=True)
+                numbers = [other] if is_same else measured or reached
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
-                columns[worse.index] = TableColumn(
-                    index=worse.index, heading=worse.heading, cells=worse.cells
-                )
+                columns[worse.index] = TableColumn(index=worse.index, heading=worse.heading)
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
-            shown, keys = zip(*((parse_heading(c.heading).name, c.key) for c in columns), strict=True)
-            again = next(shown[k] for k, key in enumerate(keys) if key and key in keys[:k])
-            how = remedy(
-                f"leave one set out, columns='{again}=-' (--columns), and so on", page=CHOOSE_ON_PAGE
-            )
-            how = f", or {how}" if table.has_option and shown.count(shown[i]) == 1 else ""
+            shown = [parse_heading(c.heading).name for c in columns]
+            option = f"leave one set out, columns='{shown[i]}=-' (--columns), and so on"
+            can_tell = table.has_option and shown.count(shown[i]) == 1
+            how = f", or {remedy(option, page=CHOOSE_ON_PAGE)}" if can_tell else ""
             text = f"{both} both mean {column.key}: remove or rename one{how}"
             columns[i] = replace(column, problem=table.error(text, i))
     return tuple(columns)
 
 
-def _are_equal(table: Table, *columns: TableColumn) -> bool:
-    """Whether columns of several units hold the same numbers in SI, such as joints in deg and in rad."""
-    known = [c.conversion.to_si(_numbers(table, [c.index])) for c in columns if c.conversion]
-    are_two = len({c.unit for c in columns}) == len(known) == 2
-    return are_two and np.allclose(known[0], known[1], atol=1e-5, equal_nan=True)
-
-
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
-    column = TableColumn(index=index, heading=text, cells=tuple(table.columns[index]))
+    column = TableColumn(index=index, heading=text)
     if IGNORED in (name, key):
         return column
     if key is None or not (unit is None or suits(unit, key)):
@@ -204,9 +194,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
             remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
-        alike = [c.index for c in columns if c.key and quantities_of(c.key) == quantities]
-        cells = (cell for k in alike for cell in table.columns[k] if NUMBER.fullmatch(cell))
-        largest = max((abs(number_in(cell)) for cell in cells), default=0.0)
+        alike = (c.index for c in columns if c.key and quantities_of(c.key) == quantities)
+        largest = max(np.fmax.reduce(abs(numbers_in(table.columns[k])), initial=0.0) for k in alike)
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
@@ -220,7 +209,7 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
         if NOT_NEEDED.fullmatch(column.key) and column.key != normalised(parse_heading(column.heading).name):
-            return TableColumn(index=column.index, heading=column.heading, cells=column.cells)
+            return TableColumn(index=column.index, heading=column.heading)
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
@@ -265,15 +254,12 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     renamed = renamed if len(renamed) > 1 and [*renamed.values()] == sorted(renamed.values()) else {}
     notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if renamed else []
     notes += [c.remark for c in columns if c.remark and f"'{c.heading}'" not in renamed]
-    units: dict[tuple[str, Quantity], list[str]] = {}
+    units = defaultdict[str, list[str]](list)
     for column in columns:
-        if column.conversion is not None and column.unit:
-            units.setdefault((column.unit, column.conversion.quantity), []).append(str(column.key))
-    notes += [
-        f"{span(keys)}: {unit} converted to {si}"
-        for (unit, si), keys in units.items()
-        if unit != si and si is not Quantity.NUMBER
-    ]
+        to = column.conversion.quantity if column.conversion and column.unit else Quantity.NUMBER
+        if to not in (Quantity.NUMBER, column.unit):
+            units[f"{column.unit} converted to {to}"].append(str(column.key))
+    notes += [f"{span(keys)}: {converted}" for converted, keys in units.items()]
     left_out = [c.heading or "(no heading)" for c in columns if c.key is None and not c.remark]
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
 
@@ -368,7 +354,7 @@ def _triples(unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
 
 
 def _numbers(table: Table, columns: list[int], rows: int | None = None) -> np.ndarray:
-    return np.array([[number_in(cell) for cell in table.columns[k][:rows]] for k in columns]).T
+    return np.array([numbers_in(table.columns[k])[:rows] for k in columns]).T
 
 
 def _follow_each_other(one: np.ndarray, other: np.ndarray) -> bool:

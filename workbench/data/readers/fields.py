@@ -19,7 +19,7 @@ from workbench.data.readers.column_meanings import (
     problems,
     told_twice,
 )
-from workbench.data.readers.headings import number_in
+from workbench.data.readers.headings import numbers_in
 from workbench.data.readers.table import Table
 
 MISSING = re.compile(
@@ -155,16 +155,11 @@ def to_numbers(table: Table, column: int | str, *, signs: bool = False) -> Float
     cells = table.columns[index]
     if (signs or "+" in cells) and {*cells} <= {"+", "-", "\u2212", "0", ""}:  # signs, as of directions
         cells = tuple(f"{cell}1" if cell not in ("0", "") else cell for cell in cells)
-    try:
-        if "_" in "".join(cells):
-            raise ValueError
-        values = np.array([float(cell) for cell in cells], dtype=float)
-    except ValueError:
-        values = np.array([number_in(cell) for cell in cells], dtype=float)
-        odd = np.flatnonzero(np.isnan(values)).tolist()
-        for row in (k for k in odd if not MISSING.fullmatch(cells[k].strip())):
-            text = "is not a number: write it without unit or thousands separators, or leave it blank"
-            raise table.error(f"'{cells[row][:40]}' {text}", index, row) from None
+    values = numbers_in(cells)
+    odd = np.flatnonzero(np.isnan(values)).tolist()
+    for row in (k for k in odd if not MISSING.fullmatch(cells[k].strip())):
+        text = "is not a number: write it without unit or thousands separators, or leave it blank"
+        raise table.error(f"'{cells[row][:40]}' {text}", index, row)
     if (beyond := np.abs(values) > MAX_NUMBER).any():
         row = int(np.argmax(beyond))
         wrong = "is infinite or beyond any length or angle: correct it, or leave the cell blank"

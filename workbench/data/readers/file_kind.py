@@ -66,9 +66,8 @@ def kind_of(data: bytes, path: Path) -> FileKind:
         return FileKind.EXCEL
     if data.startswith(b"PAR1"):
         return FileKind.PARQUET
-    if re.match(
-        rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)", data[:4000]
-    ):
+    arrays = rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)"
+    if re.match(arrays, data[:4000]):
         return FileKind.ARRAYS
     start = data[:4000].removeprefix(b"\xef\xbb\xbf")
     found = next((what for pattern, what in _REFUSED if re.match(pattern, start)), None)

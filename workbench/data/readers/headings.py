@@ -11,8 +11,12 @@ from contextlib import suppress
 from functools import lru_cache
 from itertools import product
 
+import numpy as np
+from jaxtyping import Float
+
 from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
+from workbench.base.types import frozen
 from workbench.base.units import Quantity, conversion, parse_heading
 from workbench.data.observation import known_columns
 from workbench.data.readers.columns_option import IGNORED, MATRIX
@@ -22,10 +26,8 @@ PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_TEXT = "q|j|jt|posj|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|angle|rax|field_position"
-_JOINT_TEXT += (
-    "|joint(?:_states?)?_pos(?:ition)?|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
-)
-_JOINT_TEXT += "|关节|관절"
+_JOINT_TEXT += "|joint(?:_states?)?_pos(?:ition)?|gelenkwinkel|achswinkel|winkel|axe|articulation|eje"
+_JOINT_TEXT += "|giunto|asse|关节|관절"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|lage|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
 _INSTRUMENT = "tracker|leica|lt|faro|mocap|marker"
@@ -157,26 +159,29 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
             found |= points if count > 1 else dict(zip(points, "xyz", strict=False))
     numbered = ([f"{stem}{k}" for k in range(n, n + 5)] for stem, n in product(("q", "rot_q"), (0, 1)))
     for *four, fifth in (*numbered, "abcde"):
-        if fifth not in there and _have_unit_length([columns.get(name, ()) for name in four]):
-            found |= zip(four, _QUATERNION, strict=True)
+        if fifth not in there and there.issuperset(four):
+            sums = np.sum([numbers_in(tuple(columns[name])) ** 2 for name in four], axis=0)
+            off = abs(sums[sums > 0.0] - 1.0) < SQUARE_ERROR  # zeros: it wasn't seen
+            found |= zip(four, _QUATERNION, strict=True) if off.sum() > 0.9 * len(off) else ()
     return found
-
-
-def _have_unit_length(columns: Sequence[Sequence[str]]) -> bool:
-    """Whether numbers side by side have squares that sum to 1 in nearly every row that holds them all."""
-    sums = [sum(number_in(cell) ** 2 for cell in row) for row in zip(*columns, strict=False)]
-    off = [abs(size - 1.0) < SQUARE_ERROR for size in sums if size > 0.0]  # zeros: it wasn't seen
-    return sum(off) > 0.9 * len(off)
 
 
 def number_in(cell: str) -> float:
     """The number in a cell, its thousands grouped where that leaves no doubt; NaN where there is none."""
-    text = cell.replace("\u2212", "-").strip()
-    if _GROUPED.fullmatch(text.replace("\u00a0", " ")):
+    with suppress(ValueError):
+        return float("" if "_" in cell else cell)
+    text = cell.replace("\u2212", "-").replace("\u00a0", " ").strip()
+    if _GROUPED.fullmatch(text):
         text = re.sub(r"[.,](?=.*[.,])", "", re.sub(r"[^\d.,+-]", "", text)).replace(",", ".")
     with suppress(ValueError):
-        return float("" if "_" in text else text.replace("\u00a0", ""))
+        return float("" if "_" in text else text)
     return float("nan")
+
+
+@lru_cache(maxsize=200)
+def numbers_in(cells: tuple[str, ...]) -> Float[np.ndarray, " rows"]:
+    """The number in each cell; NaN where there is none."""
+    return frozen(np.array([number_in(cell) for cell in cells], float))
 
 
 def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Sequence[str]]]:
@@ -189,7 +194,7 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
     beside_joints = bool(others) and all(re.fullmatch(r"q\d+", key) for key in others)
     stems, constant = dict[str, dict[str, str]](), dict[str, float]()
     for name, cells in columns.items():
-        if len(set(cells)) == 1:
+        if cells and all(map(cells[0].__eq__, cells)):
             constant[name] = number_in(cells[0])
         if (entry := _ENTRY.fullmatch(name)) is not None and meaning(name) is None:
             stems.setdefault(entry[1], {})[entry[2] + (entry[3] or "")] = name

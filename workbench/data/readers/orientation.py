@@ -15,7 +15,7 @@ from workbench.base.units import Quantity, conversion, parse_heading
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
-from workbench.data.readers.headings import number_in
+from workbench.data.readers.headings import numbers_in
 
 MAX_SILENT = 1e-6
 """Deviations above this are mended and said; below, values are taken as they are."""
@@ -80,7 +80,7 @@ def unnamed_angles(fields: Fields) -> WrittenOrientation | None:
         units = dict.fromkeys((name for name, own in bare.items() if own.name.lower() in found), "")
     if fields.rotation is not None or _forms(fields) or len(units) != 3:
         return None
-    numbers = np.array([[number_in(cell) for cell in fields.unread[name]] for name in units])
+    numbers = [numbers_in(fields.unread[name]) for name in units]
     likely = "deg" if np.nanmax(np.abs(numbers), initial=0.0) > 2.0 * np.pi else "rad"
     sizes = (conversion(unit or likely, Quantity.ANGLE) for unit in units.values())
     return WrittenOrientation("", np.column_stack([s.to_si(n) for s, n in zip(sizes, numbers, strict=True)]))

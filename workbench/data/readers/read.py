@@ -17,8 +17,7 @@ from workbench.base import files
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
-from workbench.data.readers import layouts
-from workbench.data.readers.arrays import read_arrays, table_of, upright, with_lists
+from workbench.data.readers import arrays, layouts
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import (
@@ -102,9 +101,8 @@ def read_measurements(
         if "q1" in fields.values:
             text = f"{fields.source} already has joints; leave out the table of joints"
             raise OptionError(text, option="joint_table")
-        fields = join(
-            fields, read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, joints=joints)
-        )
+        more = read_fields(joint_table, columns=joint_columns, sheet=joint_sheet, joints=joints)
+        fields = join(fields, more)
     return assemble(fields, joints=joints)
 
 
@@ -219,25 +217,27 @@ def read_table(
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
     if naming and naming.items:
         return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
-    return with_headings(only_table(with_lists(grid)), naming, joints)
+    return with_headings(only_table(arrays.with_lists(grid)), naming, joints)
 
 
 def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
     """The cells of a file."""
-    if path.is_dir() and (grid := read_arrays(path)) is not None:
+    if path.is_dir() and (grid := arrays.read_arrays(path)) is not None:
         return grid
     data = read_bytes(path)
+    if named := arrays.arrays_of_names(data, path):
+        return arrays.table_of(named, path, "numbers stand behind their names")
     kind = kind_of(data, path)
     if kind is FileKind.EXCEL:
         return read_excel(data, path, sheet=sheet)
     if sheet is not None:
         raise OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
-    if kind is FileKind.ARRAYS and (grid := read_arrays(path)) is not None:
+    if kind is FileKind.ARRAYS and (grid := arrays.read_arrays(path)) is not None:
         return grid
     if kind is FileKind.PARQUET:
         return read_parquet(data, path)
     grid = read_text(data, path)
     with suppress(ValueError):  # of numbers alone, which may be matrices one below another
-        if (stack := upright(np.array(grid.rows, float))).ndim == 3:
-            return table_of({"pose": stack}, path, "these are matrices")
+        if (stack := arrays.upright(np.array(grid.rows, float))).ndim == 3:
+            return arrays.table_of({"pose": stack}, path, "these are matrices")
     return grid

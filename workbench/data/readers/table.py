@@ -19,8 +19,7 @@ from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Na
 from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
 
 NUMBER = re.compile(
-    r"[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)",
-    re.IGNORECASE,
+    r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?|[-+]?(nan|inf)"
 )
 _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
@@ -190,9 +189,9 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         headings.pop()
     body, units, notes = head + 1, [""] * len(headings), list[str]()
     below = grid.rows[body] if body < len(grid.rows) else []
-    filled = [_bare_unit(cell) for cell in below if cell and cell not in ("-", "–")]
+    filled = [cell.strip("[]() \u00a0") for cell in below if cell and cell not in ("-", "–")]
     if filled and all(map(is_unit, filled)):
-        units = [_bare_unit(cell) for cell in _fitted(grid, body, len(headings))]
+        units = [cell.strip("[]() \u00a0") for cell in _fitted(grid, body, len(headings))]
         notes.append(f"units are taken from line {grid.lines[body]}, below the headings")
         body += 1
     if head:
@@ -237,11 +236,8 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
-    of_robot = (
-        {}
-        if any(re.fullmatch(r"q\d+", key) for key in taken)
-        else _of_robot(cells, _words(grid, start), joints)
-    )
+    has_joints = any(re.fullmatch(r"q\d+", key) for key in taken)
+    of_robot = {} if has_joints else _of_robot(cells, _words(grid, start), joints)
     return of_robot | said | dict.fromkeys(left, IGNORED)
 
 
@@ -306,10 +302,6 @@ def _first_data_row(rows: list[list[str]]) -> int:
         if numbers and 2 * numbers >= len(filled):
             return i
     return len(rows)
-
-
-def _bare_unit(cell: str) -> str:
-    return cell.strip().strip("[]()").strip()
 
 
 def _padded(row: list[str], width: int) -> list[str]:

@@ -19,6 +19,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.columns import COLUMNS
 from workbench.base.errors import OptionError
+from workbench.data.readers.headings import number_in
 
 MAX_BEND = 1e-3
 """Largest bend of an element where no size is given [rad or m]."""
@@ -84,10 +85,7 @@ def _from_text(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEff
     bend = 1e6 * float(np.abs(shift_of(bent, varied_state(bent, q, rng=rng))).max())
     if bend < MIN_LAW:
         raise OptionError(f"effect '{text}': nothing drives it at that joint; choose another joint")
-    try:
-        factor = float(size) if size else effect.typical_size or MAX_BEND / bend
-    except ValueError:
-        factor = np.nan
+    factor = number_in(size) if size else effect.typical_size or MAX_BEND / bend
     if not np.isfinite(factor) or factor == 0.0:
         raise OptionError(f"effect '{text}': the size must be a number other than 0 (SI units), got '{size}'")
     return _scaled(effect, factor)

@@ -9,6 +9,7 @@ A new instrument is one more record.
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from math import radians
 
 import numpy as np
 from jaxtyping import Float
@@ -34,16 +35,14 @@ class Observes(StrEnum):
     """Where up is, seen from every moving link."""
 
 
-FOUR_MARKERS = frozen(
-    np.array([[0.06, 0.0, 0.0], [-0.04, 0.05, 0.0], [-0.03, -0.06, 0.0], [0.0, 0.0, 0.05]], float)
-)
+FOUR_MARKERS = frozen(np.array([[0.06, 0, 0], [-0.04, 0.05, 0], [-0.03, -0.06, 0], [0, 0, 0.05]]))
 """Places of the markers on the tool where nothing else is said [m]: no two distances are alike to 1 mm."""
 _CORNERS = np.deg2rad([90.0, 210.0, 330.0])
 THREE_MARKERS = frozen(0.06 * np.column_stack([np.cos(_CORNERS), np.sin(_CORNERS), np.zeros(3)]))
 """Three markers about the tool point, which is their mean (Katana §3.3) [m]."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Instrument:
     """An instrument and its noise.
 
@@ -89,31 +88,23 @@ class Instrument:
         return share * self.sigma_position * float(position), share * self.sigma_position * float(rotation)
 
 
-_ALL: tuple[tuple[str, Observes, float, float | None], ...] = (
-    ("ideal", Observes.POSE, 0.0, 0.0),  # full poses without noise
-    ("plate", Observes.POSE, 0.1, 0.02),  # the seat of a fixture plate's target
-    ("socket", Observes.POINT, 0.05, None),  # a ball in a conical socket of a plate
-    ("laser-tracker", Observes.POINT, 0.02, None),  # a laser tracker and one reflector
-    ("tracker-6d", Observes.POSE, 0.05, 0.01),  # a laser tracker with a 6-DoF probe
-    ("photogrammetry", Observes.POINT, 0.06, None),  # a photogrammetric camera and one mark
-    ("motion-capture", Observes.MARKERS, 0.2, None),  # a motion capture system, four markers
-    ("touch-probe", Observes.CONTACT, 0.03, None),  # a probe that touches fixed points
-    ("ball-bar", Observes.DISTANCE, 0.005, None),  # a telescoping ball-bar on fixed anchors
-    ("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),  # a camera and three marks on the tool
-    ("optotrak", Observes.RIGID_BODY, 0.01, None),  # three active markers, whose mean is the tool point
-    ("wire", Observes.DISTANCE, 0.1, None),  # a draw-wire sensor on fixed anchors
-    ("inclinometer", Observes.TILT, 0.0, 0.001),  # an inclinometer on every moving link
-)
-"""Name, what each observes, and standard deviations [mm, °]."""
-INSTRUMENTS: dict[str, Instrument] = {
-    name: Instrument(
-        name=name,
-        observes=observes,
-        sigma_position=mm * 1e-3,
-        sigma_rotation=None if degrees is None else float(np.deg2rad(degrees)),
-        markers=THREE_MARKERS if observes is Observes.RIGID_BODY else FOUR_MARKERS,
+INSTRUMENTS = {
+    known.name: known
+    for known in (
+        Instrument("ideal", Observes.POSE, 0.0, 0.0),  # full poses without noise
+        Instrument("plate", Observes.POSE, 1e-4, radians(0.02)),  # the seat of a fixture plate's target
+        Instrument("socket", Observes.POINT, 5e-5),  # a ball in a conical socket of a plate
+        Instrument("laser-tracker", Observes.POINT, 2e-5),  # a laser tracker and one reflector
+        Instrument("tracker-6d", Observes.POSE, 5e-5, radians(0.01)),  # a laser tracker with a 6-DoF probe
+        Instrument("photogrammetry", Observes.POINT, 6e-5),  # a photogrammetric camera and one mark
+        Instrument("motion-capture", Observes.MARKERS, 2e-4),  # a motion capture system, four markers
+        Instrument("touch-probe", Observes.CONTACT, 3e-5),  # a probe that touches fixed points
+        Instrument("ball-bar", Observes.DISTANCE, 5e-6),  # a telescoping ball-bar on fixed anchors
+        Instrument("photogrammetric-tracker", Observes.RIGID_BODY, 6e-5, None, THREE_MARKERS),  # and a camera
+        Instrument("optotrak", Observes.RIGID_BODY, 1e-5, None, THREE_MARKERS),  # active, their mean the tool
+        Instrument("wire", Observes.DISTANCE, 1e-4),  # a draw-wire sensor on fixed anchors
+        Instrument("inclinometer", Observes.TILT, 0.0, radians(0.001)),  # one on every moving link
     )
-    for name, observes, mm, degrees in _ALL
 }
 """Every instrument by name."""
 

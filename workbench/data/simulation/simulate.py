@@ -117,9 +117,8 @@ def _rows(instrument: Instrument, actual: Robot, motion: Motion, columns, notes=
 
 def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:
     """`point 1`, `point 2` … of rows that share a place to a micrometre."""
-    number = dict[tuple[float, ...], int]()
-    rounded = map(tuple, np.round(places, 6).tolist())
-    return np.array([f"point {number.setdefault(place, len(number) + 1)}" for place in rounded])
+    once = [*dict.fromkeys(rounded := [*map(tuple, np.round(places, 6).tolist())])]
+    return np.array([f"point {once.index(place) + 1}" for place in rounded])
 
 
 def _follow(
