@@ -20,7 +20,7 @@ import typer.core
 from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchError
 from workbench.base.files import STANDARD_OUTPUT, standard_output_last
 from workbench.base.wording import brief, readable
-from workbench.cli.option_records import made, whole
+from workbench.cli.option_records import as_called, made
 from workbench.parts import offered, resolved, warn_of_broken
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -78,7 +78,7 @@ class Commands(typer.core.TyperGroup):
         """The called command, with `--json` and the options that other packages add to it."""
         name, command, rest = super().resolve_command(ctx, args)
         if not isinstance(command, typer.core.TyperGroup):
-            command = whole(command, "" if ctx.parent is None else ctx.info_name)
+            command = as_called(command, "" if ctx.parent is None else ctx.info_name)
         return name, command, rest
 
 

@@ -57,7 +57,7 @@ def made(entry: Any, name: str) -> Any:
     return found
 
 
-def whole(command: Any, group: str) -> Any:
+def as_called(command: Any, group: str) -> Any:
     """A command as it is called, by its group's name: with options joined to its records, and with --json.
 
     Those joined take 20 ms to look up; --json has every command that has none of its own.
