@@ -114,6 +114,17 @@ def euler_as_vector(hands, seen):
     return "\n".join([head, *(",".join(map(repr, row)) for row in values.tolist())])
 
 
+def tracker(hands, seen):
+    """Decimal commas, places in mm, turns in degrees beside deviations, zeros that end lines."""
+    turns = Rotation.from_matrix(seen[:, :3, :3]).as_euler("XYZ", degrees=True)
+    values = np.hstack([hands[:, :3, 3], xyzw(hands), 1e3 * seen[:, :3, 3], turns, 0.1 * abs(turns)])
+    head = [f"flange_{k}" for k in ("x", "y", "z", "qx", "qy", "qz", "qw")]
+    head += [f"measurement_{k}" for k in ("x", "y", "z", "rx", "ry", "rz", "std_rx", "std_ry", "std_rz")]
+    return "\0\r\n".join([";".join(head), *(";".join(map(repr, row)) for row in values.tolist())]).replace(
+        ".", ","
+    )
+
+
 def bag(hands, seen):
     """Names with dots, joints beside them."""
     fields = [f"{p}.{k}" for p, axes in (("position", "xyz"), ("orientation", "xyzw")) for k in axes]
@@ -125,6 +136,7 @@ def bag(hands, seen):
 
 FILES = {"samples.yaml": moveit, "eih.samples": easy_handeye, "list.json": sample_lists, "pairs.csv": table}
 FILES |= {"bag.csv": bag, "opencv.yml": file_storage, "franka.json": franka, "xarm.csv": euler_as_vector}
+FILES["tracker.csv"] = tracker
 FILES["flat.yaml"] = lambda *sides: f"robot: {sides[0].ravel().tolist()}\ntarget: {sides[1].tolist()}\n"
 FILES["halves.txt"] = lambda *sides: "\n".join(
     " ".join(map(repr, row)) for row in np.hstack([side[:, :3].reshape(-1, 12) for side in sides]).tolist()

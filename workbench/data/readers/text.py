@@ -56,8 +56,8 @@ def decode(data: bytes, path: Path) -> tuple[str, str]:
     """Text and the name of its encoding: UTF-16 with its mark, UTF-8, else Western European."""
     for mark, name in _ENCODINGS:
         with suppress(UnicodeDecodeError):
-            if data.startswith(mark) and "\0" not in (text := data.decode(name)):
-                return text, name
+            if data.startswith(mark) and not re.search("\0(?![\r\n]|$)", text := data.decode(name)):
+                return text.replace("\0", ""), name  # zeros that end lines are of strings in C
     wanted = "save the table as CSV in UTF-8"
     raise FileError(f"this is binary, or not text in UTF-8, UTF-16 or Latin-1: {wanted}", path=str(path))
 

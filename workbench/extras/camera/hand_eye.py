@@ -185,7 +185,7 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
         notes += [f"{both}: it is {ON[wanted]} as given"] * (mounted is not None)
         doubt = doubt or f"{both}: measure at more poses, or give --mounted" * (mounted is None)
     if fit.spread[12] and not doubt:
-        notes.append(f"{_scale(fit)}, and are: is the target's size, or the focal length, right?")
+        notes.append(f"{_scale(fit)}, and are: if its size and focal length are right, divide these by it")
     margin = max(score.values()) / score[best]
     return HandEye(mounted=wanted, fit=fit, row=row, margin=margin, doubt=doubt, notes=tuple(notes))
 

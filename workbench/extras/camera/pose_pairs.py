@@ -40,7 +40,10 @@ MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$
 VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 """OpenCV's names of what a camera sees, where nothing else says whose they are."""
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
-JOINT, NO_QUATERNION = (re.compile(rf".*joint.*|q({count})", re.I) for count in (r"\d+", r"[05-9]|\d\d+"))
+JOINT, NO_QUATERNION = (
+    re.compile(rf".*(joint|std|sigma).*|q({count})", re.I) for count in (r"\d+", r"[05-9]|\d\d+")
+)
+"""Names of joints and of deviations, where numbers of quaternions are none or may stand."""
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
 _OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
@@ -103,8 +106,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
 
 
 def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
-    """Arrays under names that say whose poses they are: where no name is of what a camera sees, those that
-    are of no robot; the halves of a lone one without a name."""
+    """Arrays under names that say whose poses they are; the halves of a lone one without a name."""
     if [*arrays] == [""] and (both := arrays[""]).shape[1:] in ((12,), (14,), (24,), (32,)):
         notes.append("the robot's poses are the first half of each row, the target's the second")
         both = both.reshape(-1, 6, 4) if both.shape[1] == 24 else both  # of 3 × 4 entries each
@@ -116,14 +118,11 @@ def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
         return dict(zip(SIDES, ways[how], strict=True))
     whole = {n: own for n, own in arrays.items() if block(own)[:1].size in WIDTHS}
     named = {_LETTER.sub(lambda found: LETTERS[found[0]], name): own for name, own in whole.items()}
-    kinds = {name: _is_seen(name) for name in named}
-    unknown = [name for name, kind in kinds.items() if kind is None and len(named[name]) > 2]
-    if True in kinds.values() or not unknown:
-        return named
-    if False not in kinds.values():
+    unknown = [name for name, own in named.items() if len(own) > 2]
+    if unknown and {*map(_is_seen, named)} == {None}:
         text = f"nothing tells whether {listed(unknown)} are the robot's or the target's"
         raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
-    return {f"target_{name}" if name in unknown else name: own for name, own in named.items()}
+    return named
 
 
 def _turned(poses: Poses) -> Float[np.ndarray, " rows"]:
@@ -157,10 +156,11 @@ def _is_seen(name: str) -> bool | None:
 
 def _poses(grid: Grid, seen: bool) -> tuple[Dataset, re.Pattern[str] | None]:
     """One side of a table, and which way round names say that its poses are, if they do. Where none is said
-    to be the robot's, all others are."""
+    to be of one side, all others are."""
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
     kinds = {c: _is_seen(c) for c in head}
-    kinds |= {} if False in kinds.values() else {c: bool(kind) for c, kind in kinds.items()}
+    if len(lacking := {True, False} - {*kinds.values()}) == 1:
+        kinds = {c: (True in lacking) if kind is None else kind for c, kind in kinds.items()}
     joint = JOINT if "q5" in {parse_heading(c).name for c in head} else NO_QUATERNION
     own = [c for c, kind in kinds.items() if kind is seen and not joint.fullmatch(parse_heading(c).name)]
     names = tuple(_heading(c, head) if c in own else c if c == "exclude" else IGNORED for c in head)
