@@ -23,6 +23,7 @@ def test_rows_of_another_arm_give_no_result_unless_forced(run, rows, tmp_path):
         assert mentions(err, "UR5 (CB3)")
         assert "--force" in err
         assert not (tmp_path / "r.json").exists()
+    assert run("evaluate", rows, "--robot", "aria", "--json", "r.json")[0] == 2
     run("identify", rows, "--robot", "aria", "--force", *FEW)
     result = json.loads((tmp_path / "r.json").read_text())
     assert any("the arm is UR5 (CB3)" in text for text in result["warnings"])

@@ -18,7 +18,7 @@ from workbench import Dataset, Trajectory
 from workbench.arm.usable_arm import closest
 from workbench.base.errors import OptionError
 from workbench.exports import FORMS, Job, export_robot
-from workbench.identification.controller_parameters import use_of
+from workbench.exports.controller_parameters import use_of
 
 ERROR, NOISE, ROWS = 4e-4, 3e-5, 200
 BASE = trip.placed([1.0, 0.5, 0.2], [0.0, 0.0, 0.7])

@@ -151,7 +151,7 @@ def test_rows_choose_the_first_observation_that_fits():
     rotation[:5] = np.nan
     problem = Problem.build(robot, replace(data, rotation=rotation))
     assert problem.size == 5 * 3 + (ROWS - 5) * 6
-    assert set(problem.component_rows[problem.component_channels == 1]) == set(range(5, ROWS))
+    assert set(problem.component_rows[problem.channels[1]]) == set(range(5, ROWS))
 
 
 def test_noise_given_by_rows_comes_to_the_common_one():

@@ -108,16 +108,19 @@ def evaluate(
     files: opt.FileOptions,
     frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
     reading: opt.ReadingOption = "auto",
+    exclude: opt.ExcludeOption = None,
     tip: opt.TipOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
     from workbench.identification.report.results_json import evaluation_json
 
-    fit_frames = opt.fits_frames(frames)
+    fits, rows = opt.fits_frames(frames), dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand")
     arm = wb.load_robot(robot, tip=tip)
-    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames, reading=reading)
+    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fits, reading=reading, exclude=rows)
     opt.show(found.blocks())
     opt.write_result(evaluation_json(found))
+    if found.foreign:
+        opt.fail(found.foreign)
 
 
 def export(
@@ -135,9 +138,7 @@ def export(
     source: Annotated[
         Path | None,
         option(
-            "--into",
-            "--source",
-            "With --for: your file of this form; --out is a copy of it with the calibrated numbers.",
+            "--into", "--source", "With --for: your file of this form, copied to --out with these numbers."
         ),
     ] = None,
     nominal: Annotated[
@@ -183,8 +184,8 @@ def export(
         opt.say_notes([*([] if tip is None else [branches]), *carried_text(arm)])
     opt.say_notes(() if urdf is None and toml is None else region_text(arm))
     if controller is not None and own is not None:
+        from workbench.exports.controller_parameters import use_of
         from workbench.identification.checks.arm_match import require_same_arm
-        from workbench.identification.controller_parameters import use_of
         from workbench.report.json import write_json
 
         require_same_arm(arm, own)

@@ -37,13 +37,15 @@ def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
     if len(first) < 2:
         return row
     once = EQUAL * rounded[first]
+    few = (np.searchsorted(once[:, 0], once[:, 0] + MAX_SCATTER) - np.arange(len(once))).max()
+    steps = range(1, few) if few <= NEIGHBOURS and len(once) == len(q) else [0]  # by the first joint
+    if all(np.abs(once[k:] - once[: len(once) - k]).max(1).min() >= MAX_SCATTER for k in steps):
+        return row
     count = min(NEIGHBOURS + 1, len(once))
     found = cKDTree(once).query(once, k=count, p=np.inf, distance_upper_bound=FARTHEST)
     distance, other = (table[:, 1:] for table in found)
     shown = np.append(distance[np.isfinite(distance)], [EQUAL] * (len(once) < len(q)))
     edges = np.append(np.sort(np.maximum(shown, EQUAL)), FARTHEST)
-    if edges[0] >= MAX_SCATTER:
-        return row
     gaps, tolerance = np.where(edges[:-1] < MAX_SCATTER, np.diff(np.log10(edges)), 0.0), EQUAL
     if gaps.max(initial=0.0) >= MIN_GAP:
         widest = int(np.argmax(gaps))
@@ -100,11 +102,8 @@ def repeats_text(data: Dataset) -> str:
 def equal_rows(table: np.ndarray) -> tuple[Int[np.ndarray, " rows"], Int[np.ndarray, " once"]]:
     """Number of each row among the ordered different ones, and their first rows: `numpy.unique` is slower."""
     order = np.lexsort(table.T[::-1])
-    is_new = np.ones(len(order), bool)
-    is_new[1:] = (table[order[1:]] != table[order[:-1]]).any(1)
-    number = np.empty(len(order), np.int64)
-    number[order] = np.cumsum(is_new) - 1
-    return number, order[is_new]
+    is_new = np.append(True, (table[order[1:]] != table[order[:-1]]).any(1))[: len(order)]
+    return (np.cumsum(is_new) - 1)[np.argsort(order)], order[is_new]
 
 
 def _numbered(label: np.ndarray, order: np.ndarray) -> Int[np.ndarray, " rows"]:

@@ -64,7 +64,7 @@ def align(
         search = Opt2(limit=MAX_STEPS).search(problem)
         if search.history[-1] < minimum:
             best, minimum = problem.robot_at(search.x), search.history[-1]
-        off = problem.physical(problem.residual(search.x))[problem.component_channels == 0]
+        off = problem.physical(problem.residual(search.x))[problem.channels[0]]
         if points is not None and (off**2).sum() < UNEXPLAINED**2 * ((points - points.mean(0)) ** 2).sum():
             break  # it explains where the points lie: no other start finds another one
     return _with_gravity_of(robot, best)

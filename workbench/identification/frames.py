@@ -6,9 +6,8 @@ of the residuals). Unobservable parts are never freed.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
-from typing import Any
 
 import numpy as np
 from scipy import linalg, special
@@ -58,14 +57,14 @@ class FrameChoice:
         robot: The nominal arm with its frames aligned to the rows.
         freedom: What is identified with it.
         notes: The decisions, one sentence each.
-        first: Search that decided, if it was made on all rows with equal shares: the first of what is then
-            identified.
+        first: Problem and search that decided, if made on all rows with equal shares: the first of what is
+            then identified.
     """
 
     robot: Robot
     freedom: FrameFreedom
     notes: tuple[str, ...]
-    first: SearchOutcome | None = None
+    first: tuple[Problem, SearchOutcome] | None = None
 
 
 def choose_frames(
@@ -91,25 +90,31 @@ def choose_frames(
     candidates = _candidates(robot, data, Sessions(choices.frames), known)
     trial, several = of_rows(data, spread_rows(data, MAX_ALIGNED_ROWS)), len(data.sessions) > 1
     (chosen, text), aligned = candidates[0], None
-    first: SearchOutcome | None = None
+    first: tuple[Problem, SearchOutcome] | None = None
     if len(candidates) > 1:
-        tried = cache(
-            partial(_FrameTrial.of, robot, trial, prior, noise=noise, free=free, effects=effects, known=known)
-        )
+        build = partial(Problem.build, noise=noise, free=free, effects=effects, known=known)
+
+        @cache
+        def tried(freedom: FrameFreedom, text: str) -> _FrameTrial:
+            arm = align(robot, trial, freedom, noise=noise, known=known)
+            problem = build(arm, trial, frames=freedom).with_shares()
+            return _FrameTrial(arm, text, problem if prior is None else prior.on(problem))
+
         *simpler, freest = candidates
-        if not several:
-            simpler = [each for each in simpler if not tried(*freest).is_needed(robot, each[0])]
-            candidates = [*simpler, freest]
-        taken = tried(*candidates[0])
+        taken, widest = tried(*candidates[0]), None if several else freest[0]
+        may_win = cache(lambda trial, freedom: trial.may_be_beaten(freedom, prior, widest))
+        if widest and (taken.is_far or any(may_win(taken, freedom) for freedom, _ in candidates[1:])):
+            candidates = [*(c for c in simpler if not tried(*freest).is_needed(robot, c[0])), freest]
+            taken = tried(*candidates[0])
         for candidate in candidates[1:]:
             if cancelled():
                 break
-            if taken.may_be_beaten(candidate[0], prior) and (new := tried(*candidate)).beats(taken):
+            if may_win(taken, candidate[0]) and (new := tried(*candidate)).beats(taken):
                 taken = new
         chosen, text = taken.problem.frames, f"{taken.text} (decided from the data)"
         if len(trial) == len(data):
-            is_first = taken.search.outcome.ok and taken.problem.shares is None
-            aligned, first = taken.aligned, taken.search if is_first else None
+            is_first = taken.search.outcome.ok and taken.problem.shares is None and data.readings is None
+            aligned, first = taken.aligned, (taken.problem, taken.search) if is_first else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
     notes = [text]
     if chosen.base:
@@ -145,9 +150,8 @@ def _candidates(
         """0 known, 1 free, 2 free per session."""
         if freedom is Freedom.FIXED or not parts:
             return [0]
-        low = 0 if freedom is Freedom.AUTO else 1
-        high = 2 if several and sessions is not Sessions.SHARED else 1
-        return list(range(low, high + 1))
+        every = [0, 1, 2] if several and sessions is not Sessions.SHARED else [0, 1]
+        return every[freedom is Freedom.FREE :]
 
     base_levels, tool_levels = levels(robot.base.free, base_parts), levels(robot.tool.free, tool_parts)
     if several and sessions is Sessions.PER_SESSION:
@@ -157,12 +161,7 @@ def _candidates(
     labels = ("as given", "identified", "identified for every session")
     return [
         (
-            FrameFreedom(
-                base_parts if b else (),
-                tool_parts if t else (),
-                base_per_session=b == 2,
-                tool_per_session=t == 2,
-            ),
+            FrameFreedom(base_parts if b else (), tool_parts if t else (), b == 2, t == 2),
             f"base {labels[b]}, tool {labels[t]}",
         )
         for b, t in pairs
@@ -176,32 +175,30 @@ class _FrameTrial:
     Args:
         aligned: That arm.
         text: Which frames are free.
-        search: Its solution.
-        factor: Linearisation there.
+        freer: Freer models linearised at its solution.
     """
 
     aligned: Robot
     text: str
     problem: Problem
-    search: SearchOutcome
-    factor: Factor
+    freer: dict[FrameFreedom, tuple[Problem, Factor]] = field(default_factory=dict)
 
-    @classmethod
-    def of(
-        cls,
-        robot: Robot,
-        data: Dataset,
-        prior: Prior | None,
-        freedom: FrameFreedom,
-        text: str,
-        **options: Any,
-    ) -> "_FrameTrial":
-        aligned = align(robot, data, freedom, noise=options["noise"], known=options["known"])
-        problem = Problem.build(aligned, data, frames=freedom, **options).with_shares()
-        problem = problem if prior is None else prior.on(problem)
-        search = Opt2(limit=40).search(problem)
-        factor = search.factor or factor_of(problem, problem.evaluate(search.x))
-        return cls(aligned, text, problem, search, factor)
+    @cached_property
+    def is_far(self) -> bool:
+        """Whether the nominal arm is off by more than manufacturing errors are: frames are elsewhere."""
+        off = self.problem.physical(self.problem.evaluate(self.problem.start).residual)
+        most = zip(self.problem.channels, (STRANGE_LENGTH, STRANGE_ANGLE, STRANGE_ANGLE), strict=True)
+        return any((off[mine] ** 2).sum() > mine.sum() * size**2 for mine, size in most)
+
+    @cached_property
+    def search(self) -> SearchOutcome:
+        """Its solution."""
+        return Opt2(limit=40).search(self.problem)
+
+    @cached_property
+    def factor(self) -> Factor:
+        """Linearisation there."""
+        return self.search.factor or factor_of(self.problem, self.problem.evaluate(self.search.x))
 
     @cached_property
     def arm(self) -> Robot:
@@ -251,15 +248,22 @@ class _FrameTrial:
         ratio = (more @ more / gained) / (2.0 * self.search.history[-1] / left + ROUNDING)
         return bool(special.fdtrc(gained, left, ratio) < CERTAINLY)
 
-    def may_be_beaten(self, freedom: FrameFreedom, prior: Prior | None) -> bool:
-        """Whether a freer model can be better, judged by its linearisation at this one's solution."""
+    def may_be_beaten(self, freedom: FrameFreedom, prior: Prior | None, widest: FrameFreedom | None) -> bool:
+        """Whether a freer model can be better, judged by its linearisation at this one's solution, which is
+        part of that of the widest one where all have the same unknowns by name."""
         if self.strangeness > 1.0:
             return True
-        freer = self.problem.again(robot=self.arm, frames=freedom).with_shares()
-        freer = freer if prior is None else prior.on(freer)
-        factor = factor_of(freer, freer.evaluate(freer.at(self.problem.instrument(self.search.x))))
+        if (wide := widest or freedom) not in self.freer:
+            found = self.problem.named(self.search.x)
+            problem = self.problem.again(robot=None if widest else self.arm, frames=wide).with_shares()
+            x = problem.at(found if widest else self.problem.instrument(self.search.x))
+            problem = problem if prior is None else prior.on(problem)
+            self.freer[wide] = problem, factor_of(problem, problem.evaluate(x))
+        problem, factor = self.freer[wide]
+        held = tuple(f"{kind}." for kind, parts, _ in freedom.by_frame if not parts)
+        factor = factor.only(np.array([not name.startswith(held) for name in problem.names]))
         square = factor.residual_square - factor.predicted_decrease()
-        return _chance(self, freer, factor, square) < PROMISING
+        return _chance(self, problem, factor, square) < PROMISING
 
 
 def _chance(held: _FrameTrial, freer: Problem, factor: Factor, square: float) -> float:
@@ -311,22 +315,23 @@ def _rms(arm: Robot, data: Dataset, known: Mapping[str, float] | None = None) ->
     return Spread.of(row_errors(arm, data, known=known).position).rms
 
 
-def warnings_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tuple[str, ...]:
-    """What makes errors tell little of an arm, of which so many unknowns of base and tool were fitted."""
+def doubt_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tuple[str, bool]:
+    """What makes errors tell little of an arm, of which so many unknowns of base and tool were fitted, and
+    whether the rows are hardly its own; empty if nothing does."""
     if fitted and count_measured(data) <= fitted:
-        return (f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool",)
+        return f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool", False
     off, far = Spread.of(errors.position).rms, CLEAR_SHARE_OF_REACH * robot.reach
     if not off > NEGLIGIBLE:
-        return ()
+        return "", False
     base, tool = visible_parts(data)
     freedom = FrameFreedom(base, tool, base_per_session=len(data.sessions) > 1)
     placed = row_errors(align(robot, data, freedom), data)
     best, turn = (Spread.of(each).rms for each in (placed.position, placed.rotation))
     if best > far or turn > STRANGE_ANGLE:
         size = f"{in_mm(best)}{f' and {np.rad2deg(turn):.0f}°' if turn > STRANGE_ANGLE else ''}"
-        return (f"even the best base and tool leave {size} rms: the rows are hardly this arm's",)
+        return f"even the best base and tool leave {size} rms: the rows are hardly this arm's", True
     if not off > min(far, MAX_BASE_ERROR_RATIO * best):
-        return ()
+        return "", False
     moved = ""
     for name, alone in (("base", FrameFreedom(base)), ("tool", FrameFreedom(tool=tool))):
         arm = align(robot, data, alone)
@@ -337,8 +342,8 @@ def warnings_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tup
                 shift = arm.in_first_session.tool.xyz - robot.in_first_session.tool.xyz
             size = ", ".join(f"{1e3 * v:z.2f}" for v in shift)
             moved = f" (another {name} does: {size} mm in x, y, z from the file's)"
-    text = f"the best base and tool leave {in_mm(best)} rms{moved}, not {in_mm(off)}; fit them: --frames fit"
-    return (text,)
+    left = f"the best base and tool leave {in_mm(best)} rms{moved}"
+    return f"{left}, not {in_mm(off)}; fit them: --frames fit", False
 
 
 def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:

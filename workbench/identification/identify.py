@@ -80,9 +80,8 @@ def identify(
     robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
     with part_of(0.0, 0.4):
-        reasons = REASONS if set_apart else ()
         ready, outlying = prepare_without_outliers(
-            robot, data, choices, reasons=reasons, prior=prior, effects=effects
+            robot, data, choices, reasons=REASONS if set_apart else (), prior=prior, effects=effects
         )
     problem, begin = ready.problem, None
     if not ready.identifiability.is_limited:
@@ -141,8 +140,7 @@ def _prior_note(problem: Problem, deviation: float | str) -> tuple[str, ...]:
     if problem.deviation is None or problem.deviation > MAX_DEVIATION:
         return ()
     found = "estimated from the rows" if deviation == AUTO else "as given"
-    size = 1e3 * problem.deviation
-    return (f"prior: constants within ±{size:.2g} mrad or mm of nominal (1 σ, {found})",)
+    return (f"prior: constants within ±{1e3 * problem.deviation:.2g} mrad or mm of nominal (1 σ, {found})",)
 
 
 def _algorithms(names: Sequence[str]) -> list[AbstractIdentifier]:

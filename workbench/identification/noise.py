@@ -54,12 +54,11 @@ def stated(problem: Problem) -> Noise | None:
 
     NaN for rotations that were not measured; None if a component has none, or no positions were measured.
     """
-    straight, turned, _ = problem.channels
-    if share_stated(problem) < 1.0 or not straight.any():
+    sizes = [problem.own_sigma[mine] for mine in problem.channels[:2]]
+    if share_stated(problem) < 1.0 or not len(sizes[0]):
         return None
-    straight, angles = problem.own_sigma[straight], problem.own_sigma[turned]
-    rotation = np.sqrt((angles**2).mean()) if len(angles) else np.nan
-    return Noise(float(np.sqrt((straight**2).mean())), float(rotation))
+    position, rotation = (float(np.sqrt((size**2).mean())) if len(size) else np.nan for size in sizes)
+    return Noise(position, rotation)
 
 
 def from_repeats(data: Dataset) -> Noise | None:

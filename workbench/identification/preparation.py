@@ -188,8 +188,10 @@ def prepare(
     progress(0.25, "deciding whether base and tool are free")
     frames = choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     rows = rows.noted(*frames.notes)
-    build = partial(Problem.build, frames=frames.freedom, known=choices.known, effects=effects)
     progress(0.5, "deciding what can be identified")
+    tried, first = frames.first or (None, None)
+    usual = partial(Problem.build, frames=frames.freedom, known=choices.known, effects=effects)
+    build = usual if tried is None else lambda *_, **__: tried
     problem, identifiability = own.decide(frames.robot, rows.train_data, free=free, build=build)
     if not problem.names:
         raise OptionError(
@@ -198,11 +200,11 @@ def prepare(
     if prior is not None:
         shared = sum(name in problem.names for name in prior.names)
         rows = rows.noted(f"prior knowledge of {plural(shared, 'constant')} from an earlier calibration")
-        problem = prior.on(problem)
+        problem = tried or prior.on(problem)
     progress(0.75, "estimating the noise")
     near: Float[np.ndarray, " p"] | None = None
     if not identifiability.is_limited:
-        problem, decision, near = _with_noise(problem, choices.noise, frames.first)
+        problem, decision, near = _with_noise(problem, choices.noise, first)
         rows = rows.noted(decision)
     rows = rows.noted(*identifiability.notes)
     if preparation_of(rows.held_out_data) is own:
@@ -212,9 +214,8 @@ def prepare(
             notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
         rows = held_as_marked(rows, comparable).noted(*notes)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
-    new = tuple[str, ...]()
-    if len(rows.held_out_data) and frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED:
-        new = tuple(name for name in rows.held_out_data.sessions if name not in rows.train_data.sessions)
+    is_own = frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED
+    new = tuple(n for n in rows.held_out_data.sessions if is_own and n not in rows.train_data.sessions)
     if new:
         rows = rows.noted(
             f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "

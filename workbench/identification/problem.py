@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from workbench.arm.frame import revised
 from workbench.arm.joint import MIN_DEVIATION
@@ -155,8 +155,9 @@ class Problem:
         if not frames.levelled:
             sigma |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, MIN_DEVIATION))
         held = {p.name: (p.nominal, 1.0 / s) for p in parameters if (s := sigma.get(p.name))}
-        centre, weight = np.array([*held.values()]).reshape(-1, 2).T
-        problem = problem.with_prior(tuple(held), centre, np.diag(weight))
+        if held:
+            centre, weight = np.array([*held.values()]).T
+            problem = problem.with_prior(tuple(held), centre, np.diag(weight))
         if angles and frames.levelled:
             for turning, wall in level_constraint(robot, data.sessions, frames, problem.names):
                 problem = problem.with_prior(turning, np.zeros(len(turning)), wall)
@@ -245,12 +246,6 @@ class Problem:
         return frozen(np.concatenate([np.repeat(b.rows, b.inverse_sigma.shape[1]) for b in self.blocks]))
 
     @cached_property
-    def component_channels(self) -> Int[np.ndarray, " m"]:
-        """Number of each residual component's channel among `channels`."""
-        parts = [np.tile([CHANNELS[c] for c in b.observation.channels], len(b.rows)) for b in self.blocks]
-        return frozen(np.concatenate(parts))
-
-    @cached_property
     def sees_base(self) -> bool:
         """Whether rows show where the base stands, by themselves, known places, or a rig of theirs."""
         by_itself = any(b.observation.sees_base for b in self.blocks)
@@ -259,13 +254,14 @@ class Problem:
     @cached_property
     def sees_rotation(self) -> bool:
         """Whether orientations were measured, apart from additional tilts."""
-        return bool((self.component_channels == 1).any())
+        return bool(self.channels[1].any())
 
     @cached_property
     def channels(self) -> tuple[Bool[np.ndarray, " m"], ...]:
         """Components of position, of rotation, and of additional tilts that were measured."""
-        live = self.inverse_sigma > 0.0
-        return tuple(live & (self.component_channels == k) for k in range(3))
+        parts = [np.tile([CHANNELS[c] for c in b.observation.channels], len(b.rows)) for b in self.blocks]
+        live, kinds = self.inverse_sigma > 0.0, np.concatenate(parts)
+        return tuple(live & (kinds == k) for k in range(3))
 
     @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
@@ -306,8 +302,10 @@ class Problem:
         return LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior)
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
-        parts = [*(piece for _, piece in self.pieces(x)), self.prior_at(x)]
-        return LinearisedProblem(*map(np.concatenate, zip(*parts, strict=True)))
+        parts = [piece for _, piece in self.pieces(x)]
+        if len(parts) == 1 and not len(self.prior):
+            return parts[0]
+        return LinearisedProblem(*map(np.concatenate, zip(*parts, self.prior_at(x), strict=True)))
 
     def pieces(
         self, x: Float[np.ndarray, " p"], *, only: Bool[np.ndarray, " p"] | None = None

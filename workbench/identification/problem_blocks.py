@@ -200,12 +200,7 @@ class RowBlock:
     def inverse_sigma(self) -> Float[np.ndarray, "rows m"]:
         """Reciprocal standard deviation of every residual component, from the row's own and the added noise,
         joint readings exact; 0 where nothing was measured."""
-        sizes = {
-            Channel.POSITION: self.noise.position,
-            Channel.ROTATION: self.noise.rotation,
-            Channel.OWN: self.noise.own,
-            Channel.TILT: self.noise.tilt,
-        }
+        sizes = {c: getattr(self.noise, c.value) for c in Channel}
         on_top = np.array([sizes[channel] for channel in self.observation.channels])
         sigma = np.maximum(np.hypot(self.own_sigma, on_top), MIN_SIGMA)
         return np.where(self.observation.seen, 1.0 / sigma, 0.0)
@@ -427,7 +422,7 @@ def build_blocks(
         acting = angles if loaded else nothing
         for observation, rows, mine in pieces(data, in_session):
             turned = nothing if observation.link is None else angles
-            stated = own_sigma_of(mine, observation)
+            stated = own_sigma_of(mine, observation.channels)
             blocks.append(
                 RowBlock(
                     session=session,
@@ -465,18 +460,15 @@ def pieces(
                 yield observation, piece, mine
 
 
-def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
-    """The rows' own standard deviations of every component, 0 where they state none.
+@lru_cache(maxsize=8)
+def own_sigma_of(data: Dataset, channels: tuple[Channel, ...]) -> np.ndarray:
+    """The rows' own standard deviations of every component, 0 where they state none; kept for the next call.
 
     Positions have one per axis, a distance the mean of all three.
     """
-    rotation = observation.is_rotation
-    if data.sigma is None or {Channel.OWN, Channel.TILT} & set(observation.channels):
-        return np.zeros((len(data), len(rotation)))
+    if data.sigma is None or {Channel.OWN, Channel.TILT} & {*channels}:
+        return np.zeros((len(data), len(channels)))
     sigma = np.nan_to_num(data.sigma, nan=0.0)
-    positions = int((~rotation).sum())
-    if positions == 1:
+    if len(channels) == 1:
         return np.sqrt((sigma[:, :3] ** 2).mean(1))[:, None]
-    place = np.cumsum(~rotation) - 1
-    columns = [3 + i - positions if turned else place[i] % 3 for i, turned in enumerate(rotation)]
-    return sigma[:, columns]
+    return sigma[:, [3 * (c is Channel.ROTATION) + k % 3 for k, c in enumerate(channels)]]

@@ -322,6 +322,7 @@ class Evaluation(AbstractReported):
         robot: The model, with fitted frames if these were requested.
         errors: Its errors.
         warnings: What makes the errors tell little of the arm.
+        foreign: The one that says that the rows are hardly this arm's; empty if they may be.
     """
 
     robot: Robot
@@ -329,6 +330,7 @@ class Evaluation(AbstractReported):
     errors: Errors
     notes: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    foreign: str = ""
 
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""

@@ -11,7 +11,7 @@ are reported in the result; along unseen directions the parameters stay as close
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -56,6 +56,12 @@ class Factor:
             square = found.T @ found
             found = found if np.vdot(fourth := square @ square, fourth) < limit**8 else None
         return found
+
+    def only(self, columns: Bool[np.ndarray, " p"]) -> "Factor":
+        """The same for some of the parameters, with the others held."""
+        units = self.units[columns]
+        found = factorise([(self.compressed, self.r[:, columns] / units)], units)
+        return replace(found, residual_square=self.residual_square)
 
     @cached_property
     def svd(self) -> Any:

@@ -25,6 +25,7 @@ from workbench.identification.meaning.read_rows import other_arm, read_rows
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
+from workbench.identification.rows.row_selection import without
 
 FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
@@ -56,9 +57,7 @@ def as_read(
         arm.
         UnitError: the file lacks units, and the rows don't tell them.
     """
-    out = exclude or {}
-    mine = (k for k, row in enumerate(data.row.tolist()) if row in out and data.included[k])
-    data = data.kept_out({k: out[int(data.row[k])] for k in mine})
+    data = without(data, exclude or {})
     if how == "given" or data.readings is not None:
         return robot, data.said
     arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)

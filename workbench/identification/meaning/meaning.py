@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -64,7 +65,7 @@ class RowMeaning:
             return self.margin > 1.0
         return self.margin >= CLEAR and CLEAR * self.best.score < self.plain.score
 
-    @property
+    @cached_property
     def is_misread(self) -> bool:
         """Whether the rows clearly mean something else, which the saved arm would have to share."""
         best = replace(self.best, inverse=False)

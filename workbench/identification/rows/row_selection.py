@@ -73,18 +73,20 @@ def held_as_marked(split: Split, held: Dataset) -> Split:
     return replace(fewer, held_out_rows=split.held_out_rows[keep], excluded=named)
 
 
+def without(data: Dataset, exclude: Mapping[int, str]) -> Dataset:
+    """The data with more rows marked as excluded by number, with the reason."""
+    place = {row: k for k, row in enumerate(data.row.tolist())}
+    if unknown := exclude.keys() - place:
+        raise OptionError(f"can't exclude row {min(unknown)}; rows are 0 … {int(data.row.max())}")
+    return data.kept_out({place[n]: why for n, why in exclude.items() if data.included[place[n]]})
+
+
 def choose_rows(
     robot: Robot, data: Dataset, exclude: Mapping[int, str], region: Region | None, known: Known
 ) -> tuple[np.ndarray, Excluded]:
     """Rows to use, and excluded ones with the reason."""
+    data = without(data, exclude)
     keep, excluded = data.included.copy(), marked(data)
-    for row, reason in exclude.items():
-        place = np.flatnonzero(data.row == row)
-        if not len(place):
-            raise OptionError(f"can't exclude row {row}; rows are 0 … {int(data.row.max())}")
-        if keep[place[0]]:
-            keep[place[0]] = False
-            excluded.append((int(row), reason))
     nothing = keep & ~np.any([~data.included, *carried(data).values()], axis=0)
     if nothing.any() and not nothing[keep].all():
         excluded += [(int(r), "no measurement that depends on the tool's pose") for r in data.row[nothing]]

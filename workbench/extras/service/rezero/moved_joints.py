@@ -194,7 +194,7 @@ def _near(knowledge: LastCalibration, data: Dataset) -> LastCalibration:
     except WorkbenchError:  # reported where the rows are checked
         return knowledge
     search = Opt2(limit=60).search(problem)
-    off = problem.physical(problem.residual(search.x))[problem.component_channels == 0]
+    off = problem.physical(problem.residual(search.x))[problem.channels[0]]
     off = np.sqrt(3.0 * (off**2).mean()) if len(off) else 0.0
     if not off < MAX_OFF * robot.reach or not np.isfinite(search.x).all():
         return knowledge

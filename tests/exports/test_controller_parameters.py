@@ -9,19 +9,15 @@ from workbench.arm.calibration_record import Calibration, Expected, Observed
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.usable_arm import sampled
 from workbench.base import se3
-from workbench.identification.controller_parameters import controller_numbers
+from workbench.exports.controller_parameters import controller_numbers
 
 OFFSETS = np.array([0.01, -0.02, 0.005, 0.03, -0.004, 0.002])
 
 
 @pytest.fixture(scope="module")
 def nominal():
-    base = Frame.from_pose(
-        se3.pose(se3.rotvec_to_matrix(np.array([0.1, 0.2, 0.9])), np.array([1.0, 0.5, 0.2]))
-    )
-    tool = Frame.from_pose(
-        se3.pose(se3.rotvec_to_matrix(np.array([0.3, 0.0, 0.4])), np.array([0.02, 0.01, 0.1]))
-    )
+    turns = se3.rotvec_to_matrix(np.array([[0.1, 0.2, 0.9], [0.3, 0.0, 0.4]]))
+    base, tool = map(Frame.from_pose, se3.pose(turns, np.array([[1.0, 0.5, 0.2], [0.02, 0.01, 0.1]])))
     return load_robot("aria").with_frames(base=base, tool=tool)
 
 

@@ -90,10 +90,8 @@ class ControllerNumbers:
     @property
     def is_better(self) -> bool:
         """Whether entering these numbers helps, and makes nothing worse."""
-        helps = WORSE_RATIO * self.after.position_mean < self.before.position_mean or (
-            WORSE_RATIO * self.after.rotation_mean < self.before.rotation_mean
-        )
-        return helps and not self.losses
+        means = zip(self.after[::2], self.before[::2], strict=True)
+        return any(WORSE_RATIO * after < before for after, before in means) and not self.losses
 
 
 def controller_numbers(calibrated: Robot, nominal: Robot, parts: Sequence[str] = PARTS) -> ControllerNumbers:
@@ -198,13 +196,8 @@ class Use:
         headings = ("entered", "mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
         yield ResultTable(f"Remaining error relative to {reference}", headings, numbers)
         if full.is_better or few.is_better:
-            offsets = [
-                (
-                    f"joint {k + 1}",
-                    *(_offset(v.offsets[k], slides) if v.is_better else "–" for v in (full, few)),
-                )
-                for k, slides in enumerate(sliding(full.robot))
-            ]
+            numbered = enumerate(sliding(full.robot))
+            offsets = [(f"joint {k + 1}", *(_offset(v, k, s) for v in (full, few))) for k, s in numbered]
             columns = ("joint", "with tool and base", "offsets only")
             yield ResultTable("Joint offsets, added to each reading", columns, offsets)
         if chosen.is_better and len(chosen.parts) > 1:
@@ -229,7 +222,6 @@ def use_of(calibrated: Robot, nominal: Robot) -> Use:
 
 def _json(numbers: ControllerNumbers) -> Json:
     frames = {name: getattr(numbers.robot, name) for name in FRAMES}
-    left = {"without": numbers.before, "remains": numbers.after}
     return document(
         CONTROLLER,
         robot=numbers.robot.name,
@@ -244,7 +236,7 @@ def _json(numbers: ControllerNumbers) -> Json:
                 "position_mm": {"mean": 1e3 * errors.position_mean, "max": 1e3 * errors.position_max},
                 "orientation_deg": dict(zip(("mean", "max"), np.rad2deg(errors[2:]), strict=True)),
             }
-            for name, errors in left.items()
+            for name, errors in {"without": numbers.before, "remains": numbers.after}.items()
         },
         advised=numbers.is_better,
         losses=numbers.losses,
@@ -252,11 +244,13 @@ def _json(numbers: ControllerNumbers) -> Json:
 
 
 def _errors(errors: PoseErrors) -> list[str]:
-    position, rotation = errors[:2], errors[2:]
-    return [*(short(1e3 * e) for e in position), *(short(float(np.rad2deg(e))) for e in rotation)]
+    return [*(short(1e3 * e) for e in errors[:2]), *(short(float(np.rad2deg(e))) for e in errors[2:])]
 
 
-def _offset(value: float, slides: bool) -> str:
+def _offset(numbers: ControllerNumbers, joint: int, slides: bool) -> str:
+    value = numbers.offsets[joint]
+    if not numbers.is_better:
+        return "–"
     return f"{signed(1e3 * value, 4)} mm" if slides else f"{signed(float(np.rad2deg(value)), 5)}°"
 
 
