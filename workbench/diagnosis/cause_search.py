@@ -7,7 +7,7 @@ if the joints' speed explains most: then joints and places are of different time
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
@@ -67,6 +67,7 @@ class CauseSearch:
         ready: The rows, without held-out ones that may lie on either side of an event.
         first: The geometry alone.
         rounds: The searches, first to last.
+        drivers: What the error follows at the final fit; None if too few rows tell.
         judged_fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
         still: All rows as from a measuring frame at rest, if it moves by no law; arms are fitted to them.
         too_few: Why no search was made; None if one was.
@@ -80,6 +81,7 @@ class CauseSearch:
     ready: Prepared
     first: Stage
     rounds: Sequence[Searched]
+    drivers: DriverEvidence | None
     judged_fit: Fit
     still: Dataset | None
     too_few: str | None
@@ -98,13 +100,6 @@ class CauseSearch:
         data = held_out if len(held_out) else fit.problem.data
         arm = robot_with(fit, self.last.grams, model)
         return self.ready.errors_on(data, arm, fit.problem.instrument(fit.x))
-
-    @cached_property
-    def drivers(self) -> DriverEvidence | None:
-        """What the error follows at the final fit; None if too few rows tell."""
-        if self.too_few is not None:
-            return None
-        return ask("the drivers", lambda: DriverEvidence.of(self.last, self.ready.data), None)
 
     def _is_over(self, model: Model, term: Term) -> bool:
         """Whether the last rows are better without a law, which may have ceased; arms are saved for later."""
@@ -214,9 +209,11 @@ def _validated_search(
 ) -> CauseSearch:
     """A search, refitted until it is without what is of no use for other rows, with its errors on rows that
     lie on a known side of its events, and of all arms on the same rows: without outliers."""
-    still: Dataset | None = None
+    still, drivers = None, None
     while True:
         last, rows = found[-1], without_undecided(ready, found[-1])
+        if drivers is None and too_few is None:
+            drivers = ask("the drivers", partial(DriverEvidence.of, last, ready.data), None)
         is_own = len(rows.held_out_rows) and still is None
         fit = last.stage.fit if is_own else fit_with_constants_held(last, still)
         keep, geometry = last.stage.keep, first.fit
@@ -226,12 +223,12 @@ def _validated_search(
         arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
         errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
         judged = (Validation(e.train.take(keep), e.held_out) for e in errors)
-        search = CauseSearch(robot, rows, first, found, fit, still, too_few, *judged)
-        if still is not None or (drivers := search.drivers) is None:
+        search = CauseSearch(robot, rows, first, found, drivers, fit, still, too_few, *judged)
+        if still is not None or drivers is None:
             return search
         kept = ask("what lasts", search.lasting, last.model)
         if len(kept) < len(last.model):
-            found = (*found, reduced(last, kept))
+            found, drivers = (*found, reduced(last, kept)), None
         elif (still := ask("a frame at rest", partial(_at_rest, drivers, ready.data), None)) is None:
             return search
 
@@ -254,7 +251,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
 def _at_rest(drivers: DriverEvidence, rows: Dataset) -> Dataset | None:
     """Rows of the file as from a measuring frame at rest, where it is on average after all events:
     without what moves it over time by no law; None if nothing does."""
-    over = [f for f in drivers.followed(drivers.searched.model) if f.driver is Driver.TIME]
+    over = [f for f in drivers.rest if f.driver is Driver.TIME]
     sure = (p for f in over if f.confidence is not Confidence.OPEN for p in f.parts)
     parts = [p for p in sure if p.part == "frame" and not p.phrase.startswith(SESSION)]
     if rows.position is None or not parts:

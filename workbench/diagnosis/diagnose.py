@@ -107,7 +107,7 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None:
         followed = ask("the payload", lambda: misstated_payload(drivers, ready.data), ())
-        followed = followed or ask("what the rest follows", lambda: drivers.followed(search.last.model), ())
+        followed = followed or ask("what the rest follows", lambda: drivers.rest, ())
     noise = noises.beyond_stated(fit.problem, fit.x, fit.factor, in_all=True) or geometric.noise
     return RemainingError(
         noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),

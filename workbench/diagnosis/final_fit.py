@@ -83,12 +83,10 @@ def fitted_on_all(
     if not len(ready.held_out_rows):
         return before, None
     if left_out.all():
-        return fit_with_constants_held(last, still), None
+        return before if still is not None else fit_with_constants_held(last), None
     included = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
-    data, geometric = (
-        (still or ready.data).take(np.isin(ready.data.row, included)),
-        last.stage.geometric_problem,
-    )
+    data = (still or ready.data).take(np.isin(ready.data.row, included))
+    geometric = last.stage.geometric_problem
     robot = ready.with_new_session_bases(geometric.robot, ready.held_out_data)
     if set(ready.new_sessions) & set(data.sessions):
         robot = replace(robot, sessions={n: robot.sessions.get(n, robot.mounting) for n in data.sessions})
@@ -96,7 +94,7 @@ def fitted_on_all(
     found = _again(last, replace(geometric, robot=robot), data)
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is kept"
-        return fit_with_constants_held(last, still), text
+        return before if still is not None else fit_with_constants_held(last), text
     if not last.model:
         found = geometry_as_identified(found, ready.problem.noise if last.stage.keep.all() else None)
     out = ", except suspects" if left_out.any() else ""
@@ -116,7 +114,8 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     starts = [before.problem.named(before.x)]
     again = partial(refit, geometric, last.grams, last.model, data=data, starts=starts, is_final=True)
     held = again(holds=True)
-    if _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
+    is_held = any(p.unit == "kg" for p in held.problem.parameters)
+    if not is_held or _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held
     free = again(holds=False)
     return free if _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free) else held

@@ -123,9 +123,9 @@ def _alternatives(search: CauseSearch, term: Term) -> tuple[Ranked, ...]:
 @beside("the error after the last event", None)
 def arm_now(final: Fit) -> Now | None:
     """The saved arm and its errors; None without events."""
+    if not events_of(final.arm):
+        return None
     problem = final.problem
     saved = SavedArm(final.calibrated, problem.data, {**problem.known, **problem.instrument(final.x)})
-    if not saved.events:
-        return None
     rows = saved.valid_for(problem.data.take(saved.is_now(problem.data)))
     return Now(saved.events[-1].row, row_errors(saved.robot, rows, known=saved.known).position_mm.mean)

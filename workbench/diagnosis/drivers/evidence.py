@@ -336,6 +336,11 @@ class DriverEvidence:
         own = 0.5 * np.log(self.grams.count) * np.count_nonzero(problem.noise.joints)
         return float(left.freedom * (0.5 * np.log(left.square) - log_det / self.grams.count) + own)
 
+    @cached_property
+    def rest(self) -> tuple[FollowedDriver, ...]:
+        """What the error follows that the whole model leaves."""
+        return self.followed(self._model)
+
     def followed(self, sure: Model) -> tuple[FollowedDriver, ...]:
         """What the error follows that some terms of the model leave: beside the scatter of joint readings,
         or in its place if that is likelier."""

@@ -46,7 +46,6 @@ DIVERGED_RATIO = 1.5
 one, or goes on without events from the geometry alone."""
 FOLDS = 5
 """Number of folds for cross-validation."""
-
 MAX_EVENT_ROUNDS = 4
 """Maximum number of searches at one fit, each with the best event times given the last one's result."""
 
