@@ -19,7 +19,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     app.worker.submit(SteerDemo(Steer.PAUSE))  # or else a page that is late would never show it
     screen.wait_text("figure-now", " → ")
     app.worker.submit(SteerDemo(Steer.ON))
-    screen.wait_text("caption", END[:40], timeout=120_000)
+    screen.wait_text("caption", END[:30], timeout=120_000)
     first, second, third = (float(n) for n in screen.text("figure-now").removesuffix(" mm").split(" → "))
     assert third < 0.075 < second < 0.4 < first < 1.0  # 1200 rows of a real UR10: 0.682, 0.375, 0.069 mm
     screen.page.get_by_role("link", name=WITH_MY_ROBOT).click()

@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.base.assets import assets
 from workbench.base.wording import capital
+from workbench.diagnosis.report.document import budget_bars
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand
@@ -39,7 +40,7 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "Errors at held-out poses: nominal, geometry, {}."
+END = "Held-out errors: nominal, geometry, {}."
 """With what the last stage has; it stands until somebody does something."""
 RULES = "A cause has to explain the error better than every other one, also at poses that were held out …"
 MAX_COMMAND_TIME = 300.0
@@ -209,7 +210,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         far = expected_elsewhere(session())
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
-    rest = "" if found is None or found.residual_map is None else "; the rest has no name"
+    rest = "" if found is None or found.residual_map is None else f"; {_unnamed(found)} has no name"
     why = f"Geometry was off{f', {causes}' if causes else ''}{rest}. "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
     yield DemoScene(
@@ -223,9 +224,14 @@ def _found(session: Session, found: Diagnosis, causes: str) -> str:
     before, after = (compared(e.position_mm.mean) for e in errors)
     if found.residual_map is None:
         return f"{causes}. With that, {before} mm fall to {after} mm."
-    rest = "The rest has no name" if causes else "no cause with a name"
-    learned = f"{rest}; with a correction learned from the rows, {before} mm fall to {after} mm."
-    return f"{causes}. {learned}" if causes else learned
+    rest = f"{causes}. {capital(_unnamed(found))} has no name" if causes else "no cause with a name"
+    return f"{rest}; with a correction learned from the rows, {before} mm fall to {after} mm."
+
+
+def _unnamed(found: Diagnosis) -> str:
+    """How much of what geometry leaves is only learned, by squares as the causes are added."""
+    *named, learned, _ = (bar.value for bar in budget_bars(found).rows)
+    return "most of the rest" if learned**2 > sum(size**2 for size in named) else "the rest"
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

@@ -14,14 +14,6 @@ from workbench.session.state import Session
 from workbench.views.page.html import block, heading
 from workbench.views.page.panels.panel import AbstractPanel
 
-SWITCHES = {
-    "points": (
-        "Measured points",
-        "Show the measured tool positions, coloured by their error once there is a fit.",
-    ),
-    "arrows": ("Error arrows", "From predicted to measured positions: grey nominal, orange the model now."),
-}
-
 
 class ComparePanel(AbstractPanel):
     """Errors of the models, scrubber, switches."""
@@ -41,11 +33,11 @@ class ComparePanel(AbstractPanel):
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
         with self.folder("Shown in the scene", visible=_has_rows):
-            switches = [
-                self.checkbox(*texts, lambda s, name=name: getattr(s.choices.overlay, name))  # type: ignore[misc]
-                for name, texts in SWITCHES.items()
-            ]
-        self.form(lambda *typed: self.overlaid(**dict(zip(SWITCHES, typed, strict=True))), *switches)
+            hint = "Show the measured tool positions, coloured by their error once there is a fit."
+            points = self.checkbox("Measured points", hint, lambda s: s.choices.overlay.points)
+            hint = "From predicted to measured positions: grey nominal, orange the model now."
+            arrows = self.checkbox("Error arrows", hint, lambda s: s.choices.overlay.arrows)
+        self.form(lambda *shown: self.overlaid(points=shown[0], arrows=shown[1]), points, arrows)
 
 
 def _errors(session: Session) -> str:

@@ -19,7 +19,6 @@ from workbench.views.page.panels.panel import AbstractPanel
 
 LEFT_TO_PROGRAM = "automatic"
 MARK = " · blocked"
-ROUNDED = 1e-6
 
 
 class TargetsPanel(AbstractPanel):
