@@ -47,7 +47,7 @@ BUDGETS = {
     "exports": 302,
     "session": 6_171,
     "views": 6_847,
-    "cli": 1_369,
+    "cli": 1_350,
     "extras": 1,
     "extras/camera": 3_468,
     "extras/controllers": 696,

@@ -18,7 +18,7 @@ import typer
 
 from workbench.base.errors import FileError
 from workbench.base.installed_package import package_version
-from workbench.cli import calibration, measurements, plate_design
+from workbench.cli import calibration, measurements, plates
 from workbench.cli import options as opt
 from workbench.cli.exit_status import PROGRAM, Commands, run
 from workbench.cli.options import option
@@ -119,7 +119,7 @@ def serve(
     gc.set_threshold(*USUALLY)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is closed as after Ctrl-C
     given = (context.get_parameter_source(name) for name in context.params if name not in SERVED)
-    asks = all(source is None or source.name == "DEFAULT" for source in given)
+    asks = all(source is None or source.name == "DEFAULT" for source in given)  # typer ships its own click
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
     told: list[str] = []
 
@@ -151,11 +151,10 @@ def serve(
 PANELS: dict[str, tuple[Callable[..., None], ...]] = {
     "Start": (measurements.simulate, measurements.preview),
     "Calibrate": (calibration.identify, calibration.diagnose, calibration.evaluate),
-    "Plates": (),
     "Files": (calibration.export,),
 }
 """Commands of the core by purpose, beside the group of plates."""
 for panel, commands in PANELS.items():
     for command in commands:
         app.command(rich_help_panel=panel)(opt.flattened(command))
-app.add_typer(plate_design.plates, rich_help_panel="Plates")
+app.add_typer(plates.plates, rich_help_panel="Plates")
