@@ -99,7 +99,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
     for name, (own, way), (turns, how) in zip(SIDES, sides, alike, strict=True):
         pose = se3.pose(turns, np.asarray(own.position))
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
-        notes += [*own.notes, *([f"the {name}'s poses: {how}, as the pairs tell"] if how else [])]
+        notes += [*own.notes, *([f"the {name}'s poses: {how}"] if how else [])]
     told = all(way is not None for _, way in sides)
     pair = np.array(found.numbers if len(found.numbers) == len(whole) else range(1, len(whole) + 1))
     return *poses, pair[rows], told, bool(EASY_HANDEYE.search(content)), notes

@@ -11,7 +11,6 @@ from workbench.base import se3
 from workbench.base.hand_eye import base_and_tool
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS, Orientation
-from workbench.identification.meaning.bounds import grams, turn_bounds
 
 INVERSE, MIXED, UNIT, USUAL, RARE = 1.0, 1.2, 0.5, 0.3, 0.8
 """Complexity of an inverse, of columns in another order, of a unit, of a usual and of a rare convention."""
@@ -109,21 +108,38 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
 
 
 def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
-    """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared."""
+    """Orientations of pairs A X B = Z in which both sides turn alike and places fit, and what isn't as declared.
+
+    Medians over rows tell: a target that is seen half a turn off, or another row's, takes no part.
+    """
     ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in (a, b)]
-    if len(a) != len(b) or not all(ways):
+    if not 1 < len(a) == len(b) or not all(ways):
         return [(np.asarray(data.rotation), "") for data in (a, b)]
-    some = np.linspace(0, len(a) - 1, COMPARED).astype(int)
-    both = zip(ways, map(np.asarray, (a.position, b.position)), strict=True)
-    poses = [np.array([se3.pose(turns, places) for _, turns in own]) for own, places in both]
-    off = turn_bounds(poses[0][:, some], grams(poses[1][:, some, :3, :3]))
+    some = np.unique(np.linspace(0, len(a) - 1, COMPARED).astype(int))
+    turned, others = (np.array([_between(turns[some]) for _, turns in own]) for own in ways)
+    rows = np.array([np.median(np.abs(others - each), axis=2) for each in turned])
+    off = np.median(rows, axis=2)
     cost = np.add.outer(*([c.cost for c, _ in own] for own in ways))
     good = np.argwhere(off < min(SMALL, CLEAR * off.min() + ROUNDING))
     tried = sorted(map(tuple, good.tolist()), key=cost.__getitem__)[:TRIED]
-    misfit = [_misfit(poses[0][i], poses[1][j]) for i, j in tried]
+    both, misfit = [*zip(ways, (a.position, b.position), strict=True)], list[float]()
+    for pair in tried:
+        kept = some[rows[pair] < SMALL]
+        poses = (se3.pose(own[k][1], np.asarray(p))[kept] for (own, p), k in zip(both, pair, strict=True))
+        misfit.append(_misfit(*poses))
     least = CLEAR * min(misfit, default=0.0) + ROUNDING
     best = next((pair for pair, left in zip(tried, misfit, strict=True) if left < least), (0, 0))
-    return [(own[k][1], own[k][0].text if k else "") for own, k in zip(ways, best, strict=True)]
+    if not tried:
+        how = f"as written: in no other way do both sides turn alike (at best {np.rad2deg(off.min()):.2g}° apart)"
+        return [(own[0][1], how) for own in ways]
+    how = "{}, as the pairs tell".format
+    return [(own[k][1], how(own[k][0].text) if k else "") for own, k in zip(ways, best, strict=True)]
+
+
+def _between(turns: Turns) -> Float[np.ndarray, "rows others"]:
+    """Angles by which each row is turned from the others [rad]."""
+    cosine = (np.einsum("iab,jab->ij", turns, turns) - 1.0) / 2.0
+    return np.arccos(np.clip(cosine, -1.0, 1.0))[~np.eye(len(turns), dtype=bool)].reshape(len(turns), -1)
 
 
 def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:
