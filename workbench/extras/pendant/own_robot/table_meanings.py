@@ -35,6 +35,8 @@ KEYED = re.compile(r"([^\W\d]\w*)[\"']?\s*:[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}][^\
 """A key and what stands behind it in JSON and YAML."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
+ENDING = re.compile(r"[_ ](deg|rad|mm|m)$", re.I)
+"""A unit behind a name, as in `theta_deg`."""
 INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
 """Of a constant in a paper, as in `alpha_{i-1}`."""
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
@@ -65,7 +67,7 @@ def read_joint_table(path: Path | str) -> JointTable:
     stated = tuple(m[1] for text in grid.comments if (m := re.match(r"\s*convention\s*=\s*([\w-]+)", text)))
     if len(grid.rows) < 2:
         raise grid.error(f"has no joints; {WANTED}")
-    heads = [parse_heading(cell) for cell in grid.rows[0]]
+    heads = [parse_heading(ENDING.sub(r"[\1]", cell)) for cell in grid.rows[0]]
     names = [_constant(head.name) for head in heads]
     if missing := [name for name in CONSTANTS[:4] if name not in names]:
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
@@ -94,7 +96,7 @@ def _grid(path: Path) -> Grid:
 
 def _constant(heading: str) -> str:
     """Name of a constant under a heading; another one's as it stands there."""
-    name = INDEX.sub("", heading.lower().removesuffix("_offset"))
+    name = INDEX.sub("", ENDING.sub("", heading.lower()).removesuffix("_offset"))
     return NAMES.get(name, name)
 
 
@@ -196,6 +198,9 @@ def table_readings(
 def possible(units: Sequence[str], values: Sequence[float]) -> Sequence[str]:
     """Those of two units in which some numbers make sense; both where either does."""
     largest = float(np.abs(values).max()) if np.size(values) else 0.0
-    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (2.1 * np.pi, np.inf)}
+    quarters = [abs(v) * 2.0 / np.pi for v in values]  # turns of tables in rad; hardly small ones in degrees
+    is_rad = any(turn > 0.5 and abs(turn - round(turn)) < 0.01 for turn in quarters)
+    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi)}
+    bounds["deg"] = (2.1 * np.pi if is_rad else 1e-9, np.inf)
     kept = [u for u in units if bounds[u][0] <= largest <= bounds[u][1]]
     return kept or units
