@@ -95,6 +95,7 @@ class TableColumn:
         problem: Why it can't be read.
         missing_unit: The same of one that the rows may tell; until then the likeliest is converted.
         si: Our unit; None where the file's is missing or there is none.
+        cells: What stands in it, as text.
     """
 
     index: int
@@ -106,6 +107,7 @@ class TableColumn:
     problem: WorkbenchError | None = None
     missing_unit: UnitError | None = None
     si: str | None = None
+    cells: tuple[str, ...] = ()
 
 
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
@@ -145,7 +147,9 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
-                columns[worse.index] = TableColumn(index=worse.index, heading=worse.heading)
+                columns[worse.index] = TableColumn(
+                    index=worse.index, heading=worse.heading, cells=worse.cells
+                )
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             shown = [parse_heading(c.heading).name for c in columns]
@@ -160,7 +164,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
-    column = TableColumn(index=index, heading=text)
+    column = TableColumn(index=index, heading=text, cells=tuple(table.columns[index]))
     if IGNORED in (name, key):
         return column
     if key is None or not (unit is None or suits(unit, key)):

@@ -39,10 +39,8 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
         DataError: too few poses, no reading fits, several do, or the poses are of another arm.
     """
     if len(shown) < MIN_ROWS:
-        raise DataError(
-            f"{shown.source}: {len(shown)} poses do not determine the convention; read at least {MIN_ROWS}, "
-            "and about 30 to extract the model"
-        )
+        more = f"read at least {MIN_ROWS}, and about 30 to extract the model"
+        raise DataError(f"{shown.source}: {len(shown)} poses do not determine the convention; {more}")
     data = shown.dataset(robot)
     found = read_rows(robot, data)
     assert found is not None
@@ -50,10 +48,8 @@ def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
     turns = best.flange(data.q)[:, :3, :3]
     turned = np.linalg.svd(se3.matrix_to_rotvec(turns @ turns[0].T), compute_uv=False)
     if turned[1] <= MIN_SECOND_TURN * np.sqrt(len(turns)):
-        raise DataError(
-            f"{shown.source}: the tool is turned about one axis only, which fits in several conventions; "
-            "add poses with the tool turned about all axes"
-        )
+        why = "the tool is turned about one axis only, which fits in several conventions"
+        raise DataError(f"{shown.source}: {why}; add poses with the tool turned about all axes")
     given, far = found.given, FOREIGN_MISFIT * robot.reach
     if given and not found.is_found and given.rotation < FITS_TURN and given.position < far:
         return given  # an arm may differ from its table by as much

@@ -35,10 +35,7 @@ WHOSE = re.compile(r"(pose)_([a-z]+)(_\d)", re.I)
 TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 LENGTHS, ANGLES = (1.0, SIZES["mm"]), (1.0, SIZES["deg"])
-WHAT = (
-    "give a column for each joint (q1 … qN), x, y, z and the three or four numbers of the orientation, one "
-    "pose a line"
-)
+WHAT = "give columns q1 … qN, x, y, z and the three or four numbers of the orientation, one pose a line"
 Steps = float | Float[np.ndarray, "rows _"]
 
 
@@ -167,10 +164,8 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
         own, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
         is_right = len(own) == joints and len(pose) in (6, 7) and all(map(TYPED.fullmatch, own + pose))
         if not is_right or (rows and len(pose) != 3 + len(rows[0][2])):
-            raise OptionError(
-                f"the pose '{text}' must be {joints} joint positions, =, x, y, z and three angles or a "
-                "quaternion, with commas"
-            )
+            wanted = f"{joints} joint positions, =, x, y, z and three angles or a quaternion, with commas"
+            raise OptionError(f"the pose '{text}' must be {wanted}")
         rows.append((own, pose[:3], pose[3:]))
     if not rows:
         raise OptionError('no poses are typed; give three or more: --pose "q1,…,qn = x,y,z,a,b,c" for each')

@@ -23,7 +23,7 @@ PLACED_ROWS = 60
 def usable(data: Dataset) -> Dataset | None:
     """Rows with a point, and orientation where those have one, of the session and socket that has most."""
     if data.position is None and data.markers is not None:
-        data = replace(data, position=data.markers[:, 0])
+        data = replace(data, position=data.markers[:, np.isfinite(data.markers).all(2).sum(0).argmax()])
     if data.position is None:
         return None
     rows = _located(data)

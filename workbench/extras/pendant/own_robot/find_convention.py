@@ -15,6 +15,7 @@ from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
+from workbench.base.hand_eye import nearest_rotation
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
@@ -74,10 +75,11 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     first = readings[0].robot
     shown = of_dataset(poses, first) if isinstance(poses, Dataset) and poses.rotation is not None else poses
     data = shown.dataset(first) if isinstance(shown, Displayed) else shown
-    rows, least = usable(data), MIN_ROWS if data.rotation is None else HELD_ROWS
+    least, data = MIN_ROWS if data.rotation is None else HELD_ROWS, _posed(data)
+    rows = usable(data)
     if len(data) < least or (rows is None and data.rotation is None):
-        text = f"at least {least} poses are needed, got {len(data)}; move every joint between"
-        raise ShapeError(text, expected=least, found=len(data))
+        text = f"at least {least} poses are needed that show one point, got {len(data)}"
+        raise ShapeError(f"{text}; move every joint between", expected=least, found=len(data))
     first.check_joints(data.q, data.source)
     found, held = _meaning([reading.robot for reading in readings], data, rows)
     best, table = found.best, _table_of(found.best, readings)
@@ -88,10 +90,8 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     if held:
         _check_slip(best, data, said)
     if not (_fits_typed(best) if held else best.fits):
-        raise DataError(
-            f"none of {tried} readings of the table fits {where}; the nearest is {best.size} off ({said}); "
-            f"{CHECK if held else CHECK_ROWS}"
-        )
+        nearest = f"the nearest is {best.size} off ({said}); {CHECK if held else CHECK_ROWS}"
+        raise DataError(f"none of {tried} readings of the table fits {where}; {nearest}")
     if either := _left_open(found, readings, data.q, held=held):
         moves = "add poses with every joint moved by 30° or more"
         raise DataError(f"{where} leave open how joints count: {either}; {moves}")
@@ -114,6 +114,19 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
             f"errors at {where}: {best.size}{other}; {tried} readings tried",
         ),
     )
+
+
+def _posed(data: Dataset) -> Dataset:
+    """Rows that show three markers or more as full poses of these, which tell more than a point."""
+    if data.markers is None or data.position is not None:
+        return data
+    rows = data.take(np.isfinite(data.markers).all((1, 2)) & data.included)
+    middle = np.asarray(rows.markers).mean(1)
+    apart = np.asarray(rows.markers) - middle[:, None]
+    if len(rows) < MIN_ROWS or np.linalg.matrix_rank(apart[0], tol=1e-3) < 2:  # on one line, to 1 mm
+        return data
+    turns = nearest_rotation(np.einsum("rmi,mj->rij", apart, apart[0]))
+    return replace(rows, position=middle, rotation=turns, markers=None)
 
 
 def _meaning(arms: Sequence[Robot], data: Dataset, rows: Dataset | None) -> tuple[RowMeaning, bool]:

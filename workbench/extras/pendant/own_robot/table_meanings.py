@@ -34,9 +34,10 @@ KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k):
 KINDS |= {"0": "revolute", "1": "prismatic"}
 KEYED = re.compile(r"([^\W\d]\w*)(?:[\"']?\s*:|[\"']\s*,)[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}()][^\n,{}()]*)")
 """A key and what stands behind it in JSON, YAML and MATLAB's `Link('d', 0.4)`."""
-WORD, UNIT_WORD = re.compile(r"[a-zα-ω]*$"), re.compile(r"[_ ](deg|rad|mm|m)$")
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
+ENDING, WORD = re.compile(r"[_ ](deg|rad|mm|m)$", re.I), re.compile(r"[a-zα-ω]*$")
+"""A unit behind a name, as in `theta_deg`, and a heading's last word."""
 INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
 """Of a constant in a paper, as in `alpha_{i-1}`."""
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
@@ -100,13 +101,14 @@ def _grid(path: Path) -> Grid:
 
 def _heading(cell: str) -> tuple[str, str]:
     """Constant and unit of a heading."""
-    head = parse_heading(UNIT_WORD.sub(r"[\1]", cell))
+    head = parse_heading(ENDING.sub(r"[\1]", cell))
     return _constant(head.name), (head.unit or "").lower()
 
 
 def _constant(heading: str) -> str:
     """Name of a constant under a heading; another one's as it stands there."""
-    name = WORD.findall(INDEX.sub("", heading.lower().removesuffix("_offset")))[0]
+    bare = INDEX.sub("", ENDING.sub("", heading.lower()).removesuffix("_offset"))
+    name = WORD.findall(bare)[0]
     return NAMES.get(name, name)
 
 
@@ -209,6 +211,9 @@ def table_readings(
 def possible(units: Sequence[str], values: Sequence[float]) -> Sequence[str]:
     """Those of two units in which some numbers make sense; both where either does."""
     largest = float(np.abs(values).max()) if np.size(values) else 0.0
-    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (2.1 * np.pi, np.inf)}
+    quarters = [abs(v) * 2.0 / np.pi for v in values]  # turns of tables in rad; hardly small ones in degrees
+    is_rad = any(turn > 0.5 and abs(turn - round(turn)) < 0.01 for turn in quarters)
+    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi)}
+    bounds["deg"] = (2.1 * np.pi if is_rad else 1e-9, np.inf)
     kept = [u for u in units if bounds[u][0] <= largest <= bounds[u][1]]
     return kept or units

@@ -161,23 +161,19 @@ def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
     count, names = len(touches), len(set(names_of(touches)))
     if count < MIN_TOUCHES or names > 1:
         many = f" of {names} points (if these name the rows, remove their column)" if names > 1 else ""
-        raise DataError(
-            f"{touches.source}: {count} touches{many}; touch one point {MIN_TOUCHES} times or more, each "
-            "time with another orientation of the tool"
-        )
+        more = f"touch one point {MIN_TOUCHES} times or more, each time with another orientation of the tool"
+        raise DataError(f"{touches.source}: {count} touches{many}; {more}")
     _, sizes, axes = np.linalg.svd((rotations - rotations.mean(0)).reshape(-1, 3))
     minimum = TILTED * np.sqrt(count)
     if sizes[-2] < minimum:
-        raise DataError(
-            f"{touches.source}: the tool kept its orientation; tilt it by 30° or more about different axes "
-            "(and if the joints are in rad, head them q1[rad] …)"
+        how = (
+            "tilt it by 30° or more about different axes (and if the joints are in rad, head them q1[rad] …)"
         )
+        raise DataError(f"{touches.source}: the tool kept its orientation; {how}")
     if sizes[-1] < minimum:
         axis = ", ".join(signed(v, 2) for v in axes[-1])
-        raise DataError(
-            f"{touches.source}: the tool was turned about one axis only, so the tip along ({axis}) of the "
-            "flange can't be determined; tilt it by 30° or more about another axis"
-        )
+        why = f"about one axis only, so the tip along ({axis}) of the flange can't be determined"
+        raise DataError(f"{touches.source}: the tool was turned {why}; tilt it by 30° or more about another")
 
 
 def _solve(at: Float[np.ndarray, "rows 4 4"]) -> TouchSolution:

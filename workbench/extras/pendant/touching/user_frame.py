@@ -91,10 +91,8 @@ class UserFrame(AbstractShown):
         """Why the frame should not be used as it is; empty if it may be."""
         limit = self.wanted or POOR
         if self.of.scatter > limit:
-            return (
-                f"the touches miss the frame by {in_mm(self.of.scatter)}, more than {in_mm(limit)}: check "
-                "the tool, the names of the points and the numbers of the drawing"
-            )
+            what = "check the tool, the names of the points and the numbers of the drawing"
+            return f"the touches miss the frame by {in_mm(self.of.scatter)}, more than {in_mm(limit)}: {what}"
         if self.wanted is not None and not np.isfinite(self.half[0]):
             return "there is no redundant touch to show the frame's error; touch one or two more points"
         return ""
@@ -196,10 +194,8 @@ def _drawn(touches: Dataset, tips: np.ndarray, points: Mapping[str, np.ndarray])
     _require_spread(touches, target)
     drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
     if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
-        raise DataError(
-            f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
-            f"{in_mm(drawn)}; check the units of both and the names"
-        )
+        both = f"the touches span {in_mm(touched)}, their points in the drawing {in_mm(drawn)}"
+        raise DataError(f"{touches.source}: {both}; check the units of both and the names")
     return se3.best_fit(target, tips), target, np.ones_like(target, bool)
 
 
@@ -227,10 +223,8 @@ def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
     sizes = np.linalg.svd(points - points.mean(0), compute_uv=False)
     if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT_SCATTER):
-        raise DataError(
-            f"{touches.source}: {len(points)} points on one line don't determine the rotation about it; "
-            "touch three or more that span a plane"
-        )
+        why = f"{len(points)} points on one line don't determine the rotation about it"
+        raise DataError(f"{touches.source}: {why}; touch three or more that span a plane")
 
 
 def _solve(
