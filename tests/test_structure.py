@@ -46,7 +46,7 @@ BUDGETS = {
     "diagnosis": 6_628,
     "exports": 316,
     "session": 6_170,
-    "views": 6_841,
+    "views": 6_845,
     "cli": 1_431,
     "extras": 1,
     "extras/camera": 3_468,
