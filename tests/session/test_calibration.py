@@ -25,6 +25,7 @@ from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
 from workbench.session.mapping import understood_as, with_column
 from workbench.session.state import Focus
+from workbench.views.page.panels.fit import _warnings
 
 
 @pytest.fixture(scope="module")
@@ -91,14 +92,13 @@ def test_a_file_is_read_identified_and_looked_at(do, file):
     numbered = zip(file.splitlines(), [b"Nr", *(b"%d" % k for k in range(101, 151))], strict=True)
     session = do(LoadData("../../etc/a.csv", b"\n".join(b"%s,%s" % pair for pair in numbered)))
     assert session.measurements.loaded.name == "a.csv"
-    assert session.measurements.loaded.row_name(3) == "3 = Nr 104"
     assert do(LeaveRowsOut((3,)), Undo()).measurements.left_out == frozenset()
-    facts = dict(session.measurements.loaded.facts)
-    assert facts["Measured"] == "position, rotation"
+    assert dict(session.measurements.loaded.facts)["Measured"] == "position, rotation"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
-    assert session.results.fit == "ols"
-    assert len(session.results.identification.held_out_rows) == 10
-    assert (session.results.row, session.playback.focus) == (17, Focus.ROW)
+    found = replace(session.results.identification, excluded=((3, "odd"), (5, "odd")))
+    assert "data rows 3 = Nr 104 (odd), 5 = Nr 106 (odd)" in _warnings(found, session)
+    assert len(found.held_out_rows) == 10
+    assert (session.results.row, session.playback.focus, session.results.fit) == (17, Focus.ROW, "ols")
     assert not session.choices.overlay.arrows
     session = do(MoveTarget(0, (0.5, 0.3, 0.25), (-2.6, 0.0, 0.0)))
     assert session.playback.focus is Focus.TARGET

@@ -240,7 +240,7 @@ def test_a_table_on_the_page_says_its_convention_or_gives_poses():
     table = "\n".join(["theta,d,a,alpha", *(",".join(map(str, row)) for row in FANUC)]).encode()
     assert holds_robot("own.csv", table)
     assert not holds_robot("rows.csv", b"q1[deg],d[mm],x[mm],alpha[deg]\n")
-    with refuses(OptionError, "standard DH", "modified DH (Craig)", "three poses"):
+    with refuses(OptionError, "standard DH", "modified DH (Craig)", "give poses"):
         LoadModel("own.csv", table).model()
     found = LoadModel("own.csv", b"# convention = dh\n" + table).model()
     assert (found.dof, found.convention) == (6, "dh")
@@ -341,6 +341,9 @@ def test_a_table_is_read_by_what_a_tracker_measured(run, tmp_path, convention, t
     true = VirtualArm(convention, np.column_stack([constants, np.zeros(6)])).pose(q * turns)
     moved = tool_poses(load_robot(out).bare, Motion(q))
     np.testing.assert_allclose(se3.inverse(moved[:1]) @ moved, se3.inverse(true[:1]) @ true, atol=1e-6)
+    if seen == "points" and not inverted:  # pasted into the page's field for poses
+        own = LoadModel("dh.csv", path.read_bytes(), tuple(rows.read_text().splitlines())).model()
+        np.testing.assert_allclose(tool_poses(own.bare, Motion(q)), moved, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -52,9 +52,8 @@ def test_the_viewer_in_the_browser_is_given_addresses_and_ends_with_the_command(
     program.write_text(f'#!/bin/sh\necho "$@" > {told}\n{started}\nsleep 0.5\nkill -TERM $PPID\nwait\n')
     program.chmod(0o755)
     monkeypatch.setattr(viewer, "_program", lambda: str(program))
-    before = signal.getsignal(signal.SIGTERM)
     assert run("review", SAMPLE, "--web")[0] == 0
-    signal.signal(signal.SIGTERM, before)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     assert told.read_text().startswith("--bind 127.0.0.1 --web-viewer http://127.0.0.1:")
     assert str(tmp_path) not in told.read_text()
     while not ended.exists():  # or else the test takes for ever

@@ -101,8 +101,8 @@ class LoadModel(AbstractTask[Session]):
     Args:
         name: Its name, of which only the ending matters.
         content: Its bytes.
-        poses: Typed from the pendant, which the robot must give; without any, a joint table (.csv) may mean
-            one arm only.
+        poses: Lines as on the pendant, or of a table of measured rows, that the robot must give; without any,
+            a joint table (.csv) may mean one arm only.
     """
 
     name: str
@@ -141,8 +141,9 @@ class LoadModel(AbstractTask[Session]):
                 return read_plate(path)
             if not self.poses and path.suffix.lower() != ".csv":
                 return load_robot(path)
+            (rows := folder / "rows.csv").write_text("\n".join(self.poses))
             for check in parts("robot_checks"):
-                return check(path, self.poses)
+                return check(path, rows if self.poses and "=" not in self.poses[0] else self.poses)
             raise OptionError("tables and poses need workbench.extras.pendant, which isn't installed")
         except WorkbenchError as error:
             raise OptionError(str(error).replace(f"{folder}/", "")) from error
@@ -232,9 +233,8 @@ class Jog(AbstractChange):
     q: tuple[float, ...]
 
     def check(self, session: Session) -> None:
-        limits = session.robot.limits
         session.robot.check_joints(np.array([self.q]))
-        for i, (value, (low, high)) in enumerate(zip(self.q, limits, strict=True)):
+        for i, (value, (low, high)) in enumerate(zip(self.q, session.robot.limits, strict=True)):
             if not (np.isfinite(value) and low - 1e-6 <= value <= high + 1e-6):
                 raise OptionError(f"joint {i + 1} must be {low:.4g} to {high:.4g}, got {value:.4g}")
 

@@ -193,14 +193,15 @@ def readings_of(source: Path | str, *, tip: str | None = None) -> list[TableRead
     return table_readings(**read_joint_table(path)._asdict(), name=path.stem)
 
 
-def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:
-    """The arm that gives typed poses, or the one that a table can only be; what was found is in its notes."""
+def robot_that_gives(source: Path | str, poses: Sequence[str] | Path) -> Robot:
+    """The arm that gives typed poses or rows of a file, or the one that a table can only be, with notes."""
     readings = readings_of(source)
     ways = [", ".join(one.assumptions) for one in readings]
     robot, notes = readings[0].robot.with_frames(base=UNKNOWN, tool=UNKNOWN), [f"it fits: {ways[0]}"]
     if poses:
-        found = find_convention(readings, typed(poses, robot.dof))
+        shown = read_poses(poses, robot) if isinstance(poses, Path) else typed(poses, robot.dof)
+        found = find_convention(readings, shown)
         robot, notes = found.robot, [*found.notes]
     elif ways[1:]:
-        raise OptionError(f"the table may be {'; or '.join(ways)}: say its convention, or type three poses")
+        raise OptionError(f"the table may be {'; or '.join(ways)}: say its convention, or give poses")
     return replace(robot, notes=(*robot.notes, *notes))

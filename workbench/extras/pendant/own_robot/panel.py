@@ -12,14 +12,14 @@ from workbench.session.commands.data import as_files
 from workbench.session.export import robot_toml
 from workbench.session.page_state import Tab
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 HOW = """One joint a line below the headings, such as
 theta [deg], d [mm], a [mm], alpha [deg]
 0, 399, 0, -90
--90, 0, 350, 0
-Poses from the pendant (flange in the base) tell units, signs, zeros and convention; three or more, such as
-0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90"""
+Poses tell units, signs, zeros and convention: three or more from the pendant (flange in the base), such as
+0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90
+or six or more measured rows below their headings, of any tool in any frame."""
 CONVENTIONS = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
 
 
@@ -27,7 +27,10 @@ def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes
     """Fields for a table and poses, and what opens the robot; returns what opens a file likewise."""
     gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
     table = panel.line("DH table", "Of your robot; without one, poses check the open robot.", multiline=True)
-    poses = panel.line("Poses", "Joint positions = x, y, z and three angles, one a line.", multiline=True)
+    hint = "Joint positions = x, y, z and three angles, one a line; or a table of measured rows."
+    poses = panel.line("Poses", hint, multiline=True)
+    fill = lambda _, content: set_value(poses.control, content.decode(errors="replace"))  # noqa: E731
+    panel.upload("Poses from a file", fill, hint, endings=".csv,.txt", maximum=LARGEST_MODEL)
 
     def checked(name: str, content: bytes) -> LoadModel:
         return LoadModel(name, content, tuple(filter(None, map(str.strip, poses.typed.splitlines()))))

@@ -112,15 +112,8 @@ class ToolTip(AbstractShown):
         return self.of.blocks(f"{self.nominal.name}: {self.sentence}", [], self.notes)
 
     def json(self) -> Json:
-        return self.of.json(
-            SCHEMA,
-            self.doubt or self.sentence,
-            self.notes,
-            robot=self.nominal.name,
-            xyz=self.xyz,
-            half_width=self.half,
-            more=self.more,
-        )
+        found = {"robot": self.nominal.name, "xyz": self.xyz, "half_width": self.half, "more": self.more}
+        return self.of.json(SCHEMA, self.doubt or self.sentence, self.notes, **found)
 
 
 @checked_arguments()

@@ -1,5 +1,6 @@
 """Calibration: identify, diagnose, add what was found; the result, and what stands behind it."""
 
+import re
 from collections.abc import Callable
 
 import viser
@@ -37,6 +38,8 @@ LEVELLED = (
     "direction of gravity."
 )
 IF_NOISE = "± of the constants hold if the error that is left is noise; find its cause first."
+ROWS = re.compile(r"(?<=\brow )\d+|(?<=\brows )\d+(?=[ ,])|(?<=[\d)], )\d+(?= \(|, \d|;| the)")
+"""Numbers of rows in a sentence, as in `row 22` and `rows 3, 17 (off by 2 mm)`."""
 SEEN, MAX_OUT = 2, 8
 """Warnings that are not folded, and rows that are named in one."""
 
@@ -62,7 +65,7 @@ class FitPanel(AbstractPanel):
             self._build_options(gui)
         self.html(result_card)
         self.html(_requirement)
-        self.html(_of_fit(lambda found, s: _warnings(found)))
+        self.html(_of_fit(_warnings))
 
     def _build_options(self, gui: viser.GuiApi) -> None:
         build_wanted(self)
@@ -118,19 +121,20 @@ def _fits(session: Session) -> dict[str, str]:
 
 def _requirement(session: Session) -> str:
     """Pass or fail of the shown fit against the required error."""
-    judged = arm_judgement(session)
-    if judged is None:
+    if (judged := arm_judgement(session)) is None:
         return ""
     style = f"margin:4px 0;color:{INKS[judged.tone]};font-weight:600"
     return block(text(judged.text), testid="requirement", style=style)
 
 
-def _warnings(found: Identification) -> str:
+def _warnings(found: Identification, session: Session) -> str:
     """Rows that are not fitted, and the first warnings, which name wrong ones; folded, what more there is."""
-    said = {outlier.row for outlier in found.outliers}
+    said, loaded = {outlier.row for outlier in found.outliers}, session.measurements.loaded
     out = [f"{row} ({why})" for row, why in found.excluded if row not in said]
     first = [f"not fitted: data row{'s' * (len(out) > 1)} {first_of(out, MAX_OUT)}"] if out else []
-    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in (*first, *found.warnings)]
+    name = str if loaded is None else loaded.row_name
+    named = (ROWS.sub(lambda row: name(int(row[0])), one) for one in (*first, *found.warnings))
+    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in named]
     seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 

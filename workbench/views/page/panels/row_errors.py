@@ -64,8 +64,8 @@ def _exclusion(session: Session) -> str:
     number, now, rows = _number(session), session.measurements, session.results.comparison
     name = f"data row {number if now.loaded is None else now.loaded.row_name(number)}"
     is_wrong = rows is not None and rows.set_apart[session.results.row]
-    why = "no arm explains it" if is_wrong else "though it doesn't stand out"
-    return f"Use {name} again" if number in now.left_out else f"Exclude {name}, {why}"
+    why = "no arm explains it" if is_wrong else "doesn't stand out"
+    return f"Use {name} again" if number in now.left_out else f"Exclude {name} ({why})"
 
 
 def _number(session: Session) -> int:
