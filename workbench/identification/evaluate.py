@@ -68,7 +68,6 @@ def evaluate(
         how = "took no part in base and tool" if fit_frames else "included in these errors"
         said.append(set_apart(tuple(map(Outlier, *columns)), others, how))
     doubt, is_foreign = doubt_of(robot, used.take(~far), others, fitted)
-    said += filter(None, [doubt])
-    if not said and robot.calibration is None:
-        said += filter(None, [computed_text(robot, others, data)])
+    is_nominal = robot.calibration is None and not said and not doubt
+    said += filter(None, [doubt, computed_text(robot, others, data) if is_nominal else ""])
     return Evaluation(robot, used, errors, notes, tuple(said), doubt if is_foreign else "")

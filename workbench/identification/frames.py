@@ -116,9 +116,7 @@ def choose_frames(
             is_first = taken.search.outcome.ok and taken.problem.shares is None and data.readings is None
             aligned, first = taken.aligned, (taken.problem, taken.search) if is_first else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
-    notes = [text]
-    if chosen.base:
-        notes += _where_the_base_is(robot, aligned)
+    notes = [text, *(_where_the_base_is(robot, aligned) if chosen.base else ())]
     if choices.levelled:
         chosen, first = replace(chosen, levelled=True), None
         aligned = moved_robot(aligned, chosen, data.sessions, {})

@@ -124,27 +124,26 @@ def consistent(components: int) -> float:
 def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:
     """The most likely s for variances own + s²; 0 if own suffices."""
     scaled = square / (STUDENT_FREEDOM * consistent(1))
+    heavy = (STUDENT_FREEDOM + 1.0) * scaled
 
-    def slope(log_s: np.ndarray) -> Float[np.ndarray, " k"]:
-        added = np.exp(2.0 * log_s)[:, None]
+    def slope(added):
         variance = own + added
-        excess = 1.0 - (STUDENT_FREEDOM + 1.0) * scaled / (variance + scaled)
-        return (added / variance * excess).sum(-1)
+        return (added / variance * (1.0 - heavy / (variance + scaled))).sum(-1)
 
     def cost(log_s: float) -> float:
         variance = own + np.exp(2.0 * log_s)
         return float((np.log(variance) + (STUDENT_FREEDOM + 1.0) * np.log1p(scaled / variance)).sum())
 
-    largest = max(float(square.mean()), 1e-300)
-    tried = 0.5 * np.log(largest) + PARTS
-    rising = slope(tried) >= 0.0
+    tried = 0.5 * np.log(max(float(square.mean()), 1e-300)) + PARTS
+    slopes = slope(np.exp(2.0 * tried)[:, None])
+    rising = slopes >= 0.0
     turns = np.flatnonzero(~rising[:-1] & rising[1:])
     found = [tried[0]] * bool(rising[0]) + [tried[-1]] * bool(not rising[-1])
     for k in turns:  # the Illinois method, BIT 11, 1971; scipy's import outlasts a fit
-        (other, x), (opposite, value) = tried[k : k + 2], slope(tried[k : k + 2])
+        (other, x), (opposite, value) = tried[k : k + 2], slopes[k : k + 2]
         while value and abs(x - other) > ROOT_TOLERANCE:
             new = x - value * (x - other) / (value - opposite)
-            at_new = slope(np.array([new]))[0]
+            at_new = slope(np.exp(2.0 * new))
             other, opposite = (x, value) if at_new * value < 0.0 else (other, 0.5 * opposite)
             x, value = new, at_new
         found.append(x)

@@ -12,6 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.base.advice import beside, failures
 from workbench.base.wording import first_of, in_mm, listed
 from workbench.data.dataset import Dataset
+from workbench.data.postures import repeats
 from workbench.identification.checks.arm_match import arm_match, sister
 from workbench.identification.checks.common_errors import (
     instrument_scale,
@@ -44,7 +45,7 @@ COMPUTED, EXACT, TURNED = 1e-5, 5e-6, 0.02
 """Errors of a nominal, and a calibrated arm below this share of its reach are of rows that were computed, if
 orientations are met within this [°]."""
 MIN_MISSED, MISSED = 5, 3.0
-"""Minimum number of outliers that say the arm misses them, and how much in standard errors of their mean."""
+"""Fewest outlying postures that say the arm misses them, and how much in standard errors of their mean."""
 MUCH = 0.33
 """Share of nominal's error above which an arm isn't used that was fitted to rows of two kinds."""
 SAME_COST = 1e-6
@@ -146,7 +147,10 @@ class Identification(AbstractReported, AbstractSplit):
     @property
     def missed(self) -> str:
         """That outliers lie clearly nearer to the nominal arm; empty if they don't."""
-        nearer = np.array([row.position - row.nominal for row in self.outliers])
+        rows = self.data.take(self.outlying)
+        posture = dict(zip(rows.row.tolist(), repeats(rows).tolist(), strict=True))
+        unit = np.unique([posture[row.row] for row in self.outliers], return_inverse=True)[1]
+        nearer = np.bincount(unit, [row.position - row.nominal for row in self.outliers]) / np.bincount(unit)
         if len(nearer) < MIN_MISSED or not nearer.mean() > MISSED * nearer.std() / np.sqrt(len(nearer)):
             return ""
         by = f"on average {in_mm(float(nearer.mean()))} nearer to the nominal arm"

@@ -59,9 +59,8 @@ class Factor:
 
     def only(self, columns: Bool[np.ndarray, " p"]) -> "Factor":
         """The same for some of the parameters, with the others held."""
-        units = self.units[columns]
-        found = factorise([(self.compressed, self.r[:, columns] / units)], units)
-        return replace(found, residual_square=self.residual_square)
+        found = factorise([(self.compressed, self.r[:, columns])], np.ones(np.count_nonzero(columns)))
+        return replace(found, units=self.units[columns], residual_square=self.residual_square)
 
     @cached_property
     def svd(self) -> Any:

@@ -80,19 +80,20 @@ class InfluenceBased(AbstractIdentifier):
         """Mean of the poses' corrections times the best step length, and the predicted decrease of |r|²."""
         jacobian = at.jacobian * units
         deviations = np.where(units == MILLIMETRE, LENGTH_DEVIATION, ANGLE) / units
-        own = list[np.ndarray]()
-        for stack in stacks:
-            part = jacobian[stack]
-            k = pose_weights(part * deviations) if self.weighted else np.ones((len(part), 1))
-            weighted = part * k[:, None]
-            gram = weighted @ part.transpose(0, 2, 1)
-            pull = np.linalg.pinv(gram, rcond=RCOND, hermitian=True) @ at.residual[stack][..., None]
-            own.append((weighted.transpose(0, 2, 1) @ pull)[..., 0])
+        own = [self._poses(jacobian[stack], at.residual[stack], deviations) for stack in stacks]
         step = np.concatenate(own).mean(axis=0)
         moved = jacobian @ step
         along = max(float(moved @ at.residual), 0.0)
         length = along / max(float(moved @ moved), 1e-300)
         return length * step * units, length * along
+
+    def _poses(self, jacobian, residual, deviations) -> Float[np.ndarray, "rows p"]:
+        """The correction that explains each pose on its own, in degrees and millimetres."""
+        k = pose_weights(jacobian * deviations) if self.weighted else np.ones((len(jacobian), 1))
+        weighted = jacobian * k[:, None]
+        gram = weighted @ jacobian.transpose(0, 2, 1)
+        pull = np.linalg.pinv(gram, rcond=RCOND, hermitian=True) @ residual[..., None]
+        return (weighted.transpose(0, 2, 1) @ pull)[..., 0]
 
 
 def pose_weights(moves: Float[np.ndarray, "rows m p"]) -> Float[np.ndarray, "rows p"]:

@@ -30,4 +30,4 @@ class Ols(AbstractIdentifier):
         def halved(x, at, factor, cost):
             return downhill(problem, x, gauge_step(factor, factor.step(), x - problem.start), cost)
 
-        return descend(problem, halved, begin=begin)
+        return descend(problem, halved, limit=60, begin=begin)
