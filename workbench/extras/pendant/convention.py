@@ -34,76 +34,60 @@ COMMANDED = 0.5
 
 
 def reading_of_display(robot: Robot, shown: Displayed, how: str = "auto") -> RowReading:
-    """The reading under which what is shown is this arm's.
-
-    Args:
-        how: What is accepted beyond what an arm may count otherwise, as of `FitChoices.reading`.
+    """The reading under which what is shown is this arm's; `how` as of `FitChoices.reading`.
 
     Raises:
         DataError: too few poses, no reading fits, several do, or the poses are of another arm.
     """
     if len(shown) < MIN_ROWS:
-        raise DataError(
-            f"{shown.source}: {len(shown)} poses do not determine the convention; read at least {MIN_ROWS}, "
-            "and about 30 to extract the model"
-        )
+        few = f"{len(shown)} poses do not determine the convention; read at least {MIN_ROWS}"
+        raise DataError(f"{shown.source}: {few}, and about 30 to extract the model")
     found = read_rows(robot, data := shown.dataset(robot))
     assert found is not None
     best, given, far = found.best, found.given, FOREIGN_MISFIT * robot.reach
     if best.convention is None:
         raise DataError(f"{shown.source}: the orientation stays the same while the joints turn the tool")
-    if (
-        given
-        and (how == "given" or not found.is_found)
-        and given.rotation < FITS_TURN
-        and given.position < far
-    ):
-        return _with_convention(robot, shown, data, given)  # an arm may differ from its table by as much
+    is_given = how == "given" or not found.is_found
+    if given and is_given and given.rotation < FITS_TURN and given.position < far:
+        return _in_convention(robot, shown, data, given)  # an arm may differ from its table by as much
     if found.is_found and best.other:
         text = f"these rows don't belong to {robot.name}; {best.robot.name} fits to {best.size}"
         raise DataError(f"{shown.source}: {text}: choose the robot '{best.other}'")
     is_other = (shown.units[0] and best.unit != 1.0) or best.mirrored or best.on(robot) is None
-    if not found.is_found or (is_other and (accepted := found.accepted(how)) is None):
+    taken = found.accepted(how) if is_other else best
+    if not found.is_found or taken is None:
         said = found if shown.units[0] else replace(found, best=replace(best, unit=1.0))
         cure = "correct the file" if found.told else found.remedy
         raise DataError(f"{shown.source}: {said.text()}; {cure}")
-    return _with_convention(robot, shown, data, accepted if is_other else best)
+    return _in_convention(robot, shown, data, taken)
 
 
-def _with_convention(robot: Robot, shown: Displayed, data: Dataset, reading: RowReading) -> RowReading:
-    """The reading in its convention; where others fit alike with another tool in the one that headings name.
+def _in_convention(robot: Robot, shown: Displayed, data: Dataset, reading: RowReading) -> RowReading:
+    """The reading; where others fit alike with another tool in the convention that headings name.
 
-    If the tool keeps its orientation all do, and the rows can't part it from the base: it is in the likeliest
-    that is named, or at all.
+    A tool that keeps its orientation fits in all, and can't be parted from the base: the likeliest is taken.
     """
-    rows = usable(data)
-    assert rows is not None
-    search, turns = ReadingSearch(robot, data=rows), reading.flange(rows.q)[:, :3, :3]
+    search = ReadingSearch(robot, data=usable(data) or data)
+    turns = reading.flange(search.data.q)[:, :3, :3]
     turned = np.linalg.norm(se3.matrix_to_rotvec(turns @ turns[0].T), axis=1).max()
-    ways = [
-        replace(reading, convention=c, cost=c.cost, base=np.eye(4), tool=np.eye(4))
-        for c in search.conventions
-    ]
+    bare = replace(reading, base=np.eye(4), tool=np.eye(4))
+    ways = [replace(bare, convention=c, cost=c.cost) for c in search.conventions]
     if turned > KEPT:
         placed = search.aligned(ways)
         ways = [way for way in placed if way.score < CLEAR * min(w.score for w in placed) + EXACT]
-        tools = np.array([way.tool[:3, :3].T @ reading.tool[:3, :3] for way in ways])
-        if not (np.linalg.norm(se3.matrix_to_rotvec(tools), axis=1) > TURNED).any():
+        tools = se3.matrix_to_rotvec(np.array([w.tool[:3, :3].T @ reading.tool[:3, :3] for w in ways]))
+        if np.linalg.norm(tools, axis=1).max() < TURNED:
             return reading
-    units = [shown.meaning(robot, way).units for way in ways]
-    likely = [
-        way
-        for own, way in sorted(zip(units, ways), key=lambda pair: (pair[0][0] != pair[0][2], pair[1].cost))
-    ]
-    told = [w for w in likely if w.convention.is_named(shown.named)]
+    ways.sort(key=lambda w: (len({*shown.meaning(robot, w).units[::2]}), w.cost))  # angles as joints
+    told = [w for w in ways if w.convention and w.convention.is_named(shown.named)]
     if not told and turned > KEPT:
-        names = ", or ".join(dict.fromkeys(w.convention.name for w in likely[:2]))
+        names = ", or ".join(w.convention.name for w in ways[:2] if w.convention)
         raise DataError(
             f"{shown.source}: the tool turns by {np.rad2deg(turned):.2g}° about one axis only, which fits in "
-            f"several conventions, such as {names}: add poses with the tool turned about all axes, or name the "
-            "angles in the headings (A, B, C; roll, pitch, yaw)"
+            f"several conventions, such as {names}: add poses with the tool turned about all axes, or name "
+            "the angles in the headings (A, B, C; roll, pitch, yaw)"
         )
-    return (told or likely)[0]
+    return (told or ways)[0]
 
 
 def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
@@ -116,16 +100,10 @@ def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
     return robot.bare.with_frames(**frames)
 
 
-def as_dataset(
-    robot: Robot, shown: Displayed, reading: RowReading, *, joints: bool = False, commanded: bool = True
-) -> Dataset:
-    """The poses, each with the standard deviation that rounding gives it.
-
-    Args:
-        joints: Whether joints are read, too, of an arm that doesn't count as they do.
-        commanded: Whether joints at whole degrees were commanded there, so that they are exact.
-    """
-    units = shown.meaning(robot, reading).units
+def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True) -> Dataset:
+    """The poses, each with the standard deviation that rounding gives it; joints at whole degrees are exact
+    if they were commanded there."""
+    units, joints = shown.meaning(robot, reading).units, reading.on(robot) is None  # counted otherwise
     joint, length, angle = (step * SIZES[unit] for step, unit in zip(shown.steps, units, strict=True))
     written = shown.dataset(robot)
     data, slides = reading.apply(written, joints=joints), sliding(robot)
@@ -135,9 +113,8 @@ def as_dataset(
     variance[:, 3:] = _turned_by(reading, written, UNIFORM * angle)
     if not (commanded and np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)):
         shares = np.where(slides, SIZES[shown.usual_units(robot)[1]] * shown.steps[0], joint) * UNIFORM
-        shares = np.broadcast_to(shares, written.q.shape) @ (
-            np.abs(reading.w.T) if joints else np.eye(robot.dof)
-        )
+        shares = np.broadcast_to(shares, written.q.shape)
+        shares = shares @ np.abs(reading.w.T) if joints else shares
         variance += ((geometric_jacobian(robot, data.q) * shares[:, None]) ** 2).sum(2)
     sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
     return replace(data, sigma=sigma, read_as=reading.text)

@@ -74,18 +74,8 @@ class Displayed:
     def __len__(self) -> int:
         return len(self.joints)
 
-    @property
-    def standing(self) -> "Displayed":
-        """Those at which the arm stood."""
-        kept = np.flatnonzero(self.stood)
-        blocks = [self.joints, self.xyz, self.turn]
-        steps = (np.broadcast_to(s, b.shape)[kept] for s, b in zip(self.steps, blocks, strict=True))
-        joints, xyz, turn = (block[kept] for block in blocks)
-        own = {"rows": [self.rows[k] for k in kept], "steps": tuple(steps), "stood": ()}
-        return replace(self, joints=joints, xyz=xyz, turn=turn, **own)
-
     def usual_units(self, robot: Robot) -> tuple[str, str, str]:
-        """Those shown, or else degrees, joints within a turn of rad in these, and lengths that the arm reaches."""
+        """Those shown, or else degrees, rad of joints within a turn, and lengths that the arm reaches."""
         far = np.linalg.norm(self.xyz, axis=1).max(initial=1e-9)
         length = min(("m", "mm"), key=lambda unit: abs(np.log(far * SIZES[unit] / robot.reach)))
         joint = "deg" if np.abs(self.joints).max(initial=0.0) > 2.0 * np.pi else "rad"

@@ -126,19 +126,13 @@ class Extraction(AbstractShown):
         base = f"a user frame is set: the robot's base is at {_pose_text(at.base)}" if own.base else ""
         return tuple(filter(None, (f"the display: {', '.join(said)}", tool, base)))
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Which readings don't fit the others, in one sentence."""
-        if not (off := self.run.outliers):
-            return ()
-        each = [f"reading {o.row + 1} {o.text.partition(' ')[2]}" for o in off[:SHOWN]]
-        more = f" and {len(off) - SHOWN} more" if off[SHOWN:] else ""
-        return (f"left out, as not fitting the others: {', '.join(each)}{more}: correct or read again",)
-
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
-        sentence, found = f"{self.run.nominal_robot.name}: {self.sentence}", (*self.frames, *self.notes)
-        return headed(sentence, table, *lines("found", found), *lines("warning", self.warnings))
+        off = [f"reading {o.row + 1} {o.text.partition(' ')[2]}" for o in self.run.outliers]
+        wrong = f"{', '.join(off[:SHOWN])}{f' and {len(off) - SHOWN} more' * bool(off[SHOWN:])}"
+        warning = [f"left out, as not fitting the others: {wrong}: correct or read again"] * bool(off)
+        sentence = f"{self.run.nominal_robot.name}: {self.sentence}"
+        return headed(sentence, table, *lines("found", self.frames + self.notes), *lines("warning", warning))
 
     def json(self) -> Json:
         """The result as plain data, with the identification under its own schema."""
@@ -193,24 +187,21 @@ def extract(
     else:
         shown = of_dataset(readings, robot) if isinstance(readings, Dataset) else typed(readings, robot.dof)
     meant = reading_of_display(robot, shown, reading)
-    found = _extracted(robot, shown, meant)
-    if found.verdict is ModelVerdict.MORE and sum(shown.stood) >= MIN_ROWS:
-        alone = _extracted(robot, shown.standing, meant)
-        if alone.verdict is not ModelVerdict.MORE:
-            moving = len(shown) - sum(shown.stood)
-            text = f"{plural(moving, 'reading')} left out, while the arm moved: joints and pose were not read at once"
-            return replace(alone, notes=(text,))
-    return found
+    found = _extracted(robot, shown, meant, np.arange(len(shown)))
+    stood = np.flatnonzero(shown.stood)
+    if found.verdict is not ModelVerdict.MORE or len(stood) < MIN_ROWS:
+        return found
+    alone, moved = _extracted(robot, shown, meant, stood), plural(len(shown) - len(stood), "reading")
+    note = f"{moved} left out, as the arm moved: joints and pose were not read at once"
+    return found if alone.verdict is ModelVerdict.MORE else replace(alone, notes=(note,))
 
 
-def _extracted(robot: Robot, shown: Displayed, reading: RowReading) -> Extraction:
-    counted = reading.on(robot.bare)
-    joints, counted = counted is None, counted or robot
-    arm, data = with_displayed_frames(counted, reading), as_dataset(counted, shown, reading, joints=joints)
-    run, *left, allowed = _fitted(arm, data)
-    rounded = as_dataset(counted, shown, reading, joints=joints, commanded=False)
+def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.ndarray) -> Extraction:
+    arm = reading.on(robot.bare) or robot
+    data, rounded = (as_dataset(arm, shown, reading, commanded=own).take(rows) for own in (True, False))
+    run, *left, allowed = _fitted(framed := with_displayed_frames(arm, reading), data)
     if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
-        run, *left, allowed = _fitted(arm, rounded)  # whole degrees that were not commanded
+        run, *left, allowed = _fitted(framed, rounded)  # whole degrees that were not commanded
     nominal, best = left
     return Extraction(
         robot=run.aligned if nominal < allowed else run.best.calibrated,
