@@ -49,7 +49,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     for pattern, key in (
         (rf"(?:{_JOINT_TEXT})_?(\d+)(?:pos(?:ition)?)?|joint_a(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS}|state|field)_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
-        (r"(?:q|j|joint|axis)_?(?:measured|meas|actual|act|ist|mess)_?(\d+)", "q{0}"),
+        (r"(?:q|j|joint|axis)(?:pos)?_?(?:measured|meas|actual|act|ist|mess)_?(\d+)", "q{0}"),
         (r"m?([xyz])_coord(?:inate)?|(?:[tp]|tvec_?)?([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:position|translation)_([xyz])", "{0}"),
         (r"(?:tf_\w+_|field_|pose_|transform_)+(?:orientation|rotation)_([wxyz])", "q{0}"),
@@ -82,7 +82,7 @@ _NUMBERED += [[str(k) for k in range(first, first + 16)] for first in (0, 1)]
 _SIX, _QUATERNION = [f"q{i}" for i in range(1, 7)], ("qw", "qx", "qy", "qz")
 _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("w", "p", "r"), ("roll", "pitch", "yaw")),
-    (("a", "b", "c"), ("yaw", "pitch", "roll")),
+    *(([f"{a}{end}" for a in "abc"], ("yaw", "pitch", "roll")) for end in ("", "_act", "_ist")),
     (("u", "v", "w"), ("yaw", "pitch", "roll")),
     ([f"{kind}{a}1" for kind in ("", "phi") for a in "xyz"], ("x", "y", "z", "roll", "pitch", "yaw")),
     (("s", "l", "u", "r", "b", "t"), _SIX),

@@ -1,7 +1,7 @@
 """Commands: new, extract, tcp, frame."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import workbench as wb
 from workbench.base.errors import OptionError, understood
@@ -21,14 +21,19 @@ def extract(
     ] = None,
     rows: Annotated[Path | None, option("Write the readings as measurements here, for diagnose.")] = None,
     save: opt.SaveOption = None,
-    columns: opt.ColumnsOption = None,
+    reading: opt.ReadingOption = "auto",
+    *,
+    files: opt.FileOptions,
 ) -> None:
     """Extract the controller's calibrated model from joints and tool poses on its pendant."""
     if (readings is None) == (not pose):
         raise OptionError("give READINGS, or --pose for each pose")
     opt.check_writable(rows, robot=save)
     with opt.progress_bar("extract"):
-        found = wb.extract(robot, pose or [] if readings is None else readings, columns=columns)
+        shown: Any = pose or [] if readings is None else readings
+        if readings is not None and (files.joints or files.sheet or files.layout):
+            shown = files.read(readings, wb.load_robot(robot))
+        found = wb.extract(robot, shown, columns=files.columns, reading=reading)
     if rows is not None:
         opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
     opt.give(found, "" if found.verdict in ("nominal", "extracted") else found.sentence, save)

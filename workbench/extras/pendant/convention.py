@@ -16,12 +16,13 @@ from workbench.data.dataset import Dataset
 from workbench.extras.pendant.displayed import SIZES, Displayed, Steps
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
-from workbench.identification.meaning.usable_rows import MIN_ROWS
+from workbench.identification.meaning.search import CLEAR, EXACT, ReadingSearch
+from workbench.identification.meaning.usable_rows import MIN_ROWS, usable
 
 TURNED = float(np.deg2rad(3.0))
 """Rotation from which on a frame is set [rad]."""
-MIN_SECOND_TURN = 0.1
-"""Root mean square angle about a second axis that the poses need [rad]."""
+KEPT = float(np.deg2rad(0.1))
+"""Angle [rad] below which a tool keeps its orientation, so that the convention changes its tool alone."""
 SET = 0.045
 """Share of the reach from which on a frame is set."""
 UNIFORM = 1.0 / np.sqrt(12.0)
@@ -32,35 +33,61 @@ COMMANDED = 0.5
 """Joint positions that are all whole multiples of this many degrees were commanded, not rounded."""
 
 
-def reading_of_display(robot: Robot, shown: Displayed) -> RowReading:
-    """The reading under which what is shown is this arm's.
+def reading_of_display(robot: Robot, shown: Displayed, how: str = "auto") -> RowReading:
+    """The reading under which what is shown is this arm's; `how` as of `FitChoices.reading`.
 
     Raises:
         DataError: too few poses, no reading fits, several do, or the poses are of another arm.
     """
     if len(shown) < MIN_ROWS:
-        more = f"read at least {MIN_ROWS}, and about 30 to extract the model"
-        raise DataError(f"{shown.source}: {len(shown)} poses do not determine the convention; {more}")
-    data = shown.dataset(robot)
-    found = read_rows(robot, data)
+        few = f"{len(shown)} poses do not determine the convention; read at least {MIN_ROWS}"
+        raise DataError(f"{shown.source}: {few}, and about 30 to extract the model")
+    found = read_rows(robot, data := shown.dataset(robot))
     assert found is not None
-    best = found.best
-    turns = best.flange(data.q)[:, :3, :3]
-    turned = np.linalg.svd(se3.matrix_to_rotvec(turns @ turns[0].T), compute_uv=False)
-    if turned[1] <= MIN_SECOND_TURN * np.sqrt(len(turns)):
-        why = "the tool is turned about one axis only, which fits in several conventions"
-        raise DataError(f"{shown.source}: {why}; add poses with the tool turned about all axes")
-    given, far = found.given, FOREIGN_MISFIT * robot.reach
-    if given and not found.is_found and given.rotation < FITS_TURN and given.position < far:
-        return given  # an arm may differ from its table by as much
+    best, given, far = found.best, found.given, FOREIGN_MISFIT * robot.reach
+    if best.convention is None:
+        raise DataError(f"{shown.source}: the orientation stays the same while the joints turn the tool")
+    is_given = how == "given" or not found.is_found
+    if given and is_given and given.rotation < FITS_TURN and given.position < far:
+        return _in_convention(robot, shown, data, given)  # an arm may differ from its table by as much
     if found.is_found and best.other:
         text = f"these rows don't belong to {robot.name}; {best.robot.name} fits to {best.size}"
         raise DataError(f"{shown.source}: {text}: choose the robot '{best.other}'")
-    if not found.is_found or (shown.units[0] and best.unit != 1.0) or best.mirrored or best.on(robot) is None:
+    is_other = (shown.units[0] and best.unit != 1.0) or best.mirrored or best.on(robot) is None
+    taken = found.accepted(how) if is_other else best
+    if not found.is_found or taken is None:
         said = found if shown.units[0] else replace(found, best=replace(best, unit=1.0))
-        cure = "correct the file" if found.is_found or found.told else found.remedy
+        cure = "correct the file" if found.told else found.remedy
         raise DataError(f"{shown.source}: {said.text()}; {cure}")
-    return best
+    return _in_convention(robot, shown, data, taken)
+
+
+def _in_convention(robot: Robot, shown: Displayed, data: Dataset, reading: RowReading) -> RowReading:
+    """The reading; where others fit alike with another tool in the convention that headings name.
+
+    A tool that keeps its orientation fits in all, and can't be parted from the base: the likeliest is taken.
+    """
+    search = ReadingSearch(robot, data=usable(data) or data)
+    turns = reading.flange(search.data.q)[:, :3, :3]
+    turned = np.linalg.norm(se3.matrix_to_rotvec(turns @ turns[0].T), axis=1).max()
+    bare = replace(reading, base=np.eye(4), tool=np.eye(4))
+    ways = [replace(bare, convention=c, cost=c.cost) for c in search.conventions]
+    if turned > KEPT:
+        placed = search.aligned(ways)
+        ways = [way for way in placed if way.score < CLEAR * min(w.score for w in placed) + EXACT]
+        tools = se3.matrix_to_rotvec(np.array([w.tool[:3, :3].T @ reading.tool[:3, :3] for w in ways]))
+        if np.linalg.norm(tools, axis=1).max() < TURNED:
+            return reading
+    ways.sort(key=lambda w: (len({*shown.meaning(robot, w).units[::2]}), w.cost))  # angles as joints
+    told = [w for w in ways if w.convention and w.convention.is_named(shown.named)]
+    if not told and turned > KEPT:
+        names = ", or ".join(w.convention.name for w in ways[:2] if w.convention)
+        raise DataError(
+            f"{shown.source}: the tool turns by {np.rad2deg(turned):.2g}° about one axis only, which fits in "
+            f"several conventions, such as {names}: add poses with the tool turned about all axes, or name "
+            "the angles in the headings (A, B, C; roll, pitch, yaw)"
+        )
+    return (told or ways)[0]
 
 
 def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
@@ -74,22 +101,20 @@ def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
 
 
 def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True) -> Dataset:
-    """The poses of an arm that counts as they do, each with the standard deviation that rounding gives it.
-
-    Args:
-        commanded: Whether joints at whole degrees were commanded there, so that they are exact.
-    """
-    units = shown.meaning(robot, reading).units
+    """The poses, each with the standard deviation that rounding gives it; joints at whole degrees are exact
+    if they were commanded there."""
+    units, joints = shown.meaning(robot, reading).units, reading.on(robot) is None  # counted otherwise
     joint, length, angle = (step * SIZES[unit] for step, unit in zip(shown.steps, units, strict=True))
     written = shown.dataset(robot)
-    data, slides = reading.apply(written, joints=False), sliding(robot)
+    data, slides = reading.apply(written, joints=joints), sliding(robot)
     degrees = np.rad2deg(data.q[:, ~slides])
     variance = np.empty((len(shown), 6))
     variance[:, :3] = (UNIFORM * reading.scale * length) ** 2
     variance[:, 3:] = _turned_by(reading, written, UNIFORM * angle)
     if not (commanded and np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)):
         shares = np.where(slides, SIZES[shown.usual_units(robot)[1]] * shown.steps[0], joint) * UNIFORM
-        shares = np.broadcast_to(shares, data.q.shape)
+        shares = np.broadcast_to(shares, written.q.shape)
+        shares = shares @ np.abs(reading.w.T) if joints else shares
         variance += ((geometric_jacobian(robot, data.q) * shares[:, None]) ** 2).sum(2)
     sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
     return replace(data, sigma=sigma, read_as=reading.text)

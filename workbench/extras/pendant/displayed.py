@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
@@ -25,11 +25,14 @@ from workbench.data.readers.headings import CONTROLLER
 from workbench.data.readers.orientation import FORMS
 from workbench.data.readers.read import file_layout, read_grid, read_measurements, read_table
 from workbench.data.readers.table import NUMBER, Grid, Table, with_names
+from workbench.identification.meaning.as_read import with_units
 from workbench.identification.meaning.conventions import Convention
 from workbench.identification.meaning.reading import RowReading
 
 MAX_READINGS = 400
-"""Rows of a log that are taken, evenly spread."""
+"""Rows of a log that are taken, evenly spread; half of them where the arm stood, if it did."""
+STOOD = 1e-6
+"""Change [rad or m] to the next row below which the arm stood, so that what was read late is true."""
 WHOSE = re.compile(r"(pose)_([a-z]+)(_\d)", re.I)
 """A number of a pose that says of what it is, such as `pose_flange_1`."""
 TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -51,6 +54,8 @@ class Displayed:
         steps: Values of last digits; 0 where the numbers are exact.
         source: For messages.
         rows: Number of each pose in its file, counted from 0.
+        named: Convention of the orientation that headings name, as in `data/orientations.py`; empty if none.
+        stood: Whether the arm stood there, of a log; empty where that isn't known.
     """
 
     joints: Float[np.ndarray, "rows n"]
@@ -60,15 +65,18 @@ class Displayed:
     steps: tuple[Steps, Steps, Steps] = (0.0, 0.0, 0.0)
     source: str = "the typed poses"
     rows: Sequence[int] = field(default=())
+    named: str = ""
+    stood: Sequence[bool] = field(default=())
 
     def __len__(self) -> int:
         return len(self.joints)
 
     def usual_units(self, robot: Robot) -> tuple[str, str, str]:
-        """Those shown, or else degrees, and the unit of length in which the arm reaches there."""
+        """Those shown, or else degrees, rad of joints within a turn, and lengths that the arm reaches."""
         far = np.linalg.norm(self.xyz, axis=1).max(initial=1e-9)
         length = min(("m", "mm"), key=lambda unit: abs(np.log(far * SIZES[unit] / robot.reach)))
-        usual = ("deg", length, "deg" if self.turn.shape[1] == 3 else "")
+        joint = "deg" if np.abs(self.joints).max(initial=0.0) > 2.0 * np.pi else "rad"
+        usual = (joint, length, "deg" if self.turn.shape[1] == 3 else "")
         joint, length, angle = (shown or unit for shown, unit in zip(self.units, usual, strict=True))
         return joint, length, angle
 
@@ -131,7 +139,7 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     kept = [any(cells) for cells in zip(*table.columns, strict=True)]  # not poses that were not filled in
     cells_of = tuple(tuple(compress(cells, kept)) for cells in table.columns)
     table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
-    table = _completed(table, robot.dof)
+    table, is_named = _completed(table, robot.dof)
     data = assemble(replace(fields_of(table), told_twice=""), joints=names)
     if data.rotation is None or data.written is None:
         raise table.error(f"no orientation was found; {WHAT}")
@@ -140,8 +148,7 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     same = {name := data.written.name, name[::-1].lower()}  # of columns in reverse
     entries = [known[key] for form in FORMS if form.convention in same for key in form.keys]
     turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
-    seen = np.flatnonzero(data.included)
-    seen = seen[:: -(-len(seen) // MAX_READINGS) or 1]
+    seen, stood = _chosen(data, np.flatnonzero(data.included))
     xyz, length, second = _block(table, [known[axis] for axis in "xyz"], seen)
     q, joint, first = _block(table, joints, seen, length)
     turned, angle, third = _block(table, turn, seen)
@@ -153,7 +160,20 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
         steps=(first, second, third),
         source=str(path),
         rows=seen.tolist(),
+        named=name * (is_named and name != "rotvec"),
+        stood=stood,
     )
+
+
+def _chosen(data: Dataset, rows: Int[np.ndarray, " rows"]) -> tuple[Int[np.ndarray, " k"], list[bool]]:
+    """Rows of a log that are enough, and which of them are the first at which the arm stood."""
+    numbers = np.column_stack([data.q, np.asarray(data.position)])[rows]
+    stays = np.append(np.abs(np.diff(numbers, axis=0)).max(1) < STOOD, False)[: len(rows)]
+    stood = stays & ~np.roll(stays, 1)
+    parts = [part for part in (rows[stood], rows[~stood]) if len(part)]
+    few = [part[:: -(-len(part) * len(parts) // MAX_READINGS)] for part in parts]
+    chosen = np.sort(np.concatenate([rows[:0], *few]))
+    return chosen, np.isin(chosen, rows[stood]).tolist()
 
 
 def typed(texts: Iterable[str], joints: int) -> Displayed:
@@ -177,12 +197,15 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
 
 def of_dataset(data: Dataset, robot: Robot) -> Displayed:
     """Poses of a log or bag in SI, with the last digits that their numbers tell."""
+    data = with_units(robot, data)
     if data.position is None or data.rotation is None:
         raise DataError(f"{data.source}: the tool's pose is needed, position and orientation")
     robot.check_joints(data.q, data.source)
-    seen = data.said.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
+    seen = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
+    seen, stood = _chosen(data, np.flatnonzero(seen))
     q, xyz, turn = data.q[seen], data.position[seen], se3.matrix_to_quaternion(data.rotation[seen])
-    turn = turn if data.written is None else data.written.numbers[seen]
+    written = data.written and data.written.take(seen)
+    turn, name = (turn, "") if written is None else (written.numbers, written.name)
     own = [np.where(sliding(robot), *sizes) for sizes in product(LENGTHS, ANGLES)]
     return Displayed(
         joints=q,
@@ -192,6 +215,8 @@ def of_dataset(data: Dataset, robot: Robot) -> Displayed:
         steps=(_told(q, own), _told(xyz, LENGTHS), _told(turn, ANGLES)),
         source=data.source,
         rows=data.row[seen].tolist(),
+        named=name * (name != "rotvec"),
+        stood=stood,
     )
 
 
@@ -205,8 +230,9 @@ def _without_headings(grid: Grid, joints: int) -> Table:
     return with_names(grid, (*[IGNORED] * first, *(f"q{k + 1}" for k in range(joints)), *"xyz", *turn))
 
 
-def _completed(table: Table, joints: int) -> Table:
-    """The table with names for joints before the place, and an orientation behind it, where it has none."""
+def _completed(table: Table, joints: int) -> tuple[Table, bool]:
+    """The table with names for joints before the place, and an orientation behind it, where it has none; and
+    whether headings name the orientation."""
     bare = [n if n[-1:].isdigit() else CONTROLLER.sub("", n) for n in table.names]
     whose = {n: m[2] for n in bare if (m := WHOSE.fullmatch(n))}
     bare = [WHOSE.sub(r"\1\3", n) if len({*whose.values()}) == 1 else n for n in bare]
@@ -226,7 +252,8 @@ def _completed(table: Table, joints: int) -> Table:
     for k, name in named.items():
         unit = parse_heading(names[k]).unit
         names[k] = f"{name}[{unit}]" if unit else name
-    return replace(table, names=tuple(names))
+    is_named = bool(ORIENTED & places.keys()) and table.heading_line is not None
+    return replace(table, names=tuple(names)), is_named
 
 
 def _block(

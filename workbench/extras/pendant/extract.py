@@ -5,7 +5,7 @@ The model is found when what is left is no more than that.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
@@ -24,8 +24,10 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.convention import as_dataset, reading_of_display, with_displayed_frames
-from workbench.extras.pendant.displayed import DisplayMeaning, of_dataset, read_display, typed
+from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, of_dataset, read_display, typed
 from workbench.identification.identify import identify
+from workbench.identification.meaning.reading import RowReading
+from workbench.identification.meaning.usable_rows import MIN_ROWS
 from workbench.identification.report.document import errors_table
 from workbench.identification.report.results_json import identification_json, reading_json, validation_json
 from workbench.identification.result import Identification
@@ -39,6 +41,8 @@ ROUNDING, CHANCE = 1.5, 1e-3
 numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
+SHOWN = 3
+"""Readings that don't fit which are named, the worst first."""
 NEGLIGIBLE = np.repeat([1e-5, 4e-5], 3)
 """Standard deviation of rounding [m], [rad] below which what is left is not worth a word: with all digits,
 joints and pose of real controllers, read one after the other, differ by 3 to 20 µm."""
@@ -63,6 +67,7 @@ class Extraction(AbstractShown):
         meaning: What the displayed numbers mean.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
         allowed: How much a model may leave.
+        notes: What else was decided, one sentence each.
     """
 
     robot: Robot
@@ -70,6 +75,7 @@ class Extraction(AbstractShown):
     run: Identification
     left: tuple[float, float]
     allowed: float
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def verdict(self) -> ModelVerdict:
@@ -122,10 +128,11 @@ class Extraction(AbstractShown):
 
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
-        off = [(o.row + 1, o.text.partition(" ")[2]) for o in self.run.outliers]
-        wrong = (f"reading {k} does not fit the others {by}: correct it or read it again" for k, by in off)
+        off = [f"reading {o.row + 1} {o.text.partition(' ')[2]}" for o in self.run.outliers]
+        wrong = f"{', '.join(off[:SHOWN])}{f' and {len(off) - SHOWN} more' * bool(off[SHOWN:])}"
+        warning = [f"left out, as not fitting the others: {wrong}: correct or read again"] * bool(off)
         sentence = f"{self.run.nominal_robot.name}: {self.sentence}"
-        return headed(sentence, table, *lines("found", self.frames), *lines("warning", wrong))
+        return headed(sentence, table, *lines("found", self.frames + self.notes), *lines("warning", warning))
 
     def json(self) -> Json:
         """The result as plain data, with the identification under its own schema."""
@@ -157,7 +164,11 @@ class Extraction(AbstractShown):
 @checked_arguments()
 @one_thread()
 def extract(
-    robot: RobotLike, readings: Path | Like[Dataset] | Sequence[str], *, columns: str | None = None
+    robot: RobotLike,
+    readings: Path | Like[Dataset] | Sequence[str],
+    *,
+    columns: str | None = None,
+    reading: str = "auto",
 ) -> Extraction:
     """Find the model that a controller computes with from joints and poses that its pendant shows.
 
@@ -165,6 +176,7 @@ def extract(
         robot: The maker's nominal arm.
         readings: A table, a log or bag with joints and poses, typed poses `q1,…,qn = x,y,z,a,b,c`, or rows.
         columns: Of the file, as of `read_measurements`.
+        reading: What is accepted of joints and units that headings say otherwise, as of `identify`.
 
     Raises:
         DataError: too few readings, none that this arm can show, or several meanings that fit.
@@ -174,13 +186,22 @@ def extract(
         shown = read_display(readings, robot, columns=columns)
     else:
         shown = of_dataset(readings, robot) if isinstance(readings, Dataset) else typed(readings, robot.dof)
-    reading = reading_of_display(robot, shown)
-    counted = reading.on(robot.bare) or robot
-    arm, data = with_displayed_frames(counted, reading), as_dataset(counted, shown, reading)
-    run, *left, allowed = _fitted(arm, data)
-    rounded = as_dataset(counted, shown, reading, commanded=False)
+    meant = reading_of_display(robot, shown, reading)
+    found = _extracted(robot, shown, meant, np.arange(len(shown)))
+    stood = np.flatnonzero(shown.stood)
+    if found.verdict is not ModelVerdict.MORE or len(stood) < MIN_ROWS:
+        return found
+    alone, moved = _extracted(robot, shown, meant, stood), plural(len(shown) - len(stood), "reading")
+    note = f"{moved} left out, as the arm moved: joints and pose were not read at once"
+    return found if alone.verdict is ModelVerdict.MORE else replace(alone, notes=(note,))
+
+
+def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.ndarray) -> Extraction:
+    arm = reading.on(robot.bare) or robot
+    data, rounded = (as_dataset(arm, shown, reading, commanded=own).take(rows) for own in (True, False))
+    run, *left, allowed = _fitted(framed := with_displayed_frames(arm, reading), data)
     if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
-        run, *left, allowed = _fitted(arm, rounded)  # whole degrees that were not commanded
+        run, *left, allowed = _fitted(framed, rounded)  # whole degrees that were not commanded
     nominal, best = left
     return Extraction(
         robot=run.aligned if nominal < allowed else run.best.calibrated,

@@ -196,7 +196,7 @@ def verify(
     Raises:
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
-    robot, data = as_read(robot, data.said, notes_rival=True)
+    robot, data = as_read(robot, data, notes_rival=True)
     robot.check_joints(data.q, data.source)
     data, warnings = _fresh(robot, data)
     found = evaluate(robot, data, fit_frames=fit_frames, reading="given")

@@ -84,7 +84,7 @@ def _as_read(
 ) -> tuple[Robot, Dataset]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
-        return _as_read(robot, _with_units(robot, data), how, keeps_arm, notes_rival)
+        return _as_read(robot, with_units(robot, data), how, keeps_arm, notes_rival)
     if how not in {"auto", "found"} and not (meaning is not None and meaning.is_misread):
         known = "'auto', 'found' or 'given', as these rows mean one thing"
         raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
@@ -165,8 +165,10 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
     return _read_as(found.apply(turned), f"angles left out: {found.orientation}, {found.size}; read so")
 
 
-def _with_units(robot: Robot, data: Dataset) -> Dataset:
+def with_units(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
+    if not data.missing_units:
+        return data
     slides, nearest = np.array(sliding(robot), bool), None
     scales = (1.0, 1e-3) if slides.any() and data.joints == robot.dof else (1.0,)
     for is_turned, scale in product((True, False)[: 1 + (data.rotation is not None)], scales):

@@ -135,7 +135,7 @@ class ReadingSearch:
     def place(self, readings: list[RowReading]) -> list[RowReading]:
         """Readings with base, tool, unit of length, handedness and convention, and their misfit."""
         tried = [list(self._variants(reading)) for reading in readings]
-        placed = iter(self._aligned([variant for variants in tried for variant in variants]))
+        placed = iter(self.aligned([variant for variants in tried for variant in variants]))
         return [min(islice(placed, len(variants)), key=lambda r: r.score) for variants in tried]
 
     def _variants(self, reading: RowReading) -> Iterator[RowReading]:
@@ -182,7 +182,7 @@ class ReadingSearch:
             return reading
         return replace(reading, scale=unit, cost=reading.cost + UNIT)
 
-    def _aligned(
+    def aligned(
         self, readings: list[RowReading], zeros: Sequence[int] = (), **options: Any
     ) -> list[RowReading]:
         """Readings of one arm, all with orientations or none, with the base and tool that fit best; options
@@ -224,7 +224,7 @@ class ReadingSearch:
     def plain(self, **options: Any) -> RowReading:
         """The rows as given, in the declared convention; options as of `place`."""
         first, _ = next(conventions(self.data, usual=self.held), (None, None))
-        return self._aligned([replace(RowReading.plain(self.robot), convention=first)], **options)[0]
+        return self.aligned([replace(RowReading.plain(self.robot), convention=first)], **options)[0]
 
     @property
     def turned(self) -> RowReading | None:
@@ -291,10 +291,10 @@ class ReadingSearch:
         all to poses where base and tool are held."""
         robot = readings[0].robot
         if not self.held:
-            fitted = self._aligned([self._scaled(r) for r in readings], range(1, robot.dof - 1))
+            fitted = self.aligned([self._scaled(r) for r in readings], range(1, robot.dof - 1))
             return [self._with_zeros(r, f.zero) for r, f in zip(readings, fitted, strict=True)]
         tried = [(r, self._in(r, c)) for r in readings for c in self._likely(r)]
-        fitted = self._aligned([r for _, r in tried], range(robot.dof))
+        fitted = self.aligned([r for _, r in tried], range(robot.dof))
         best = sorted(zip(tried, fitted, strict=True), key=lambda pair: pair[1].score)[:PLACED]
         return [self._with_zeros(r, f.zero, exact=exact) for (r, _), f in best for exact in (False, True)]
 

@@ -31,7 +31,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike, Sessions
 from workbench.identification.frames import visible_parts
-from workbench.identification.meaning.as_read import as_told, with_own_columns
+from workbench.identification.meaning.as_read import as_told, with_own_columns, with_units
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import FrameFreedom, Problem
@@ -168,7 +168,7 @@ def _astray(shifts: tuple[JointShift, ...], fit: Optimum) -> tuple[str, ...]:
 def _counted(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the convention that is theirs; refused if their joints count otherwise than the arm's, but
     for the zero of one, as of a new motor."""
-    data = with_own_columns(robot, data)
+    data = with_own_columns(robot, with_units(robot, data))
     robot.check_joints(data.said.q, data.source)
     found = None if data.readings is not None else read_rows(robot, data, likely=True)
     if found is None:
