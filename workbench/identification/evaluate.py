@@ -18,7 +18,7 @@ from workbench.identification.frames import choose_frames, doubt_of
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.result import Evaluation, Outlier, computed_text, set_apart
 from workbench.identification.rows.excluded_outliers import gross_limit
-from workbench.identification.rows.outlying_rows import MAX_SHARE
+from workbench.identification.rows.outlying_rows import MAX_ACCIDENTS
 
 
 @checked_arguments()
@@ -58,7 +58,7 @@ def evaluate(
         errors = row_errors(choice.robot if choice else arm, used, known=places)
         others = errors.take(~far)
         more = far | (errors.position > gross_limit(1e-3 * others.position_mm.median, robot.reach))
-        if (more == far).all() or more.mean() >= MAX_SHARE:
+        if (more == far).all() or more.mean() >= MAX_ACCIDENTS:
             break
     if choice is not None:
         robot, notes = choice.robot, (*notes, *choice.notes)
