@@ -49,7 +49,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_six_clicks(app, chro
         files.nth(0).set_input_files(robot)
         page.locator('[data-testid="start"]', has_text="Robot: own").wait_for(timeout=60_000)
         app.worker.wait()
-        files.nth(1).set_input_files(rows)
+        files.last.set_input_files(rows)
         says("Geometry can't explain the rest")  # identified by itself
         opened(Tab.CALIBRATE)
         page.wait_for_function("() => !document.querySelector('.mantine-Notification-loader')")
