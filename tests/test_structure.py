@@ -39,7 +39,7 @@ BUDGETS = {
     "root": 251,
     "base": 2_089,
     "report": 800,
-    "arm": 8_791,
+    "arm": 8_787,
     "data": 5_053,
     "plate": 4_699,
     "identification": 9_030,

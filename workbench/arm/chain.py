@@ -174,14 +174,15 @@ LANES = 8
 LARGEST = 1e15
 """Angles beyond this have no sine in double precision that means anything [rad]."""
 QUARTERS = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-SINE = (
-    1.58962301576546568060e-10, -2.50507477628578072866e-8, 2.75573136213857245213e-6,
-    -1.98412698295895385996e-4, 8.33333333332211858878e-3, -1.66666666666666307295e-1,
-)  # fmt: skip
-COSINE = (
-    -1.13585365213876817300e-11, 2.08757008419747316778e-9, -2.75573141792967388112e-7,
-    2.48015872888517045348e-5, -1.38888888888730564116e-3, 4.16666666666665929218e-2,
-)  # fmt: skip
+SERIES = np.array([
+    [1.58962301576546568060e-10, -1.13585365213876817300e-11],
+    [-2.50507477628578072866e-8, 2.08757008419747316778e-9],
+    [2.75573136213857245213e-6, -2.75573141792967388112e-7],
+    [-1.98412698295895385996e-4, 2.48015872888517045348e-5],
+    [8.33333333332211858878e-3, -1.38888888888730564116e-3],
+    [-1.66666666666666307295e-1, 4.16666666666665929218e-2],
+])  # fmt: skip
+"""Factors of the sine's and the cosine's polynomials."""
 NO_SHIFT = frozen(np.zeros((0, 0)))
 WHOLE = slice(None)
 
@@ -274,48 +275,31 @@ def _walk(
     known = not len(shift) or shift.shape == (len(q), len(chain.elements))
     if q.shape[1:] != (chain.dof,) or not known or chain.values.shape != chain.axes.shape:
         raise IndexError("joints, constants or increments are not those of the chain")
-    rows = frozen(chain.positions(q)), frozen(shift[:, part])
-    size, given = twist_out.shape[2], (chain.constants[part], place, ends, pose_out, twist_out)
-    room = np.empty((15, LANES)), np.empty((size, 6, LANES)), np.zeros((6, size, LANES))
-    _lanes(chain.axes[part], chain.drivers[part], chain.turned[:, part].copy(), *rows, *given, *room)
+    size, out = twist_out.shape[2], pose_out.reshape(len(q), len(ends), 16)
+    out[:, :, 12:] = 0.0, 0.0, 0.0, 1.0
+    given = chain.turned[:, part].copy(), frozen(chain.positions(q)), frozen(shift[:, part])
+    matrices, room = chain.constants[part].reshape(-1, 16), np.empty((15, LANES))
+    found = place, ends, out, twist_out, room, np.zeros((LANES, 9, size))
+    _lanes(chain.axes[part], chain.drivers[part], *given, matrices, *found)
 
 
-@njit(**ALONE, fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, no_rewrites=True)
 @no_type_check
-def _sines(lanes):
-    """Sines and cosines of a row of lanes into the next two: numpy takes them one by one, five times as long.
-
-    Source: S. Moshier, Cephes (1989), sin.c: rest of a quarter turn in three parts, polynomials to 1 ulp.
-    """
-    for n in range(lanes.shape[1]):
-        x = lanes[0, n] if abs(lanes[0, n]) < LARGEST else np.nan
-        turns = np.rint(x * 0.6366197723675814)
-        r = ((x - turns * QUARTERS[0]) - turns * QUARTERS[1]) - turns * QUARTERS[2]
-        z = r * r
-        s, c = SINE[0], COSINE[0]
-        for i in range(1, 6):
-            s, c = s * z + SINE[i], c * z + COSINE[i]
-        s, c = r + r * z * s, 1.0 - 0.5 * z + z * z * c
-        quarter = turns - 4.0 * np.floor(0.25 * turns)
-        odd = quarter == 1.0 or quarter == 3.0
-        lanes[1, n] = (c if odd else s) * (-1.0 if quarter > 1.5 else 1.0)
-        lanes[2, n] = (s if odd else c) * (-1.0 if abs(quarter - 1.5) < 1.0 else 1.0)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-@no_type_check
-def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, twist, room, lines, columns):
-    """Eight rows at a time: every inner loop runs over them and becomes SIMD.
+def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, twist, pose, lines):
+    """Eight rows at a time: every inner loop runs over them and becomes SIMD. Each statement and each array
+    takes its time to compile.
 
     Args:
         fixed: Values of all elements, their sines and cosines.
         place: Column of each element's twist; -1 for none.
         ends: Numbers of elements before each frame of `out`, in increasing order.
-        room, lines, columns: For intermediate results, the last 0: allocated here they take long to compile.
+        pose: Room for the transform up to an element, and below for this one's value, sine and cosine.
+        lines: Room for each twist's point, its axis if it turns, its axis if it slides; 0 before.
 
-    `pose` holds the transform up to an element, `step` that element's value, its sine and cosine.
+    Source of the sines: S. Moshier, Cephes (1989), sin.c: rest of a quarter turn in three parts, polynomials
+    to 1 ulp. Numpy takes them one by one, five times as long.
     """
-    rows, size, pose, step = out.shape[0], twist.shape[2], room[:12], room[12:]
+    rows = out.shape[0]
     for start in range(0, rows, LANES):
         for i in range(12):
             for n in range(LANES):
@@ -324,73 +308,71 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
         for k in range(axes.shape[0] + 1):
             while frame < ends.shape[0] and ends[frame] == k:
                 for n in range(min(LANES, rows - start)):
-                    for i in range(3):
-                        for j in range(4):
-                            out[start + n, frame, i, j] = pose[4 * i + j, n]
-                        out[start + n, frame, 3, i] = 0.0
-                    out[start + n, frame, 3, 3] = 1.0
+                    for i in range(12):
+                        out[start + n, frame, i] = pose[i, n]
                 frame += 1
             if k == axes.shape[0]:
                 break
             axis, column = axes[k], place[k]
             if column >= 0:
+                turns = 1.0 if axis < 3 else 0.0
                 for i in range(3):
                     for n in range(LANES):
-                        lines[column, i, n] = pose[4 * i + 3, n]
-                        lines[column, i + 3, n] = pose[4 * i + axis % 3, n]
+                        along = pose[4 * i + axis % 3, n]
+                        lines[n, i, column] = pose[4 * i + 3, n]
+                        lines[n, i + 3, column] = turns * along
+                        lines[n, i + 6, column] = along - turns * along
             if axis == 6:
-                c = constants[k]
                 for i in range(0, 12, 4):
                     for n in range(LANES):
                         x, y, z = pose[i, n], pose[i + 1, n], pose[i + 2, n]
-                        for j in range(3):
-                            pose[i + j, n] = x * c[0, j] + y * c[1, j] + z * c[2, j]
-                        pose[i + 3, n] += x * c[0, 3] + y * c[1, 3] + z * c[2, 3]
+                        for j in range(4):
+                            moved = x * constants[k, j] + y * constants[k, j + 4] + z * constants[k, j + 8]
+                            pose[i + j, n] = moved + (pose[i + 3, n] if j == 3 else 0.0)
                 continue
             driver, is_moved = drivers[k], False
+            for i in range(3):
+                for n in range(LANES):
+                    pose[i + 12, n] = fixed[i, k]
             if driver >= 0 or shift.shape[0] > 0:
                 for n in range(LANES):
                     row = min(start + n, rows - 1)
-                    step[0, n] = fixed[0, k] + (positions[row, driver] if driver >= 0 else 0.0)
-                    step[0, n] += shift[row, k] if shift.shape[0] > 0 else 0.0
-                    is_moved |= step[0, n] != fixed[0, k]
+                    pose[12, n] += positions[row, driver] if driver >= 0 else 0.0
+                    pose[12, n] += shift[row, k] if shift.shape[0] > 0 else 0.0
+                    is_moved |= pose[12, n] != fixed[0, k]
             if is_moved and axis < 3:
-                _sines(step)
+                for n in range(LANES):
+                    x = pose[12, n] if abs(pose[12, n]) < LARGEST else np.nan
+                    turns = np.rint(x * 0.6366197723675814)
+                    r = ((x - turns * QUARTERS[0]) - turns * QUARTERS[1]) - turns * QUARTERS[2]
+                    z, s, c = r * r, 0.0, 0.0
+                    for i in range(6):
+                        s, c = s * z + SERIES[i, 0], c * z + SERIES[i, 1]
+                    s, c = r + r * z * s, 1.0 - 0.5 * z + z * z * c
+                    quarter = turns - 4.0 * np.floor(0.25 * turns)
+                    odd = quarter == 1.0 or quarter == 3.0
+                    pose[13, n] = (c if odd else s) * (-1.0 if quarter > 1.5 else 1.0)
+                    pose[14, n] = (s if odd else c) * (-1.0 if abs(quarter - 1.5) < 1.0 else 1.0)
             elif not is_moved and fixed[0, k] == 0.0:
                 continue
-            elif not is_moved:
-                for i in range(3):
-                    for n in range(LANES):
-                        step[i, n] = fixed[i, k]
             if axis < 3:
                 a, b = (axis + 1) % 3, (axis + 2) % 3
                 for i in range(0, 12, 4):
                     for n in range(LANES):
                         x, y = pose[i + a, n], pose[i + b, n]
-                        pose[i + a, n] = x * step[2, n] + y * step[1, n]
-                        pose[i + b, n] = y * step[2, n] - x * step[1, n]
+                        pose[i + a, n] = x * pose[14, n] + y * pose[13, n]
+                        pose[i + b, n] = y * pose[14, n] - x * pose[13, n]
             else:
                 for i in range(0, 12, 4):
                     for n in range(LANES):
-                        pose[i + 3, n] += pose[i + axis - 3, n] * step[0, n]
-        for k in range(axes.shape[0]):
-            column = place[k]
-            if column < 0:
-                continue
-            for n in range(LANES):
-                x, y, z = lines[column, 3, n], lines[column, 4, n], lines[column, 5, n]
-                if axes[k] < 3:
-                    u = pose[3, n] - lines[column, 0, n]
-                    v = pose[7, n] - lines[column, 1, n]
-                    w = pose[11, n] - lines[column, 2, n]
-                    columns[0, column, n], columns[3, column, n] = y * w - z * v, x
-                    columns[1, column, n], columns[4, column, n] = z * u - x * w, y
-                    columns[2, column, n], columns[5, column, n] = x * v - y * u, z
-                else:
-                    columns[0, column, n], columns[3, column, n] = x, 0.0
-                    columns[1, column, n], columns[4, column, n] = y, 0.0
-                    columns[2, column, n], columns[5, column, n] = z, 0.0
+                        pose[i + 3, n] += pose[i + axis - 3, n] * pose[12, n]
         for n in range(min(LANES, rows - start)):
-            for i in range(6):
-                for column in range(size):
-                    twist[start + n, i, column] = columns[i, column, n]
+            for i in range(3):
+                a, b = (i + 1) % 3, (i + 2) % 3
+                y, z = pose[4 * a + 3, n], pose[4 * b + 3, n]
+                for k in range(twist.shape[2]):
+                    arm = lines[n, a + 3, k] * (z - lines[n, b, k]) - lines[n, b + 3, k] * (
+                        y - lines[n, a, k]
+                    )
+                    twist[start + n, i, k] = arm + lines[n, i + 6, k]
+                    twist[start + n, i + 3, k] = lines[n, i + 3, k]

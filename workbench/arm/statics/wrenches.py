@@ -28,7 +28,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import NO_SHIFT, Chain, inner
+from workbench.arm.chain import NO_SHIFT, Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import Insertion, own_components
 from workbench.arm.gravity import level_axes
@@ -203,7 +203,16 @@ def _summed(
     pull = NO_PULL if motion.wrench is None else motion.wrench
     out = np.zeros((len(motion), len(weights.mass) if separate else 1, robot.dof, 6))
     arrays = (frozen(part) for part in (mass, com, weights.gravity, acceleration, pull))
-    _wrenches(frames, mounted, placed, bodies, *arrays, separate, out)
+    _wrenches(
+        frames,
+        mounted,
+        placed,
+        bodies,
+        *arrays,
+        separate,
+        np.empty((out.shape[1] + 1, robot.dof + 1, 6)),
+        out,
+    )
     return out
 
 
@@ -266,48 +275,53 @@ def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
     return own_components(robot.chain, range(robot.dof))[:, 1]
 
 
-@inner
+@njit(cache=True, nogil=True, error_model="numpy", no_rewrites=True)
 @no_type_check
-def _load(point, force, total):
-    """Add a force at a point, and its moment about the arm's first frame, to a body's."""
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        total[i] += force[i]
-        total[3 + i] += point[j] * force[k] - point[k] * force[j]
-
-
-@njit(cache=True, nogil=True)
-@no_type_check
-def _wrenches(frames, mounts, masses, bodies, mass, com, gravity, acceleration, pull, separate, out):
+def _wrenches(frames, mounts, masses, bodies, mass, com, gravity, acceleration, pull, separate, totals, out):
     """Sum the loads of all masses, or of each separately, from the tool inwards, and rotate them into each
-    joint's own axes at its origin. Masses are of each row, or one row of them is of all."""
-    joints = mounts.shape[0]
-    totals, point, force = np.empty((out.shape[1], joints + 1, 6)), np.empty(3), np.empty(3)
+    joint's own axes at its origin. Masses are of each row, or one row of them is of all.
+
+    Every element of an array is taken by itself, as parts of one take long to compile. The last of `totals`
+    (sums + 1, n + 1, 6) is room for one load: its point and its force in the arm's first frame.
+    """
+    sums, joints, count = out.shape[1], mounts.shape[0], com.shape[0]
     for row in range(out.shape[0]):
-        totals[:] = 0.0
-        for k in range(com.shape[0]):
-            t, size = frames[row, masses[k]], mass[row if mass.shape[0] > 1 else 0, k]
+        for s in range(sums):
+            for j in range(joints + 1):
+                for i in range(6):
+                    totals[s, j, i] = 0.0
+        for k in range(count + (pull.shape[0] > 0)):
+            s, j = k if separate else 0, bodies[k] if k < count else joints
             for i in range(3):
-                point[i] = t[i, 3] + t[i, 0] * com[k, 0] + t[i, 1] * com[k, 1] + t[i, 2] * com[k, 2]
-                force[i] = size * (
-                    (acceleration[row, k, i] if acceleration.shape[0] > 0 else 0.0) - gravity[i]
-                )
-            _load(point, force, totals[k if separate else 0, bodies[k]])
-        if pull.shape[0] > 0:
-            total = totals[0, joints]
+                if k < count:
+                    at, size = masses[k], mass[row if mass.shape[0] > 1 else 0, k]
+                    point = frames[row, at, i, 3]
+                    for c in range(3):
+                        point += frames[row, at, i, c] * com[k, c]
+                    force = -gravity[i]
+                    if acceleration.shape[0] > 0:
+                        force += acceleration[row, k, i]
+                    force *= size
+                else:
+                    point, force = frames[row, frames.shape[1] - 1, i, 3], -pull[row, i]
+                    totals[s, j, 3 + i] -= pull[row, 3 + i]
+                totals[sums, 0, i], totals[sums, 0, 3 + i] = point, force
+                totals[s, j, i] += force
             for i in range(3):
-                point[i], force[i] = frames[row, -1, i, 3], -pull[row, i]
-                total[3 + i] -= pull[row, 3 + i]
-            _load(point, force, total)
-        for s in range(out.shape[1]):
+                b, c = (i + 1) % 3, (i + 2) % 3
+                totals[s, j, 3 + i] += totals[sums, 0, b] * totals[sums, 0, 3 + c]
+                totals[s, j, 3 + i] -= totals[sums, 0, c] * totals[sums, 0, 3 + b]
+        for s in range(sums):
             for j in range(joints - 1, -1, -1):
-                f, m, frame = totals[s, j + 1, :3], totals[s, j + 1, 3:], frames[row, mounts[j]]
-                x, y, z = frame[0, 3], frame[1, 3], frame[2, 3]
-                u = m[0] - (y * f[2] - z * f[1])
-                v = m[1] - (z * f[0] - x * f[2])
-                w = m[2] - (x * f[1] - y * f[0])
-                for i in range(3):
-                    out[row, s, j, i] = frame[0, i] * f[0] + frame[1, i] * f[1] + frame[2, i] * f[2]
-                    out[row, s, j, 3 + i] = frame[0, i] * u + frame[1, i] * v + frame[2, i] * w
+                at = mounts[j]
                 for i in range(6):
                     totals[s, j, i] += totals[s, j + 1, i]
+                    out[row, s, j, i] = 0.0
+                for i in range(3):
+                    b, c = (i + 1) % 3, (i + 2) % 3
+                    moment = totals[s, j + 1, 3 + i]
+                    moment -= frames[row, at, b, 3] * totals[s, j + 1, c]
+                    moment += frames[row, at, c, 3] * totals[s, j + 1, b]
+                    for k in range(3):
+                        out[row, s, j, k] += frames[row, at, i, k] * totals[s, j + 1, i]
+                        out[row, s, j, 3 + k] += frames[row, at, i, k] * moment
