@@ -105,8 +105,8 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
     except OptionError:
         raise
     except (ValueError, WorkbenchError) as error:
-        why = str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
-        why = re.split(_ADVICE, why)[0].strip()  # then comes other files' advice
+        *where, why = str(error).removeprefix(str(path)).removeprefix(", ").split(": ", 1)
+        why = ": ".join([*filter(None, where), _ADVICE.split(why)[0].strip()])  # which is other files'
         wanted = PICTURES if "image" in found.arrays else WANTED
         raise FileError(f"it holds no pairs of poses ({why}); {wanted}", path=str(path)) from None
     parts = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
@@ -138,7 +138,10 @@ def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str,
         return dict(zip(SIDES, halves, strict=True))
     if [*arrays] == [""] and both.shape[1:] == (4, 4) and len(both) % 2 == 0:  # which turn alike
         ways = {"one after the other": np.vsplit(both, 2), "in turns": (both[::2], both[1::2])}
-        how = min(ways, key=lambda k: np.ptp([_turned(side) for side in ways[k]], axis=0).sum())
+        cosines = {
+            k: [np.einsum("kij,ij->k", s[:, :3, :3], s[0, :3, :3]) for s in own] for k, own in ways.items()
+        }
+        how = min(ways, key=lambda k: np.ptp(cosines[k], axis=0).sum())
         notes.append(f"robot's and target's poses stand {how}, the robot's first")
         return dict(zip(SIDES, ways[how], strict=True))
     whole = {n: own for n, own in arrays.items() if block(own)[:1].size in WIDTHS}
@@ -151,12 +154,6 @@ def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str,
             raise OptionError(f"{path} holds no poses of a target: {PICTURES}", option="pairs")
         raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
     return named
-
-
-def _turned(poses: Poses) -> Float[np.ndarray, " rows"]:
-    """By which each pose is turned from the first [rad]."""
-    turns = poses[:, :3, :3]
-    return np.linalg.norm(se3.matrix_to_rotvec(turns[0].T @ turns), axis=1)
 
 
 def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -198,9 +195,8 @@ def _of_one_label(
 
 def _is_seen(name: str) -> bool | None:
     """Whether a name is of what a camera sees, or of what a robot moves; None for neither."""
-    parts = _parts(name)
     kinds = ((True, SEEN), (False, MOVED), (True, VECTORS))
-    return next((seen for seen, kind in kinds if any(map(kind.search, parts))), None)
+    return next((seen for seen, kind in kinds if any(map(kind.search, _parts(name)))), None)
 
 
 def _poses(
