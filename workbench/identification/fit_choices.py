@@ -34,11 +34,8 @@ def _held_out(value: Any, given: Any) -> Any:
     with suppress(ValueError, AttributeError):  # 0.2 or 20%
         share = float(value.strip().removesuffix("%")) / (100.0 if value.strip().endswith("%") else 1.0)
     if isinstance(share, int | float) and not 0.0 <= share < 1.0:
-        raise OptionError(
-            f"the held-out fraction must be at least 0 and less than 1, got {share:g}",
-            option="held_out",
-            found=share,
-        )
+        wrong = f"the held-out fraction must be at least 0 and less than 1, got {share:g}"
+        raise OptionError(wrong, option="held_out", found=share)
     if not isinstance(share, str):
         return as_dataset(share)
     if share.startswith("session:"):
@@ -65,11 +62,8 @@ def _noise(value: Any, given: Any) -> Any:
     if (pair := pair_of(value)) is not None and not min(pair) > 0.0:
         raise OptionError(f"noise must be positive, got {value}", option="noise", found=value)
     if pair is not None and not isinstance(value, str) and pair[0] > MAX_NOISE:
-        raise OptionError(
-            f"noise is in m: {pair[0]:g} would be {1e3 * pair[0]:g} mm; write '{pair[0]:g}mm', or a Noise",
-            option="noise",
-            found=value,
-        )
+        wrong = f"noise is in m: {pair[0]:g} would be {1e3 * pair[0]:g} mm; write '{pair[0]:g}mm', or a Noise"
+        raise OptionError(wrong, option="noise", found=value)
     noise = value if pair is None else Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
     if not isinstance(noise, Noise):
         return noise

@@ -194,9 +194,8 @@ def prepare(
     build = usual if tried is None else lambda *_, **__: tried
     problem, identifiability = own.decide(frames.robot, rows.train_data, free=free, build=build)
     if not problem.names:
-        raise OptionError(
-            "nothing is free to identify; free a constant of the arm, its base or its tool", option="free"
-        )
+        wrong = "nothing is free to identify; free a constant of the arm, its base or its tool"
+        raise OptionError(wrong, option="free")
     if prior is not None:
         shared = sum(name in problem.names for name in prior.names)
         rows = rows.noted(f"prior knowledge of {plural(shared, 'constant')} from an earlier calibration")
@@ -217,10 +216,8 @@ def prepare(
     is_own = frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED
     new = tuple(n for n in rows.held_out_data.sessions if is_own and n not in rows.train_data.sessions)
     if new:
-        rows = rows.noted(
-            f"held-out session {', '.join(new)}: its base was fitted to its own rows, the arm to those of "
-            "the other sessions"
-        )
+        how = "its base was fitted to its own rows, the arm to those of the other sessions"
+        rows = rows.noted(f"held-out session {', '.join(new)}: {how}")
     ready = Prepared(
         **rows.split,
         data=complete,

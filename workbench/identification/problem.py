@@ -219,9 +219,8 @@ class Problem:
             for name, size in law_sizes(deflected.robot, deflected.motion, deflected.names).items():
                 largest[name] = max(size, largest.get(name, 0.0))
         known = {n: PRIOR_UNITS * f.sigma if f.sigma else f.natural for n, f in self.facts.items()}
-        return frozen(
-            np.array([known.get(p.name) or 1.0 / (largest.get(p.name) or 1.0) for p in self.parameters])
-        )
+        own = (known.get(p.name) or 1.0 / (largest.get(p.name) or 1.0) for p in self.parameters)
+        return frozen(np.array([*own]))
 
     @cached_property
     def inertia_tolerance(self) -> dict[str, float]:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 import xml.etree.ElementTree as ET
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.hand_eye import handeye
+from workbench.extras.camera.pose_pairs import read_pairs
 
 CAMERA = np.array([0.03, -0.06, 0.05]), Rotation.from_euler("xyz", [3.0, -2.0, 90.0], degrees=True)
 TARGET = np.array([0.5, 0.1, 0.02]), Rotation.from_euler("xyz", [180.0, 0.0, 15.0], degrees=True)
@@ -136,6 +138,56 @@ FILES["halves.txt"] = lambda *sides: lines_of(np.hstack([side[:, :3].reshape(-1,
 FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replace("rvec_", "target_r")
 
 
+def wide(hands, seen, heads, *turns, unseen=("",) * 7, more=lambda k: ""):
+    """Both poses in a row under two names and their entries; rows 2 and 5 as where nothing was seen."""
+    sides = zip((hands, seen), turns, strict=True)
+    left, right = (np.hstack([p[:, :3, 3], of(Rotation.from_matrix(p[:, :3, :3]))]) for p, of in sides)
+    rows = [
+        [*a, *(unseen if k in (2, 5) else b), *more(k)]
+        for k, (a, b) in enumerate(zip(left, right, strict=True))
+    ]
+    return "\n".join([",".join(heads.split()), *(",".join(map(str, row)) for row in rows)])
+
+
+def named(a, b, angles="qx qy qz qw", others="", more=""):
+    entries = [f"x y z {own}".split() for own in (angles, others or angles)]
+    return " ".join(
+        [f"{side}_{e}" for side, own in zip((a, b), entries, strict=True) for e in own] + more.split()
+    )
+
+
+QUAT, WFIRST = Rotation.as_quat, partial(Rotation.as_quat, scalar_first=True)
+HALCON, FANUC = (partial(Rotation.as_euler, seq=seq, degrees=True) for seq in ("XYZ", "xyz"))
+UNSEEN = {
+    "A": (named("A", "B"), QUAT, QUAT),
+    "r": (named("r", "c"), QUAT, QUAT),
+    "minus": (named("kuka", "laser"), QUAT, QUAT, (-1,) * 7),
+    "short": (named("robot", "tag"), QUAT, QUAT, ()),
+    "q0": (named("robot", "tag", "q0 q1 q2 q3"), WFIRST, WFIRST),
+    "halcon": (named("robot", "target", "alpha beta gamma"), HALCON, HALCON, ("",) * 6),
+    "fanuc": (
+        named("robot", "t", "w p r").replace(
+            "t_x t_y t_z t_w t_p t_r", "tvec_0 tvec_1 tvec_2 rvec_0 rvec_1 rvec_2"
+        ),
+        FANUC,
+        Rotation.as_rotvec,
+        ("",) * 6,
+    ),
+    "detected": (named("robot", "tag", more="detected"), QUAT, QUAT, range(7), lambda k: [k not in (2, 5)]),
+}
+
+
+@pytest.mark.parametrize("name", UNSEEN)
+def test_two_poses_in_a_row_under_any_names_without_those_that_were_not_seen(tmp_path, name):
+    heads, a, b, *more = UNSEEN[name]
+    given = dict(zip(("unseen", "more"), more, strict=False))
+    (tmp_path / "rows.csv").write_text(wide(*pairs(), heads, a, b, **given))
+    found = handeye(tmp_path / "rows.csv")
+    assert (found.doubt, found.fit.apart, len(found.row)) == ("", (), 13)
+    assert "2 rows without both poses left out" in found.notes
+    assert off(found)[0] < 0.6
+
+
 def off(found, x=X):
     turn = Rotation.from_matrix(x[:3, :3].T @ found.camera.rotation).magnitude()
     return 1e3 * np.linalg.norm(found.camera.xyz - x[:3, 3]), np.rad2deg(turn)
@@ -168,7 +220,14 @@ def storage(pose):
     return f"<opencv_storage>\n{inside}</opencv_storage>"
 
 
+def halcon(pose):
+    turn = np.degrees(Rotation.from_matrix(pose[:3, :3]).as_euler("XYZ"))
+    text = "# 3D POSE PARAMETERS: rotation and translation\n\nf 0\n\nr {} {} {}\n\nt {} {} {}\n"
+    return text.format(*turn, *pose[:3, 3])
+
+
 EACH = {
+    ("robot_pose_0", "calplate_pose_0", ".dat"): halcon,
     ("robot_0", "cam_0", ".txt"): lambda pose: lines_of(pose, " "),
     ("ee/", "tag/", ".yaml"): quaternion,
     ("pose_fPe_", "pose_cPo_", ".yaml"): vector,
@@ -227,11 +286,20 @@ def test_every_folder_of_arrays_gives_the_camera_on_the_hand(tmp_path, layout):
     assert (np.array(off(found)) < (0.6, 0.1)).all()
 
 
+def test_pairs_of_matrices_in_json(tmp_path):
+    both = {"Joint Dataset": [[0.1] * 6] * 15, "Transform Dataset": np.stack(pairs(), axis=1).tolist()}
+    (tmp_path / "log.json").write_text(json.dumps(both))
+    assert off(handeye(tmp_path / "log.json"))[0] < 0.6
+
+
 def test_whose_poses_are_whose_is_asked_where_no_name_tells(tmp_path):
     for name, side in zip("ba", pairs(), strict=True):
         np.save(tmp_path / f"{name}.npy", side)
     with refuses(OptionError, "'a', 'b'", "the robot's first"):
         handeye(tmp_path)
+    (tmp_path / "both.csv").write_text(wide(*pairs(), named("camera", "sensor"), QUAT, QUAT))
+    with refuses(OptionError, "'camera', 'sensor'", "rename"):
+        handeye(tmp_path / "both.csv")
     assert off(handeye([tmp_path / "b.npy", tmp_path / "a.npy"]))[0] < 0.6
 
 
@@ -280,6 +348,65 @@ def test_intervals_hold_as_often_as_they_say(count, shots):
         inside.append(np.abs(found.camera.xyz - X[:3, 3]) < found.half[0, :3])
     assert 0.88 < np.mean(inside) < 0.999
     assert "alike" in handeye(pairs(3)).doubt  # on the tool or in the cell
+
+
+@pytest.mark.parametrize("name", ["xarm.csv", "lists.yaml"])
+@pytest.mark.parametrize("wrong", ["half a turn", "another's"])
+def test_a_wrong_pair_does_not_change_how_orientations_are_read(tmp_path, name, wrong):
+    """One of 15 had Euler angles read as a rotation vector, and lists x, y, z, w as w first."""
+    hands, seen = pairs()
+    seen[7] = (
+        seen[7] @ matrix([0.18, 0.12, 0.0], Rotation.from_rotvec([0, 0, np.pi]))
+        if wrong[0] == "h"
+        else seen[9]
+    )
+    sides = [
+        [{"position": p[:3, 3], "orientation": q} for p, q in zip(s, xyzw(s), strict=True)]
+        for s in (hands, seen)
+    ]
+    lists = json.dumps(
+        [{"hand": a, "target": b} for a, b in zip(*sides, strict=True)], default=np.ndarray.tolist
+    )
+    (tmp_path / name).write_text(lists if name == "lists.yaml" else euler_as_vector(hands, seen))
+    found = handeye(tmp_path / name)
+    assert (found.doubt, found.row[list(found.fit.apart)].tolist()) == ("", [8])
+    assert off(found)[0] < 0.6
+
+
+def test_lists_of_four_that_no_pair_tells_are_x_y_z_w(tmp_path):
+    """As documented; that nothing told them is said."""
+    hands, seen = pairs()
+    seen[:, :3, :3] = Rotation.random(15, random_state=1).as_matrix()
+    np.savez(
+        tmp_path / "a.npz",
+        robot=hands[:, :3, 3],
+        robot_quat=xyzw(hands),
+        tag=seen[:, :3, 3],
+        tag_quat=xyzw(seen),
+    )
+    robot, target, *_, notes = read_pairs(tmp_path / "a.npz")
+    assert robot == pytest.approx(hands)
+    assert target == pytest.approx(seen)
+    assert any("the sides turn apart" in note for note in notes)
+
+
+def test_two_files_are_joined_by_their_labels(tmp_path):
+    for name, side, kept in (("robot", pairs()[0], range(15)), ("camera", pairs()[1], [14, *range(3, 14)])):
+        rows = [[f"img{k:02}.png", *side[k, :3, 3].tolist(), *xyzw(side)[k].tolist()] for k in kept]
+        text = "\n".join(
+            ",".join(map(str, row)) for row in (["image", *"xyz", "qx", "qy", "qz", "qw"], *rows)
+        )
+        (tmp_path / f"{name}.csv").write_text(text)
+        (tmp_path / f"bare_{name}.csv").write_text(re.sub("(?m)^.*?,", "", text))
+    found = handeye([tmp_path / "robot.csv", tmp_path / "camera.csv"])
+    assert (found.row.tolist(), found.doubt, off(found)[0] < 0.6) == ([*range(4, 16)], "", True)
+    with refuses(FileError, "15 robot poses and 12 target poses"):
+        handeye([tmp_path / "bare_robot.csv", tmp_path / "bare_camera.csv"])
+    with refuses(FileError, "nothere.csv: no such file"):
+        handeye([tmp_path / "robot.csv", tmp_path / "nothere.csv"])
+    with refuses(OptionError, "bare_robot.csv holds one pose in each row"):
+        np.savetxt(tmp_path / "bare_robot.csv", np.ones((5, 7)))
+        handeye(tmp_path / "bare_robot.csv")
 
 
 def test_pairs_that_do_not_belong_together_are_named():
@@ -378,9 +505,17 @@ def test_wrong_files_and_mounts_are_refused(tmp_path):
     with refuses(FileError, "target"):
         handeye(tmp_path / "one.csv")
     (tmp_path / "camera.toml").write_text("[[camera]]\n")
-    with refuses(FileError, "TOML", "target's pose") as refused:
+    with refuses(FileError, "TOML", "give a robot pose") as refused:
         handeye(tmp_path / "camera.toml")
     assert "--" not in str(refused.value)
+    with refuses(FileError, "columns 1 and 8", "both mean x"):  # a reason was cut at its first comma
+        (tmp_path / "twice.csv").write_text(wide(hands, seen, named("robot", "robot"), QUAT, QUAT))
+        handeye(tmp_path / "twice.csv")
+    for k in range(3):
+        (tmp_path / f"shot{k}.png").write_bytes(b"")
+        np.savetxt(tmp_path / f"robot{k}.txt", hands[k])
+    with refuses(FileError, "workbench identify"):
+        handeye(tmp_path)
     with refuses(DataError, "at least 3"):
         handeye((hands[:2], seen[:2]))
     assert "check which poses belong together" in handeye((hands, seen[::-1])).doubt

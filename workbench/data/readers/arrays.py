@@ -43,13 +43,14 @@ _RUNNING = re.compile(r"\d+(?![a-zA-Z\d])(?!.*\d(?![a-zA-Z\d]))")
 """The last number of a name that no letter follows, as in 'pose_3_gripper2base'."""
 _OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
 """Tags of XML, read as keys are."""
-_YAML = re.compile(r"^\W*[A-Za-z_]\w*[\"']?\s*[:=]", re.M)
-_TOKEN = re.compile(r"([A-Za-z_]\w*)[\"']?\s*[:=]|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])")
+_YAML = re.compile(r"\A\{|^\W*[A-Za-z_]\w*[\"']?\s*[:=]|^[rt] +[-+\d]", re.M)  # or of Halcon
+_KEY = r"((?<!%)\b[A-Za-z_]\w*(?=[\"']?\s*[:=])|^[rt](?= +[-+\d]))"
+_TOKEN = re.compile(rf"{_KEY}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])", re.M)
 _NUMBER = re.compile(r"(^|_)\d+$")
 _NAMED = r"\b([A-Za-z_]\w*)[ \t]*[:= ][ \t]*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)[ \t]*(deg|rad|mm|m|°)?(?![\w.])"
 """A number behind its name and before its unit."""
 TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
-_PLACE = re.compile(r"translation|position", re.I)
+_PLACE = re.compile(r"t|translation|position", re.I)
 _JOINTS = re.compile("q|joints?|joint_(?:pose|positions|angles|states)|angles")
 _PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
@@ -135,14 +136,13 @@ def numpy_arrays(data: bytes) -> dict[str, Any]:
 
 def arrays_of_json(data: bytes) -> dict[str, Any]:
     """Rows of each name."""
-    found = None
     with suppress(ValueError, RecursionError):  # text that isn't UTF-8 is a ValueError, too
         text = data.decode("utf-8-sig")
         try:
-            found = json.loads(text)
+            return by_name(json.loads(text))
         except json.JSONDecodeError:
-            found = [json.loads(line) for line in text.splitlines() if line.strip()]
-    return by_name(found)
+            return by_name([json.loads(line) for line in text.splitlines() if line.strip()])
+    return {}
 
 
 def by_name(found: Any) -> dict[str, Any]:
@@ -233,11 +233,9 @@ def _in_rows(blocks: Mapping[tuple[str, str], np.ndarray], are_named: bool) -> A
     whole = {(stem, name): rows for (stem, name, _), rows in rows_of}
     numbers = sorted(set.intersection(*map(set, whole.values()))) if whole else []
     found = {key: own for key, own in found.items() if len(own) == len(numbers)} if numbers else found
-    notes = list[str]()
-    for key, rows in whole.items():
-        found[key] = np.array([rows[number] for number in numbers])
-        if lost := sorted(set().union(*whole.values()) - set(rows)):
-            notes.append(f"without {_plain(*key)}, left out: {', '.join(map(str, lost))[:60]}")
+    found |= {key: np.array([rows[number] for number in numbers]) for key, rows in whole.items()}
+    lost = {key: sorted(set().union(*whole.values()) - set(rows)) for key, rows in whole.items()}
+    notes = [f"without {_plain(*key)}, left out: {str(own)[1:-1][:60]}" for key, own in lost.items() if own]
     names = {key: _plain(key[1] or key[0]) for key in found}
     if are_named or len(set(names.values())) < len(names):
         names = {key: _plain(*key) for key in found}

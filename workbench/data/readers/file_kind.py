@@ -49,7 +49,8 @@ def read_bytes(path: Path) -> bytes:
     if not files.exists(path):
         raise FileError("no such file: check the path", path=str(path))
     if path.is_dir():
-        raise FileError(f"this is a folder: give one file with a table, or {ONE_TABLE}", path=str(path))
+        text = f"this is a folder: give one file with a table, or {ONE_TABLE}; pictures need --target FILE"
+        raise FileError(text, path=str(path))
     data = files.read_bytes(path, wanted="a file with a table")
     if not data.strip(b"\xef\xbb\xbf\xff\xfe \t\r\n\0"):
         raise FileError("the file is empty: a header line and at least one row are needed", path=str(path))

@@ -150,15 +150,12 @@ class CameraEntry:
         """The camera, the first, second … of a file."""
         sigma = [FOCAL_SIGMA * self.fx, FOCAL_SIGMA * self.fy, *[CENTRE_SIGMA * self.size[0]] * 2]
         given = self.sigma * (4 if len(self.sigma) == 1 else 1)
-        return Camera(
-            name=self.name or ("camera" if number == 1 else f"camera{number}"),
-            size=self.size,
-            intrinsics=frozen(np.array([self.fx, self.fy, self.cx, self.cy, *self.distortion], float)),
-            mounted=self.mounted,
-            free=FREE[self.free],
-            sigma=frozen(np.array([*given, *[*sigma, *DISTORTION_SIGMA][len(given) :]], float)),
-            per_session=self.per_session,
-        )
+        sigma = [*given, *[*sigma, *DISTORTION_SIGMA][len(given) :]]
+        lens = np.array([self.fx, self.fy, self.cx, self.cy, *self.distortion], float)
+        name = self.name or ("camera" if number == 1 else f"camera{number}")
+        known: dict[str, Any] = {"name": name, "size": self.size, "per_session": self.per_session}
+        known |= {"mounted": self.mounted, "free": FREE[self.free]}
+        return Camera(intrinsics=frozen(lens), sigma=frozen(np.array(sigma, float)), **known)
 
 
 @final

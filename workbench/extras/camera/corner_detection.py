@@ -53,9 +53,8 @@ Corners = Float[np.ndarray, "n 4"]
 def dictionary(name: str) -> Any:
     number = getattr(opencv().aruco, name, None)
     if not name.startswith("DICT_") or number is None:
-        raise OptionError(
-            f"unknown marker dictionary '{name}'; use one such as {', '.join(COMMON_NAMES[:4])}"
-        )
+        usual = ", ".join(COMMON_NAMES[:4])
+        raise OptionError(f"unknown marker dictionary '{name}'; use one such as {usual}")
     return opencv().aruco.getPredefinedDictionary(number)
 
 
@@ -63,12 +62,9 @@ def opencv_board(board: Charuco) -> Any:
     across, down = board.squares
     if board.markers.stop > len(dictionary(board.dictionary).bytesList):
         after = f" from {board.first_marker} on" if board.first_marker else ""
-        raise OptionError(
-            f"a board of {across} x {down} squares needs {len(board.markers)} markers{after}, "
-            f"{board.dictionary} has fewer; choose a larger dictionary or fewer squares",
-            option="dictionary",
-            found=board.dictionary,
-        )
+        needs = f"a board of {across} x {down} squares needs {len(board.markers)} markers{after}"
+        text = f"{needs}, {board.dictionary} has fewer; choose a larger dictionary or fewer squares"
+        raise OptionError(text, option="dictionary", found=board.dictionary)
     prints, own = dictionary(board.dictionary), np.array(board.markers)
     return opencv().aruco.CharucoBoard(board.squares, board.square, board.marker, prints, own)
 
@@ -167,10 +163,8 @@ class BoardFinder:
             return f"its markers are not those of {Rig((), self.targets).text}"
         others = [n for n in COMMON_NAMES if n not in stated and len(markers_in(picture, n)[1]) >= MIN_FOUND]
         text = f"it shows {plural(shown, 'marker')} of {', '.join(stated)}"
-        return (
-            f"{text} and more of {others[0]}"
-            if others
-            else f"{text}: is it in view, sharp, lit, not mirrored?"
+        return text + (
+            f" and more of {others[0]}" if others else ": is it in view, sharp, lit, not mirrored?"
         )
 
 
@@ -193,11 +187,9 @@ def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterat
         stems = {path.stem for path in found if path.name in named}  # of 0.jpg beside a depth 0.png
         found = [path for path in found if path.name in named or path.stem not in stems]
         files = [path.name for path in found]
-        if len(set(files)) < len(files):
-            again = next(file for file in files if files.count(file) > 1)
-            raise FileError(
-                f"has '{again}' in several folders; give every picture its own name", path=str(own)
-            )
+        if again := [file for file, count in Counter(files).items() if count > 1]:
+            text = f"has '{again[0]}' in several folders; give every picture its own name"
+            raise FileError(text, path=str(own))
         if not found:
             raise FileError(f"has no pictures ({', '.join(PICTURES[:4])} …)", path=str(own))
         yield from ((name, path) for path in found)
@@ -249,10 +241,8 @@ def find_corners(folder: Path | str, rig: Rig, named: Collection[str] = ()) -> P
         except FileError as error:
             return np.zeros((0, 4)), str(error).removeprefix(f"{path}: ")
         if picture.shape[::-1] != sizes[camera]:
-            raise DataError(
-                f"{path}: the picture has {picture.shape[1]} x {picture.shape[0]} px, camera '{camera}' has "
-                f"size = [{sizes[camera][0]}, {sizes[camera][1]}]; give the camera that took it"
-            )
+            has = f"the picture has {picture.shape[1]} x {picture.shape[0]} px, camera '{camera}' has size"
+            raise DataError(f"{path}: {has} = {list(sizes[camera] or ())}; give the camera that took it")
         return finder.find(picture)
 
     with ThreadPoolExecutor(min(4, os.cpu_count() or 1)) as pool:

@@ -168,11 +168,9 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
     if score[wanted] <= CLEARLY * score[best]:
         best = wanted
     elif not is_inverting:
-        raise DataError(
-            f"{source}: with the camera {ON[wanted]} the pairs differ by {_error(fits[wanted].rms)}; "
-            f"they agree to {_error(fits[best].rms)} with --mounted {best}, or if either the robot's or the "
-            "target's poses are given as their inverses"
-        )
+        differ = f"{source}: with the camera {ON[wanted]} the pairs differ by {_error(fits[wanted].rms)}"
+        agree = f"they agree to {_error(fits[best].rms)} with --mounted {best}"
+        raise DataError(f"{differ}; {agree}, or if either side's poses are given as their inverses")
     if best is not wanted:
         notes.append("the robot's poses are those of the base in the hand, as easy_handeye writes them")
     elif not is_told:

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import DataError
-from workbench.base.types import Freedom, frozen
+from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.extras.camera.camera import DISTORTION_SIGMA, Camera, Mount, as_opencv, opencv
 from workbench.extras.camera.resection import FAR_OFF, placed_alone
@@ -40,15 +40,10 @@ def with_assumed(rig: Rig, names: Iterable[str], size: tuple[int, int], centre: 
         centre: How well the lens's centre is known, per width.
     """
     f, height = map(float, size)
-    one = Camera(
-        name="camera",
-        size=size,
-        intrinsics=frozen(np.array([f, f, 0.5 * (f - 1.0), 0.5 * (height - 1), *np.zeros(5)])),
-        mounted=Mount.WORLD if rig.mounted is Mount.TOOL else Mount.TOOL,
-        free=Freedom.AUTO,
-        sigma=frozen(np.array([FOCAL_SIGMA * f, FOCAL_SIGMA * f, *[centre * f] * 2, *DISTORTION_SIGMA])),
-        is_assumed=True,
-    )
+    start = frozen(np.array([f, f, 0.5 * (f - 1.0), 0.5 * (height - 1), *np.zeros(5)]))
+    sigma = frozen(np.array([FOCAL_SIGMA * f, FOCAL_SIGMA * f, *[centre * f] * 2, *DISTORTION_SIGMA]))
+    other = Mount.WORLD if rig.mounted is Mount.TOOL else Mount.TOOL
+    one = Camera(name="camera", size=size, intrinsics=start, mounted=other, sigma=sigma, is_assumed=True)
     return replace(rig, cameras=tuple(replace(one, name=n or one.name) for n in dict.fromkeys(names)))
 
 
@@ -77,10 +72,9 @@ def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"
         spare += 2 * int(np.isfinite(seen[..., 0]).sum()) - 6 * len(seen)
         boards.append((target, seen))
     if spare < SPARE:
-        raise DataError(
-            f"{plural(sum(len(seen) for _, seen in boards), 'picture')} of camera '{camera.name}' with four "
-            "or more points of the target are too few to identify its lens; take more, or give a camera.toml"
-        )
+        few = f"{plural(sum(len(seen) for _, seen in boards), 'picture')} of camera '{camera.name}'"
+        few += " with four or more points of the target are too few to identify its lens"
+        raise DataError(f"{few}; take more, or give a camera.toml")
     lenses = ((part * camera.size[0], k1) for part, k1 in LENSES)
     tried = sorted((_tried(camera, f, k1, boards) for f, k1 in lenses), key=lambda each: each[0])
     found = min((_refined(*each) for each in tried[:REFINED]), key=lambda each: each[0])[1]
@@ -113,10 +107,9 @@ def _refined(off: float, camera: Camera, views: list) -> tuple[float, Float[np.n
     flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     until = cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12
     lens = as_opencv(camera.intrinsics)
+    given = points, pixels, camera.size, *lens
     try:
-        off, k, more, *_ = cv2.calibrateCamera(
-            points, pixels, camera.size, *lens, flags=flags, criteria=until
-        )
+        off, k, more, *_ = cv2.calibrateCamera(*given, flags=flags, criteria=until)
     except cv2.error:
         return off, camera.intrinsics
     return off, np.array([k[0, 0], k[1, 1], k[0, 2], k[1, 2], *more.ravel()[:2], 0.0, 0.0, 0.0])

@@ -66,17 +66,10 @@ class Pictures:
         cls, residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray, jacobian: np.ndarray
     ) -> "Pictures":
         """Sums over each row's components [px]; jacobian (rows, m, p)."""
-        swapped = np.swapaxes(by_twist, 1, 2)
-        flat = jacobian.reshape(residual.size, jacobian.shape[2])
-        return cls(
-            seen.sum(1).astype(float),
-            (residual**2).sum(1),
-            (swapped @ residual[..., None])[..., 0],
-            swapped @ by_twist,
-            swapped @ jacobian,
-            flat.T @ flat,
-            flat.T @ residual.ravel(),
-        )
+        swapped, count = np.swapaxes(by_twist, 1, 2), seen.sum(1).astype(float)
+        flat, pull = jacobian.reshape(residual.size, jacobian.shape[2]), swapped @ residual[..., None]
+        of_rows = count, (residual**2).sum(1), pull[..., 0], swapped @ by_twist, swapped @ jacobian
+        return cls(*of_rows, flat.T @ flat, flat.T @ residual.ravel())
 
     @classmethod
     def at(cls, problem: Problem, x: Float[np.ndarray, " p"]) -> "Pictures":

@@ -133,10 +133,8 @@ def _together(
     fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
     lens = {f"{c.owner}.{k}": s for c in fixed for k, s in zip(INTRINSICS, c.sigma.tolist(), strict=True)}
     sizes = {f"{t.owner}.scale": max(t.scale_sigma, EXACT_SIZE) for t in rig.targets}
-    own = {
-        k: np.array([part.get(n, 0.0) for n in problem.names])
-        for k, part in (("lens", lens), ("size", sizes))
-    }
+    given = (("lens", lens), ("size", sizes))
+    own = {k: np.array([part.get(n, 0.0) for n in problem.names]) for k, part in given}
     return problem, replace(found, groups={**found.groups, "zeros": _shares(problem, zeros), **own})
 
 
@@ -227,10 +225,9 @@ def _larger(sigmas: dict[PictureTarget, float], problem: Problem, found: Likelie
 
 
 def identifiability(
-    steps: Sequence[Json], noise: Noise, *, doubts: tuple[str, ...], **more: Any
+    steps: Sequence[Json], noise: Noise, doubts: tuple[str, ...], **more: Any
 ) -> Identifiability:
-    """What the steps that were tried decide, of which the last one taken holds, and how corners and tool
-    scatter."""
+    """What the steps that were tried decide, the last one taken, and how corners and tool scatter."""
     title = [step["name"] for step in steps if step["taken"]][-1]
     lack = f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
     lost = {step["name"]: step["reason"] for step in steps if step["reason"]}
@@ -239,28 +236,14 @@ def identifiability(
     advice = [] if doubts or not lost else [TAKE_MORE]
     unknown = "it has no constant that these pictures could determine"
     refused = "" if taken else "; ".join([*reasons, *advice]) or unknown
-    decided = {
-        "step": title,
-        "identified": taken,
-        "refused": refused,
-        "measure_next": "".join(advice),
-        "steps": steps,
-        "noise": {"pixel_px": np.sqrt(2.0) * noise.own, **noise.json()},
-    }
-    return Identifiability(
-        title=title,
-        refused=refused,
-        advice="".join(advice),
-        notes=(
-            *(f"{name} not taken: {reason}" for name, reason in lost.items()),
-            *advice,
-            f"noise from the pictures: corners {np.sqrt(2.0) * noise.own:.2f} px; what the model lacks of "
-            f"the tool's pose {lack} about each axis",
-        ),
-        doubts=doubts,
-        decided=decided,
-        **more,
-    )
+    pixel, next_step = np.sqrt(2.0) * noise.own, "".join(advice)
+    decided = {"step": title, "identified": taken, "refused": refused, "measure_next": next_step}
+    decided |= {"steps": steps, "noise": {"pixel_px": pixel, **noise.json()}}
+    notes = [*(f"{name} not taken: {reason}" for name, reason in lost.items()), *advice]
+    lacking = f"what the model lacks of the tool's pose {lack} about each axis"
+    notes.append(f"noise from the pictures: corners {pixel:.2f} px; {lacking}")
+    told = {"title": title, "refused": refused, "advice": next_step, "notes": tuple(notes), "doubts": doubts}
+    return Identifiability(**told, decided=decided, **more)
 
 
 def _poses(fit: Fit) -> Json:
@@ -275,13 +258,9 @@ def _poses(fit: Fit) -> Json:
         places = [names.index(f"{name}.{axis}") for axis in POSE]
         placed = Placed.at(fit.x[places])
         turn = placed.turning @ fit.covariance[np.ix_(places[3:], places[3:])] @ placed.turning.T
-        found[name] = {
-            "mounted": str(part.mounted),
-            **({"session": session} if name != part.owner else {}),
-            "xyz": placed.pose[:3, 3],
-            "rpy_deg": np.rad2deg(se3.matrix_to_rpy(placed.pose[:3, :3])),
-            "quat_wxyz": se3.matrix_to_quaternion(placed.pose[:3, :3]),
-            "xyz_std_mm": 1e3 * fit.std[places[:3]],
-            "rotation_std_deg": np.rad2deg(np.sqrt(np.maximum(np.diag(turn), 0.0))),
-        }
+        rpy, angles = se3.matrix_to_rpy(placed.pose[:3, :3]), np.sqrt(np.maximum(np.diag(turn), 0.0))
+        found[name] = {"mounted": str(part.mounted)} | ({"session": session} if name != part.owner else {})
+        found[name] |= {"xyz": placed.pose[:3, 3], "rpy_deg": np.rad2deg(rpy)}
+        found[name] |= {"quat_wxyz": se3.matrix_to_quaternion(placed.pose[:3, :3])}
+        found[name] |= {"xyz_std_mm": 1e3 * fit.std[places[:3]], "rotation_std_deg": np.rad2deg(angles)}
     return found

@@ -114,10 +114,8 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     flat = np.ravel_multi_index(where, pixels.shape[:3])
     if len(twice := np.flatnonzero(np.bincount(flat) > 1)):
         r, _, p = np.unravel_index(twice[0], pixels.shape[:3])
-        raise DataError(
-            f"{rows.source}: image '{names[r]}' has id {rig.names[p, 0]} corner {rig.names[p, 1]} twice; "
-            "delete one"
-        )
+        corner = "id {} corner {}".format(*rig.names[p])
+        raise DataError(f"{rows.source}: image '{names[r]}' has {corner} twice; delete one")
     pixels[where] = rows.uv[known]
     count = np.isfinite(pixels[..., 0]).sum((1, 2))
     rig, assumed = with_lenses(rig, pixels)
@@ -183,12 +181,11 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
     lost = place < 0
     if lost.mean() > STRANGE:
         first = int(np.argmax(lost))
-        raise DataError(
-            f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]} corner "
-            f"{rows.corner[first]}, do not belong to the target: {rig.text}; give the one that was in view",
-            column="id",
-            found=int(rows.id[first]),
+        such = f"{int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]} corner"
+        text = (
+            f"{such} {rows.corner[first]}, are not of the target: {rig.text}; give the one that was in view"
         )
+        raise DataError(f"{rows.source}: {text}", column="id", found=int(rows.id[first]))
     unknown = sorted(set(rows.id[lost].tolist()))[:8]
     notes = [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown} are left out"] if unknown else []
     return place, np.array([cameras[name] for name in rows.camera.tolist()], int), notes

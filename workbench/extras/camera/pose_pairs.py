@@ -7,7 +7,8 @@ camera is, which tells what the numbers of orientations mean.
 """
 
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,8 @@ from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset
-from workbench.data.readers.arrays import TURN, arrays_in, block, table_of
+from workbench.data.orientations import WrittenOrientation
+from workbench.data.readers.arrays import TURN, Arrays, arrays_in, block, table_of
 from workbench.data.readers.assemble import excluded_rows
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
@@ -40,6 +42,10 @@ MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$
 VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 """OpenCV's names of what a camera sees, where nothing else says whose they are."""
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
+LABEL = re.compile(r"(?:^|_)(?:id|image|picture|file(?:name)?|name|index|frame|sample|number|nr|no)$", re.I)
+DETECTED = re.compile(r"(?:\w+_)?(?:detected|found|visible|seen|valid|success|ok)", re.I)
+FALSE = ("0", "0.0", "false", "no", "n", "-1")
+"""Columns that tell which rows are one pair, or whether the target was seen, and how these deny it."""
 JOINT, NO_QUATERNION = (
     re.compile(rf".*(joint|std|sigma).*|q({count})", re.I) for count in (r"\d+", r"[05-9]|\d\d+")
 )
@@ -54,13 +60,24 @@ DIRECT, INVERSE = (
 )
 """Names of hands in bases and targets in cameras, as asked for, and of the other way round."""
 EASY_HANDEYE = re.compile(rb"\b(hand_world_samples|robot)[\"']?\s*:")
+ANGLES = {"alpha": "rx", "beta": "ry", "gamma": "rz"}
+"""Angles of Halcon, whose order the pairs tell."""
+_ADVICE = re.compile(r"[:;](?![^(]*\))")
 _LETTER, _GAP = re.compile(r"^(A|B|T1|T2)(?=_|$)"), re.compile(r"[_ ./]+")
 WANTED = (
-    "give the robot's and the target's pose in each row (x[m] … qw, target_x[m] … target_qw), samples of "
-    "easy_handeye or MoveIt, arrays (.npz), or numbered files of both (robot_00.txt … target_00.txt …)"
+    "give a robot pose and a target pose in each row (x[m] … target_qw), samples of easy_handeye or MoveIt, "
+    ".npz, or numbered files of both (robot_00.txt …)"
+)
+PICTURES = (
+    "pictures are for 'workbench identify FOLDER --target target.toml --joints TABLE'; of a plain chessboard "
+    "give OpenCV's rvec and tvec in each"
 )
 SIDES, WIDTHS = ("robot", "target"), (1, 3, 4, 6, 7, 8, 9, 12, 16)
 """Whose poses are paired, and how many numbers a pose or a part of one has."""
+HALVES = {12: (6,), 14: (7,), 24: (3, 4), 32: (16,)}
+"""Shapes of a pose by how many numbers two have."""
+MIN_GROUP = 6
+"""Columns of a pose."""
 
 Poses = Float[np.ndarray, "rows 4 4"]
 
@@ -72,23 +89,28 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
     Args:
         paths: A file or folder with both, or one with the robot's and one with the target's.
     """
-    path, notes = paths[0], list[str]()
     if len(paths) > 1 and (_is_seen(paths[0].stem) or _is_seen(paths[1].stem) is False):
         paths = paths[::-1]
-    content = b"" if path.is_dir() else read_bytes(path)
+    path, notes, found = paths[0], list[str](), Arrays({})
+    content, *_ = (b"" if each.is_dir() else read_bytes(each) for each in paths)
     try:
         named = dict(zip(SIDES, paths, strict=True)) if len(paths) > 1 else {"": path}
         found = arrays_in(named, lambda name: _is_seen(LETTERS.get(name, name)) is not None)
-        arrays = _at_one_time(_of_sides(found.arrays, notes), notes)
+        arrays = _at_one_time(_of_sides(found.arrays, path, notes), notes)
+        arrays, numbers = _of_one_label(arrays, found.numbers, notes)
+        lists = {name for name, a in arrays.items() if block(a).shape[1:] == (4,)}  # x, y, z, w
+        arrays |= {name: np.roll(block(arrays[name]), 1, axis=1) for name in lists}
         grid = table_of(arrays, path) if arrays else read_grid(path)
-        sides = [_poses(grid, seen) for seen in (False, True)]
+        sides = [_poses(grid, seen, lists, notes) for seen in (False, True)]
     except OptionError:
         raise
     except (ValueError, WorkbenchError) as error:
-        why = re.split("[:;,]", str(error).split(": ", 1)[-1])[0].strip()  # then comes other files' advice
-        raise FileError(f"it holds no pairs of poses ({why}); {WANTED}", path=str(path)) from None
-    numbers = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
-    whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in numbers], axis=0)
+        *where, why = str(error).removeprefix(str(path)).removeprefix(", ").split(": ", 1)
+        why = ": ".join([*filter(None, where), _ADVICE.split(why)[0].strip()])  # which is other files'
+        wanted = PICTURES if "image" in found.arrays else WANTED
+        raise FileError(f"it holds no pairs of poses ({why}); {wanted}", path=str(path)) from None
+    parts = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
+    whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in parts], axis=0)
     if not whole.any():
         raise grid.error(f"no row has both poses; {WANTED}")
     rows, poses = np.flatnonzero(whole), list[Poses]()
@@ -101,19 +123,25 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
         notes += [*own.notes, *([f"the {name}'s poses: {how}"] if how else [])]
     told = all(way is not None for _, way in sides)
-    pair = np.array(found.numbers if len(found.numbers) == len(whole) else range(1, len(whole) + 1))
+    pair = np.array(numbers if len(numbers) == len(whole) else range(1, len(whole) + 1))
     return *poses, pair[rows], told, bool(EASY_HANDEYE.search(content)), notes
 
 
-def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
-    """Arrays under names that say whose poses they are; the halves of a lone one without a name."""
-    if [*arrays] == [""] and (both := arrays[""]).shape[1:] in ((12,), (14,), (24,), (32,)):
+def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str, Any]:
+    """Arrays under names that say whose poses they are; the halves of a lone one, or of one of pairs."""
+    pairs = [a for name, a in arrays.items() if not name or (a.ndim > 2 and a.shape[1] == 2)]
+    is_told = any(_is_seen(name) is not None for name, a in arrays.items() if len(a) > 2)
+    both = pairs[0] if len(pairs) == 1 and not is_told else np.zeros(0)
+    if half := HALVES.get(both[:1].size):
         notes.append("the robot's poses are the first half of each row, the target's the second")
-        both = both.reshape(-1, 6, 4) if both.shape[1] == 24 else both  # of 3 × 4 entries each
-        return dict(zip(SIDES, np.hsplit(both, 2), strict=True))
+        halves = np.moveaxis(both.reshape(len(both), 2, *half), 1, 0)
+        return dict(zip(SIDES, halves, strict=True))
     if [*arrays] == [""] and both.shape[1:] == (4, 4) and len(both) % 2 == 0:  # which turn alike
         ways = {"one after the other": np.vsplit(both, 2), "in turns": (both[::2], both[1::2])}
-        how = min(ways, key=lambda k: np.ptp([_turned(side) for side in ways[k]], axis=0).sum())
+        cosines = {
+            k: [np.einsum("kij,ij->k", s[:, :3, :3], s[0, :3, :3]) for s in own] for k, own in ways.items()
+        }
+        how = min(ways, key=lambda k: np.ptp(cosines[k], axis=0).sum())
         notes.append(f"robot's and target's poses stand {how}, the robot's first")
         return dict(zip(SIDES, ways[how], strict=True))
     whole = {n: own for n, own in arrays.items() if block(own)[:1].size in WIDTHS}
@@ -121,14 +149,11 @@ def _of_sides(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     unknown = [name for name, own in named.items() if len(own) > 2]
     if unknown and {*map(_is_seen, named)} == {None}:
         text = f"nothing tells whether {listed(unknown)} are the robot's or the target's"
+        text = f"{path} holds one pose in each row" if unknown == [""] else text
+        if "image" in arrays:
+            raise OptionError(f"{path} holds no poses of a target: {PICTURES}", option="pairs")
         raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
     return named
-
-
-def _turned(poses: Poses) -> Float[np.ndarray, " rows"]:
-    """By which each pose is turned from the first [rad]."""
-    turns = poses[:, :3, :3]
-    return np.linalg.norm(se3.matrix_to_rotvec(turns[0].T @ turns), axis=1)
 
 
 def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -147,38 +172,95 @@ def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     return {fewer: a[kept, 1:], more: b[nearest[kept], 1:]}
 
 
+def _of_one_label(
+    arrays: dict[str, Any], numbers: tuple[int, ...], notes: list[str]
+) -> tuple[dict[str, Any], Sequence[int]]:
+    """Rows of one label, where both sides have a column of such, and the numbers of the pairs."""
+    sides = [{n: block(a) for n, a in arrays.items() if _is_seen(n) is seen} for seen in (False, True)]
+    counts = [max(map(len, own.values()), default=0) for own in sides]
+    named = [[a for n, a in own.items() if LABEL.search(n)] for own in sides]
+    labels = [[a.astype(str) for a in own if len({*a.tolist()}) == len(a)] for own in named]
+    if all(labels):
+        (known, *_), (others, *_) = labels
+        _, rows, theirs = np.intersect1d(known, others, return_indices=True)
+        rows, theirs = rows[order := np.argsort(rows)], theirs[order]
+        if len(rows) < max(counts):
+            notes.append(f"{len(rows)} pairs by their labels, of {counts[0]} and {counts[1]} rows")
+        both = ({n: a[k] for n, a in own.items()} for own, k in zip(sides, (rows, theirs), strict=True))
+        return {n: a for own in both for n, a in own.items()}, (rows + 1).tolist()
+    if all(counts) and counts[0] != counts[1]:
+        raise ValueError(f"{counts[0]} robot poses and {counts[1]} target poses; give both an id, or as many")
+    return arrays, numbers
+
+
 def _is_seen(name: str) -> bool | None:
     """Whether a name is of what a camera sees, or of what a robot moves; None for neither."""
-    parts = _GAP.split(parse_heading(name).name)
     kinds = ((True, SEEN), (False, MOVED), (True, VECTORS))
-    return next((seen for seen, kind in kinds if any(map(kind.search, parts))), None)
+    return next((seen for seen, kind in kinds if any(map(kind.search, _parts(name)))), None)
 
 
-def _poses(grid: Grid, seen: bool) -> tuple[Dataset, re.Pattern[str] | None]:
-    """One side of a table, and which way round names say that its poses are, if they do. Where none is said
-    to be of one side, all others are."""
+def _poses(
+    grid: Grid, seen: bool, lists: Collection[str], notes: list[str]
+) -> tuple[Dataset, re.Pattern[str] | None]:
+    """One side of a table, and which way round names say that its poses are, if they do."""
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
-    kinds = {c: _is_seen(c) for c in head}
-    if len(lacking := {True, False} - {*kinds.values()}) == 1:
-        kinds = {c: (True in lacking) if kind is None else kind for c, kind in kinds.items()}
+    kinds = _sides_of(head, [] if seen else notes)
     joint = JOINT if "q5" in {parse_heading(c).name for c in head} else NO_QUATERNION
     own = [c for c, kind in kinds.items() if kind is seen and not joint.fullmatch(parse_heading(c).name)]
     names = tuple(_heading(c, head) if c in own else c if c == "exclude" else IGNORED for c in head)
-    fields = fields_of(replace(with_names(grid, names), headings=tuple(head)))
+    rows = [row + [""] * (len(head) - len(row)) for row in grid.rows]  # nothing was seen in short ones
+    table = replace(with_names(replace(grid, rows=rows), names), headings=tuple(head))
+    fields = fields_of(table)
     position, left_out = fields.stacked(("x", "y", "z")), excluded_rows(fields)
+    for cells in (c for c, name in zip(table.columns, head, strict=True) if DETECTED.fullmatch(name)):
+        left_out |= np.array([cell.strip().lower() in FALSE for cell in cells])
     if position is not None:
-        left_out |= ~position.any(1) & position.any()  # zeros stand where nothing was seen
+        empty = np.ptp(position, axis=1) == 0.0  # zeros, or −1, stand where nothing was seen
+        left_out |= empty & ~empty.all()
         position[left_out] = np.nan
     rotation, _ = read_orientation(fields, usable=~left_out)
     if rotation is None or position is None:
         raise grid.error(f"no pose of the {SIDES[seen]} under {listed([c for c in head if c], longest=4)}")
     way = next((kind for kind in (INVERSE, DIRECT) if any(map(kind.search, own))), None)
-    notes = [f"the {SIDES[seen]}'s poses are read the other way round, as named"] if way is INVERSE else []
+    said = [f"the {SIDES[seen]}'s poses are read the other way round, as named"] if way is INVERSE else []
     likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}
     read = (likely[unit] for unit in dict.fromkeys(fields.units.values()) if unit in likely)
-    notes += (f"{what} of the {SIDES[seen]}'s poses are read as {unit}" for what, unit in read)
-    more: dict[str, Any] = {"written": written_orientation(fields), "source": grid.source}
-    return Dataset(np.zeros((fields.rows, 1)), position, rotation, notes=tuple(notes), **more), way
+    said += (f"{what} of the {SIDES[seen]}'s poses are read as {unit}" for what, unit in read)
+    written = written_orientation(fields)
+    if written and any(c.removesuffix("_qw") in lists for c in own):
+        written = WrittenOrientation("xyzw", np.roll(written.numbers, -1, axis=1))
+    more: dict[str, Any] = {"written": written, "source": grid.source}
+    return Dataset(np.zeros((fields.rows, 1)), position, rotation, notes=tuple(said), **more), way
+
+
+def _sides_of(head: Sequence[str], notes: list[str]) -> dict[str, bool | None]:
+    """Whether columns are of what is seen, or of what the robot moves.
+
+    Where names tell of one side, all others are the other's; of two groups that no name tells of the first is
+    the robot's.
+    """
+    kinds: dict[str, bool | None] = {c: _is_seen(c) for c in head}
+    rest, told = [c for c, kind in kinds.items() if kind is None], {*kinds.values()} - {None}
+    groups = [name for name, count in _groups(head).items() if name and count >= MIN_GROUP]
+    if len(told) == 2:
+        return kinds
+    if len(told) == 1 and (len(rest) >= MIN_GROUP or len(groups) != 2):
+        return kinds | dict.fromkeys(rest, True not in told)
+    if told:
+        wrong = f"nothing tells which of {listed(groups)} is the robot's pose and which the target's"
+        raise OptionError(f"{wrong}: rename them 'robot' and 'target'", option="pairs")
+    if len(groups) == 2:
+        notes.append(f"{groups[0]} is the robot's pose, {groups[1]} the target's, by their order")
+    return {c: len(groups) == 2 and _parts(c)[0] == groups[1] for c in head}
+
+
+def _groups(head: Sequence[str]) -> Counter[str]:
+    """How many headings begin with each name; those without a name before theirs count as one."""
+    return Counter(own[0] if len(own := _parts(c)) > 1 else "" for c in head)
+
+
+def _parts(heading: str) -> list[str]:
+    return _GAP.split(parse_heading(heading).name)
 
 
 def _heading(cell: str, head: Sequence[str]) -> str:
@@ -188,13 +270,15 @@ def _heading(cell: str, head: Sequence[str]) -> str:
     *before, last = name.split("_")
     if unit is None and before and (split := split_ending(f"{before[-1]}_{last}")):
         (last, unit), before = split, before[:-1]
-    stem = name.rpartition("_")[0]
-    if last in ("1", "2", "3") and f"{stem}_4" not in head:
-        last = "xyz"[int(last) - 1]
-    if last in ("w", "x", "y", "z") and any(map(TURN.fullmatch, before)):
+    stem, whose = name.rpartition("_")[0], int(_groups(head)[before[0]] >= MIN_GROUP) if before else 0
+    first = int(f"{stem}_0" not in head)
+    if last.isdigit() and int(last) - first in range(3) and f"{stem}_{first + 3}" not in head:
+        last = "xyz"[int(last) - first]
+    if last in ("w", "x", "y", "z") and any(map(TURN.fullmatch, before[whose:])):
         last = ("q" if f"{stem}_w" in head else "r") + last
     elif last.isdigit():
         last = f"{'t' if len(last) > 1 and f'{stem}_16' not in head else 'pose'}_{last}"
-    elif re.fullmatch("q[1-4]", last):
-        last = f"q{'wxyz'[int(last[1]) - 1]}"
+    elif re.fullmatch("q[0-4]", last):
+        last = f"q{'wxyz'[int(last[1]) - (f'{name[:-1]}0' not in head)]}"
+    last = ANGLES.get(last, last)
     return last if unit is None else f"{last}[{unit}]"

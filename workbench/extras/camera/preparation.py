@@ -51,11 +51,8 @@ class PicturePreparation(AbstractPreparation):
         wrong ones don't bend the fit."""
         _check_number(data)
         if (turn := _largest_turn(robot, data)) < MIN_TURN:
-            raise DataError(
-                f"{data.source}: the tool turned by only {np.rad2deg(turn):.2g}°, so the pictures can't "
-                f"determine the poses of camera and target; {TURN_MORE}",
-                found=turn,
-            )
+            why = f"the tool turned by only {np.rad2deg(turn):.2g}°, too little to place camera and target"
+            raise DataError(f"{data.source}: {why}; {TURN_MORE}", found=turn)
         free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
         problem = Problem.build(robot, data, free=free).with_noise(ROUGH)
         x, off = problem.start, Pictures.at(problem, problem.start).off
@@ -65,20 +62,22 @@ class PicturePreparation(AbstractPreparation):
             off = Pictures.at(problem, x).off
         usual = float(np.median(off))
         if usual > HOPELESS:
-            raise DataError(
-                f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera "
-                f"and target, half of them are {1e3 * usual:.0f} mm off or more; check that each row is its "
-                "picture's, the order, units and signs of the joints, the robot, and 'mounted' in "
-                "target.toml and camera.toml"
+            off_by = (
+                f"half of them are {1e3 * usual:.0f} mm off or more, whatever the poses of camera and target"
             )
+            check = (
+                "check that each row is its picture's, order, units and signs of the joints, the robot, and"
+            )
+            text = (
+                f"the pictures don't fit their joint readings: {off_by}; {check} 'mounted' in both TOML files"
+            )
+            raise DataError(f"{data.source}: {text}")
         lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
         if lost.mean() >= MAX_WRONG:
             return {}
         image = PictureReadings.of(data).image
-        return {
-            int(i): f"image {image[i]} does not fit its joint readings: {1e3 * off[i]:.1f} mm off"
-            for i in np.flatnonzero(lost)
-        }
+        wrong = "image {} does not fit its joint readings: {:.1f} mm off"
+        return {int(i): wrong.format(image[i], 1e3 * off[i]) for i in np.flatnonzero(lost)}
 
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
         data = with_parts_in_view(data)
@@ -96,13 +95,10 @@ class PicturePreparation(AbstractPreparation):
         held = with_rig(held, replace(own, cameras=tuple(cameras)))
         held = with_parts_in_view(held, MIN_PICTURES, known)
         sessions = held.take(held.included).sessions if held.included.any() else ()
-        new = tuple(
-            f"held-out session '{s}': the pose of {part.owner} was found from its own pictures, the arm "
-            "from the others"
-            for part, s in product(own.posed, sessions)
-            if owner_in(part, s) not in known
-        )
-        return replace(held, notes=(*held.notes, *new))
+        new = ((part.owner, s) for part, s in product(own.posed, sessions) if owner_in(part, s) not in known)
+        how = "was found from its own pictures, the arm from the others"
+        notes = (f"held-out session '{s}': the pose of {owner} {how}" for owner, s in new)
+        return replace(held, notes=(*held.notes, *notes))
 
     def noise_left(self, problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
         return Likelihood.at(problem, x).likeliest().noise
@@ -114,11 +110,10 @@ def _check_number(data: Dataset) -> None:
     if (count := int((data.included & is_placed).sum())) < MIN_PICTURES:
         lost = [] if data.reason is None else data.reason[~data.included].tolist()
         why = "; ".join([*data.notes, *dict.fromkeys(reason for reason in lost if reason)])
-        raise DataError(
-            f"{data.source}: {count} pictures with four points of the target or more are left to fit; give "
-            f"at least {MIN_PICTURES}" + (f" ({why})" if why else ""),
-            found=count,
+        few = (
+            f"{count} pictures with four points of the target or more are left; give at least {MIN_PICTURES}"
         )
+        raise DataError(f"{data.source}: {few}{f' ({why})' * bool(why)}", found=count)
 
 
 def _largest_turn(robot: Robot, data: Dataset) -> float:

@@ -139,10 +139,11 @@ def _judged(
     of_picture = np.nanmedian(off, axis=1)
     useless = of_picture > USELESS
     if np.median(of_picture) > USELESS:
-        raise DataError(
-            f"{data.source}: corners are {np.median(of_picture):.3g} px off what the target and the "
-            f"intrinsics of camera '{camera.name}' predict; check squares, ids, a mirrored print, fx and fy"
+        off_by = (
+            f"corners are {np.median(of_picture):.3g} px off what the target and the intrinsics of camera"
         )
+        check = "check squares, ids, a mirrored print, fx and fy"
+        raise DataError(f"{data.source}: {off_by} '{camera.name}' predict; {check}")
     points = np.isfinite(off[~useless]).sum(1)
     spare = np.sqrt(np.maximum(2.0 * points - 6.0, 1.0).sum() / (2.0 * points).sum())
     scatter = float(np.nanmedian(off[~useless])) / RAYLEIGH / spare

@@ -60,12 +60,9 @@ class Rig:
     def __post_init__(self):
         for camera in self.cameras:
             if camera.mounted is self.mounted:
-                raise DataError(
-                    f"camera '{camera.name}' and the target are both mounted = \"{camera.mounted}\", so the "
-                    "arm moves neither relative to the other; mount one on the tool and one in the world",
-                    column="mounted",
-                    found=camera.mounted,
-                )
+                both = f"camera '{camera.name}' and the target are both mounted = \"{camera.mounted}\""
+                text = f"{both}, so that the arm moves neither; mount one on the tool and one in the world"
+                raise DataError(text, column="mounted", found=camera.mounted)
 
     @property
     def posed(self) -> tuple[Camera | PictureTarget, ...]:
@@ -97,9 +94,8 @@ class Rig:
     ) -> Int[np.ndarray, " n"]:
         """Number of each named point among all; -1 for those that no board has."""
         place = {tuple(name): k for k, name in enumerate(self.names.tolist())}
-        return np.array(
-            [place.get(pair, -1) for pair in zip(ids.tolist(), corners.tolist(), strict=True)], int
-        )
+        named = zip(ids.tolist(), corners.tolist(), strict=True)
+        return np.array([place.get(pair, -1) for pair in named], int)
 
     @property
     def text(self) -> str:

@@ -47,18 +47,14 @@ class LoadPictures(AbstractLoad[Loaded]):
                 raise DataError(str(error).replace(f"{folder}/", "").replace(str(folder), name)) from error
         data, rig = replace(data, source=name.removesuffix(".zip")), rig_of(data)
         if rig.tool_poses:
-            raise DataError(
-                f"{name} has poses of the tool in place of joints, which tell nothing of the arm: give the "
-                "joints, or find camera and target alone with 'workbench identify FOLDER --target FILE'"
-            )
+            why = f"{name} has poses of the tool in place of joints, which tell nothing of the arm"
+            alone = "find camera and target alone with 'workbench identify FOLDER --target FILE'"
+            raise DataError(f"{why}: give the joints, or {alone}")
         seen = PictureReadings.of(data).seen.sum((1, 2))
         shown = f"{int((seen > 0).sum())} of {len(data)} show the target, {int(seen.sum())} corners"
         cameras = (f"{c.name}, {ON[c.mounted]}, intrinsics {c.free}" for c in rig.cameras)
-        facts = (
-            ("Pictures", shown),
-            ("Camera", "; ".join(cameras)),
-            ("Target", f"{rig.text}, {ON[rig.mounted]}"),
-        )
+        target = f"{rig.text}, {ON[rig.mounted]}"
+        facts = ("Pictures", shown), ("Camera", "; ".join(cameras)), ("Target", target)
         return matched_to_arm(session.robot, Loaded(data, data.source, facts, data.notes, read=data))
 
     def finish(self, session: Session, result: Loaded) -> Session:

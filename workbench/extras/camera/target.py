@@ -58,11 +58,9 @@ class Charuco:
         admit(self)
         across, down = self.squares
         if min(across, down) < 2 or not 0.0 < self.marker < self.square or self.first_marker < 0:
-            raise OptionError(
-                "a ChArUco board needs 2 x 2 squares or more, and markers smaller than its squares, numbered "
-                f"from 0 or more; got {across} x {down} squares of {self.square:g} m with markers of "
-                f"{self.marker:g} m from {self.first_marker} on"
-            )
+            needs = "2 x 2 squares or more, and markers smaller than its squares, numbered from 0 or more"
+            got = f"{across} x {down} squares of {self.square:g} m with markers of {self.marker:g} m from"
+            raise OptionError(f"a ChArUco board needs {needs}; got {got} {self.first_marker} on")
         if across * down > MAX_SQUARES:
             raise OptionError(f"a ChArUco board has at most {MAX_SQUARES} squares, got {across} x {down}")
 
@@ -176,16 +174,9 @@ def charuco_target(
     y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
     known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **more}
-    return PictureTarget(
-        name=name,
-        mounted=Mount(mounted),
-        ids=first + np.arange(len(x)),
-        corners=np.zeros(len(x), int),
-        points=frozen(points),
-        charuco=board,
-        dictionary=board.dictionary,
-        **known,
-    )
+    known |= {"charuco": board, "dictionary": board.dictionary, "points": frozen(points)}
+    known |= {"ids": first + np.arange(len(x)), "corners": np.zeros(len(x), int)}
+    return PictureTarget(name=name, mounted=Mount(mounted), **known)
 
 
 def is_plane(points: Float[np.ndarray, "n 3"], wide: float = 1e-3, flat: float = 1e-6) -> bool:
@@ -248,15 +239,10 @@ class _TargetReader(AbstractTableReader):
             shared = [f"id {k} corner {c}" for k, c in sorted(set(_pairs(other)) & set(_pairs(made)))]
             if other.prints == made.prints != "" and (other.charuco or made.charuco):
                 shared = [f"marker {k}" for k in sorted(other.markers & made.markers)] + shared
-            if shared or other.name == made.name:
-                text = (
-                    f"{shared[0]} is of '{other.name}' and '{made.name}'"
-                    if shared
-                    else (f"has two boards named '{made.name}'")
-                )
-                raise self.fail(
-                    f"{text}; give each board its own name, markers (first_marker) and ids, tags first"
-                )
+            twice = [f"{what} is of '{other.name}' and '{made.name}'" for what in shared]
+            if twice := twice + [f"has two boards named '{made.name}'"] * (other.name == made.name):
+                own = "give each board its own name, markers (first_marker) and ids, tags first"
+                raise self.fail(f"{twice[0]}; {own}")
         return made
 
     def points(self, entry: BoardEntry, mounted: Mount, known: dict[str, Any]) -> PictureTarget:
@@ -271,15 +257,10 @@ class _TargetReader(AbstractTableReader):
             raise self.fail("has no point of known position; give at least one without free = true")
         points = np.array([each.xyz or [np.nan] * 3 for each in entries])
         points[np.isnan(points[:, 0])] = points[is_known].mean(0)  # until the pictures place it
-        return PictureTarget(
-            mounted=mounted,
-            ids=np.array(names)[:, 0],
-            corners=np.array(names)[:, 1],
-            points=frozen(points),
-            dictionary=entry.dictionary,
-            sigmas={i: np.inf if e.free else e.sigma for i, e in enumerate(entries) if e.free or e.sigma},
-            **known,
-        )
+        sigmas = {i: np.inf if e.free else e.sigma for i, e in enumerate(entries) if e.free or e.sigma}
+        known |= {"sigmas": sigmas, "dictionary": entry.dictionary, "points": frozen(points)}
+        ids, corners = np.array(names).T
+        return PictureTarget(mounted=mounted, ids=ids, corners=corners, **known)
 
 
 def read_targets(path: Path | str) -> tuple[PictureTarget, ...]:

@@ -112,10 +112,8 @@ def sister(robot: Robot, lengths: Mapping[str, float]) -> str:
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     """Raise if the nominal arm differs from the calibrated one in more than base, flange and joint zeros."""
     if calibrated.dof != nominal.dof:
-        both = (
-            f"'{calibrated.name}' has {calibrated.dof} joints, the nominal one '{nominal.name}' {nominal.dof}"
-        )
-        text = f"the calibrated arm {both}; give the arm that was calibrated"
+        given = f"'{calibrated.name}' has {calibrated.dof} joints, the nominal one"
+        text = f"the calibrated arm {given} '{nominal.name}' {nominal.dof}; give the arm that was calibrated"
         raise ShapeError(text, expected=calibrated.dof, found=nominal.dof)
     low, high = nominal.bare.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
@@ -125,11 +123,9 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     rival = other_arm(nominal, data, off / CLEAR) if off > SAME_ARM else None
     if rival or off > SAME_ARM_SHARE * nominal.reach:
         fits = f" ({rival.robot.name} fits)" if rival else ""
-        where = (
-            f"{in_mm(off)} off the calibrated '{calibrated.name}' after the best base, tool and joint zeros"
-        )
+        where = f"'{nominal.name}' is {in_mm(off)} off the calibrated '{calibrated.name}'"
         how = "it is another arm; give the nominal model of the one that was calibrated"
-        raise RobotError(f"'{nominal.name}' is {where}{fits}: {how}")
+        raise RobotError(f"{where} after the best base, tool and joint zeros{fits}: {how}")
 
 
 class ComparedArms(NamedTuple):
@@ -154,11 +150,9 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
     usable = usable_arm(calibrated)
     require_same_arm(usable.robot, nominal)
     if positions_only is False and not usable.sees_rotation:
-        raise OptionError(
-            f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)}); measure "
-            "orientations too, or correct positions alone",
-            option="positions_only",
-        )
+        why = f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)})"
+        remedies = "measure orientations too, or correct positions alone"
+        raise OptionError(f"{why}; {remedies}", option="positions_only")
     place = bool(positions_only)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     skipped = [e.name for e in calibrated.effects if not e.moves_arm]

@@ -120,10 +120,8 @@ def worse_by_column(fit: Fit, data: Dataset) -> str:
         if (ratio := float(np.median(size[bad]) / np.median(size[~bad]))) > worst:
             which = ",".join(map(str, data.row[marked]))
             said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Calibrate tab")
-            text = (
-                f"rows whose '{name}' is {value or 'blank'} ({marked.sum()} of {len(marked)}) are {ratio:.2g}"
-            )
-            leave = "times as far off as the others: if they are bad, leave them out:"
+            text = f"rows whose '{name}' is {value or 'blank'} ({marked.sum()} of {len(marked)}) are"
+            leave = f"{ratio:.2g} times as far off as the others: if they are bad, leave them out:"
             worst, found = ratio, f"{text} {leave} {said} (rows count from 0)"
     return found
 

@@ -112,38 +112,37 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
 
 
 def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
-    """Orientations of pairs A X B = Z in which both sides turn alike and places fit, and what isn't as declared.
+    """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared.
 
-    Medians over rows tell: a target that is seen half a turn off, or another row's, takes no part.
+    Medians over rows tell: a target seen half a turn off, or in another row's pose, takes no part.
     """
-    ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in (a, b)]
-    if not 1 < len(a) == len(b) or not all(ways):
+    few = [data.take(np.unique(np.linspace(0, len(a) - 1, COMPARED).astype(int))) for data in (a, b)]
+    ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in few]
+    if len(a) < 2 or not all(ways):
         return [(np.asarray(data.rotation), "") for data in (a, b)]
-    some = np.unique(np.linspace(0, len(a) - 1, COMPARED).astype(int))
-    turned, others = (np.array([_between(turns[some]) for _, turns in own]) for own in ways)
+    poses = [
+        [se3.pose(t, np.asarray(data.position)) for _, t in own] for data, own in zip(few, ways, strict=True)
+    ]
+    turned, others = (_between(np.array([t for _, t in own])) for own in ways)
     rows = np.array([np.median(np.abs(others - each), axis=2) for each in turned])
-    off = np.median(rows, axis=2)
-    cost = np.add.outer(*([c.cost for c, _ in own] for own in ways))
+    off, cost = np.median(rows, axis=2), np.add.outer(*([c.cost for c, _ in own] for own in ways))
     good = np.argwhere(off < min(SMALL, CLEAR * off.min() + ROUNDING))
     tried = sorted(map(tuple, good.tolist()), key=cost.__getitem__)[:TRIED]
-    both, misfit = [*zip(ways, (a.position, b.position), strict=True)], list[float]()
-    for pair in tried:
-        kept = some[rows[pair] < SMALL]
-        poses = (se3.pose(own[k][1], np.asarray(p))[kept] for (own, p), k in zip(both, pair, strict=True))
-        misfit.append(_misfit(*poses))
+    misfit = [_misfit(*(p[k][rows[i] < SMALL] for p, k in zip(poses, i, strict=True))) for i in tried]
     least = CLEAR * min(misfit, default=0.0) + ROUNDING
     best = next((pair for pair, left in zip(tried, misfit, strict=True) if left < least), (0, 0))
-    if not tried:
-        how = f"as written: in no other way do both sides turn alike (at best {np.rad2deg(off.min()):.2g}° apart)"
-        return [(own[0][1], how) for own in ways]
-    how = "{}, as the pairs tell".format
-    return [(own[k][1], how(own[k][0].text) if k else "") for own, k in zip(ways, best, strict=True)]
+    told = [own[k][0] for own, k in zip(ways, best, strict=True)]
+    apart = f"as declared: read otherwise, the sides turn apart, too, by {np.rad2deg(off.min()):.2g}° at best"
+    how = [f"{c.text}, as the pairs tell" if k else "" for c, k in zip(told, best, strict=True)]
+    return [(c.rotations(d), h if tried else apart) for c, d, h in zip(told, (a, b), how, strict=True)]
 
 
-def _between(turns: Turns) -> Float[np.ndarray, "rows others"]:
+def _between(turns: Float[np.ndarray, "ways rows 3 3"]) -> Float[np.ndarray, "ways rows others"]:
     """Angles by which each row is turned from the others [rad]."""
-    cosine = (np.einsum("iab,jab->ij", turns, turns) - 1.0) / 2.0
-    return np.arccos(np.clip(cosine, -1.0, 1.0))[~np.eye(len(turns), dtype=bool)].reshape(len(turns), -1)
+    cosine = (np.einsum("wiab,wjab->wij", turns, turns) - 1.0) / 2.0
+    return np.arccos(np.clip(cosine[:, ~np.eye(turns.shape[1], dtype=bool)], -1.0, 1.0)).reshape(
+        *turns.shape[:2], -1
+    )
 
 
 def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:
