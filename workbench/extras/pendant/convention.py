@@ -100,10 +100,12 @@ def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
     return robot.bare.with_frames(**frames)
 
 
-def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True) -> Dataset:
-    """The poses, each with the standard deviation that rounding gives it; joints at whole degrees are exact
-    if they were commanded there."""
-    units, joints = shown.meaning(robot, reading).units, reading.on(robot) is None  # counted otherwise
+def as_dataset(
+    arm: Robot, robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True
+) -> Dataset:
+    """The poses of an arm that counts as they do, each with the standard deviation that rounding gives it;
+    joints at whole degrees are exact if they were commanded there."""
+    units, joints = shown.meaning(robot, reading).units, arm is robot  # joints are read, then
     joint, length, angle = (step * SIZES[unit] for step, unit in zip(shown.steps, units, strict=True))
     written = shown.dataset(robot)
     data, slides = reading.apply(written, joints=joints), sliding(robot)
@@ -115,7 +117,7 @@ def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded
         shares = np.where(slides, SIZES[shown.usual_units(robot)[1]] * shown.steps[0], joint) * UNIFORM
         shares = np.broadcast_to(shares, written.q.shape)
         shares = shares @ np.abs(reading.w.T) if joints else shares
-        variance += ((geometric_jacobian(robot, data.q) * shares[:, None]) ** 2).sum(2)
+        variance += ((geometric_jacobian(arm, data.q) * shares[:, None]) ** 2).sum(2)
     sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
     return replace(data, sigma=sigma, read_as=reading.text)
 
