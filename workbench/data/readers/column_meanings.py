@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -206,7 +205,9 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
         alike = [c.index for c in columns if c.key and quantities_of(c.key) == quantities]
-        largest = max(_largest(table.columns[k]) for k in alike)
+        some = slice(None, None, len(table.lines) // 1000 + 1)
+        cells = (cell for k in alike for cell in table.columns[k][some] if NUMBER.fullmatch(cell))
+        largest = max((abs(number_in(cell)) for cell in cells), default=0.0)
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
@@ -226,11 +227,6 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
     column = replace(column, conversion=found, remark="; ".join(remarks))
     return replace(column, si=column.unit and str(found.quantity))
-
-
-@lru_cache(maxsize=32)
-def _largest(cells: tuple[str, ...]) -> float:
-    return max((abs(number_in(cell)) for cell in cells if NUMBER.fullmatch(cell)), default=0.0)
 
 
 def _doubt_of_dates(table: Table, index: int) -> str:

@@ -13,6 +13,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
+from workbench.data.orientations import ORIENTATIONS
 from workbench.extras.pendant.displayed import SIZES, Displayed, Steps
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
@@ -79,7 +80,8 @@ def _in_convention(robot: Robot, shown: Displayed, data: Dataset, reading: RowRe
         if np.linalg.norm(tools, axis=1).max() < TURNED:
             return reading
     ways.sort(key=lambda w: (len({*shown.meaning(robot, w).units[::2]}), w.cost))  # angles as joints
-    told = [w for w in ways if w.convention and w.convention.is_named(shown.named)]
+    named = [kind.text for kind in ORIENTATIONS if kind.name == shown.named]
+    told = [w for w in ways if w.convention and w.convention.name in named]
     if not told and turned > KEPT:
         names = ", or ".join(w.convention.name for w in ways[:2] if w.convention)
         raise DataError(
