@@ -127,6 +127,13 @@ def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
 
 SHORT, UNITS = "A1,A2,A3,A4,A5,A6,X,Y,Z,RX,RY,RZ", "°,°,°,°,°,°,mm,mm,mm,°,°,°"
 BEFORE, BEHIND = (",".join(map(name.format, range(1, 7))) for name in ("q{} [deg]", "J{}"))
+KUKA = ";".join(
+    [
+        *(f"AxisPos_Act{k}[°]" for k in range(1, 7)),
+        *(f"{a}_Act[mm]" for a in "XYZ"),
+        "A_Act[°];B_Act[°];C_Act[°]",
+    ]
+)
 NUMBERS = count(1)
 
 
@@ -136,6 +143,7 @@ NUMBERS = count(1)
         ("J1;J2;J3;J4;J5;J6;X;Y;Z;A;B;C", lambda row: ";".join(row).replace(".", ",")),
         (f"X[mm],Y[mm],Z[mm],RX,RY,RZ,{BEHIND}", lambda row: ",".join(row[6:] + row[:6]) + "\n" + 11 * ","),
         (f"No,{BEFORE},tcp_x,tcp_y,TCP Z,r,p,y2,note", lambda row: ",".join(["1", *row, "ok"])),
+        (KUKA, lambda row: ";".join(row)),
         (SHORT, lambda row: ",".join([*row[:6], *(f"{float(v) / 25.4:.2f}" for v in row[6:9]), *row[9:]])),
         (f"image,{SHORT}", lambda row: ",".join(["images/01.png", *row])),
         (f"Nr.,Gelenke,,,,,,TCP,,,,,\n,{SHORT}\n,{UNITS}", lambda row: ",".join(["1", *row])),
@@ -197,12 +205,40 @@ def turned(*moves):
     return q
 
 
+@pytest.mark.parametrize("head", ["A,B,C", "roll,pitch,yaw"])
+def test_headings_name_the_convention_where_the_tool_turns_about_one_axis(run, tmp_path, head):
+    style = "x y z" if head[0] == "r" else "z y' x''"
+    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), turned(0), style=style)
+    found = wb.extract("ur5e", write(rows, head=f"q1,q2,q3,q4,q5,q6,x,y,z,{head}"))
+    assert style in found.meaning.orientation
+
+
+def test_a_log_of_a_moving_arm_counts_where_it_stood(run, tmp_path):
+    """The pose is a thousandth of a move older than the joints."""
+    actual, marks = hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 30)
+    at = np.concatenate([np.r_[k, k, k + 0.1 : k + 1.0 : 0.1] for k in range(29)])
+    q = np.stack([np.interp([at, at - 1e-3 * (at % 1 > 0)], np.arange(30), j) for j in marks.T], 2)
+    now, late = (lines(actual, each) for each in q)
+    rows = [[*own[:6], *pose[6:]] for own, pose in zip(now, late, strict=True)]
+    status, out, _ = run("extract", write(rows), "--robot", "ur5e", "--save", "mine.toml")
+    assert (status, out.count("left out")) == (0, 1)
+    assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 100)).mean() < 1e-4
+
+
+def test_joints_of_another_table_and_a_reading_that_is_accepted(run, tmp_path):
+    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 20))
+    write([row[:6] for row in rows], "joints.csv", "q1,q2,q3,q4,q5,q6")
+    write([row[6:] for row in rows], "poses.csv", "x[mm],y[mm],z[mm],rx[rad],ry[rad],rz[rad]")
+    assert run("extract", "poses.csv", "--joints", "joints.csv", "--robot", "ur5e")[0] == 0
+    wrong = write(rows, head=HEADS)
+    assert run("extract", wrong, "--robot", "ur5e", "--reading", "found")[0] == 0
+
+
 @pytest.mark.parametrize(
     ("rows", "text"),
     [
         (lambda rows: rows[:3], "3 poses"),
-        (lambda rows: lines(Path("hidden.toml"), turned(0)), "all axes"),
-        (lambda rows: lines(Path("hidden.toml"), turned(1, 2, 3)), "all axes"),
+        (lambda rows: lines(Path("hidden.toml"), turned(0), style="z y' x''"), "all axes"),
         (lambda rows: [row[:9] for row in rows], "columns"),
         (lambda rows: [[*row[:7], "O.1", *row[8:]] for row in rows], "is not a number"),
         (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "the orientations in another frame"),

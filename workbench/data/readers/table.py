@@ -231,15 +231,10 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
         found = ({c: side for c in cells if name in (c, parse_heading(c).name)} for name, side in sides)
         named = next(filter(None, found), {})
         if not named and ours.name != IGNORED:
-            own, there = (
-                f"'{theirs.name}={ours.name}'",
-                {n for c in cells for n in (c, parse_heading(c).name)},
-            )
-            unknown = [a.name for a, b in ((ours, theirs), (theirs, ours)) if b.name in there]
-            wrong = f"{own} names no known column of the file: the headings are {listed(cells)}"
-            if unknown:
-                wrong = f"{own}: '{unknown[0]}' is no meaning: say q1 …, x, y, z, roll, pitch, yaw, qw …"
-            raise OptionError(f"{grid.source}: {wrong}")
+            wrong = f"names no known column of the file: the headings are {listed(cells)}"
+            if {theirs.name, ours.name} & {parse_heading(c).name for c in cells}:
+                wrong = "gives no known meaning, such as q1, x, roll, pitch, yaw, qw"
+            raise OptionError(f"{grid.source}: '{theirs.name}={ours.name}' {wrong}")
         said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)

@@ -13,6 +13,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
+from workbench.data.orientations import ORIENTATIONS
 from workbench.extras.pendant.displayed import SIZES, Displayed, Steps
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
@@ -79,7 +80,8 @@ def _in_convention(robot: Robot, shown: Displayed, data: Dataset, reading: RowRe
         if np.linalg.norm(tools, axis=1).max() < TURNED:
             return reading
     ways.sort(key=lambda w: (len({*shown.meaning(robot, w).units[::2]}), w.cost))  # angles as joints
-    told = [w for w in ways if w.convention and w.convention.is_named(shown.named)]
+    named = [kind.text for kind in ORIENTATIONS if kind.name == shown.named]
+    told = [w for w in ways if w.convention and w.convention.name in named]
     if not told and turned > KEPT:
         names = ", or ".join(w.convention.name for w in ways[:2] if w.convention)
         raise DataError(
@@ -100,10 +102,12 @@ def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
     return robot.bare.with_frames(**frames)
 
 
-def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True) -> Dataset:
-    """The poses, each with the standard deviation that rounding gives it; joints at whole degrees are exact
-    if they were commanded there."""
-    units, joints = shown.meaning(robot, reading).units, reading.on(robot) is None  # counted otherwise
+def as_dataset(
+    arm: Robot, robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True
+) -> Dataset:
+    """The poses of an arm that counts as they do, each with the standard deviation that rounding gives it;
+    joints at whole degrees are exact if they were commanded there."""
+    units, joints = shown.meaning(robot, reading).units, arm is robot  # joints are read, then
     joint, length, angle = (step * SIZES[unit] for step, unit in zip(shown.steps, units, strict=True))
     written = shown.dataset(robot)
     data, slides = reading.apply(written, joints=joints), sliding(robot)
@@ -115,7 +119,7 @@ def as_dataset(robot: Robot, shown: Displayed, reading: RowReading, *, commanded
         shares = np.where(slides, SIZES[shown.usual_units(robot)[1]] * shown.steps[0], joint) * UNIFORM
         shares = np.broadcast_to(shares, written.q.shape)
         shares = shares @ np.abs(reading.w.T) if joints else shares
-        variance += ((geometric_jacobian(robot, data.q) * shares[:, None]) ** 2).sum(2)
+        variance += ((geometric_jacobian(arm, data.q) * shares[:, None]) ** 2).sum(2)
     sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
     return replace(data, sigma=sigma, read_as=reading.text)
 

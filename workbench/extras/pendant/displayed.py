@@ -197,7 +197,7 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
 
 def of_dataset(data: Dataset, robot: Robot) -> Displayed:
     """Poses of a log or bag in SI, with the last digits that their numbers tell."""
-    data = with_units(robot, data)
+    data = with_units(robot, data) if data.missing_units else data
     if data.position is None or data.rotation is None:
         raise DataError(f"{data.source}: the tool's pose is needed, position and orientation")
     robot.check_joints(data.q, data.source)

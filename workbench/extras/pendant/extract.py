@@ -198,7 +198,9 @@ def extract(
 
 def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.ndarray) -> Extraction:
     arm = reading.on(robot.bare) or robot
-    data, rounded = (as_dataset(arm, shown, reading, commanded=own).take(rows) for own in (True, False))
+    data, rounded = (
+        as_dataset(arm, robot, shown, reading, commanded=own).take(rows) for own in (True, False)
+    )
     run, *left, allowed = _fitted(framed := with_displayed_frames(arm, reading), data)
     if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
         run, *left, allowed = _fitted(framed, rounded)  # whole degrees that were not commanded

@@ -167,8 +167,6 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
 
 def with_units(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
-    if not data.missing_units:
-        return data
     slides, nearest = np.array(sliding(robot), bool), None
     scales = (1.0, 1e-3) if slides.any() and data.joints == robot.dof else (1.0,)
     for is_turned, scale in product((True, False)[: 1 + (data.rotation is not None)], scales):

@@ -54,10 +54,6 @@ class Convention:
         order = f" of its columns {', '.join(str(k + 1) for k in self.order)}" if self.order else ""
         return f"{'the inverse of ' if self.inverse else ''}{self.kind.text if self.kind else ''}{order}"
 
-    def is_named(self, name: str) -> bool:
-        """Whether it is of a name, its columns as they stand."""
-        return self.kind is not None and self.kind.name == name and not self.inverse and not self.order
-
     def rotations(self, data: Dataset) -> Float[np.ndarray, "rows 3 3"]:
         """Of the rows of a file."""
         assert data.rotation is not None

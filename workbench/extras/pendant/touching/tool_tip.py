@@ -21,17 +21,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.postures import repeats
-from workbench.extras.pendant.touching.touches import (
-    NOMINAL,
-    SCATTERED,
-    TouchErrors,
-    Touches,
-    TouchSolution,
-    flanges,
-    names_of,
-    read_touches,
-    solve_without_slipped,
-)
+from workbench.extras.pendant.touching import touches as shared
 from workbench.report.blocks import Block
 from workbench.report.json import Json
 from workbench.report.numbers import signed
@@ -61,7 +51,7 @@ class ToolTip(AbstractShown):
     """
 
     nominal: Robot
-    of: TouchErrors
+    of: shared.TouchErrors
     xyz: Float[np.ndarray, "3"]
     half: Float[np.ndarray, "3"]
     wanted: float | None
@@ -74,7 +64,7 @@ class ToolTip(AbstractShown):
     @property
     def notes(self) -> tuple[str, ...]:
         """What else should be known, one sentence each."""
-        return (*self.of.touches.notes, *[NOMINAL] * (self.nominal.calibration is None))
+        return (*self.of.touches.notes, *[shared.NOMINAL] * (self.nominal.calibration is None))
 
     @property
     def used(self) -> int:
@@ -89,7 +79,7 @@ class ToolTip(AbstractShown):
     @property
     def doubt(self) -> str:
         """Why the tip should not be used as it is; empty if it may be."""
-        if self.of.scatter > SCATTERED * self.nominal.reach:
+        if self.of.scatter > shared.SCATTERED * self.nominal.reach:
             return f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched"
         widest, wanted = float(self.half.max()), self.wanted or USABLE
         if widest <= wanted:
@@ -118,7 +108,11 @@ class ToolTip(AbstractShown):
 
 @checked_arguments()
 def tcp(
-    robot: RobotLike, touches: Touches, *, wanted: Like[Length] | None = None, columns: str | None = None
+    robot: RobotLike,
+    touches: shared.Touches,
+    *,
+    wanted: Like[Length] | None = None,
+    columns: str | None = None,
 ) -> ToolTip:
     """Find a tool's tip from touching one point in four orientations or more, joints alone.
 
@@ -132,18 +126,18 @@ def tcp(
         DataError: fewer than four touches, more than one point, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
-    every = read_touches(touches, robot, columns, wanted)
+    every = shared.read_touches(touches, robot, columns, wanted)
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
     given = replace(given, notes=tuple(again[: len(every) - len(given)]))
-    at = flanges(robot, given.q)
+    at = shared.flanges(robot, given.q)
     for rows in (every, given):
-        _check(rows, flanges(robot, rows.q)[:, :3, :3])
-    solved, slipped = solve_without_slipped(lambda rows: _solve(at[rows]), len(given), given.source)
+        _check(rows, shared.flanges(robot, rows.q)[:, :3, :3])
+    solved, slipped = shared.solve_without_slipped(lambda rows: _solve(at[rows]), len(given), given.source)
     missed = se3.apply(at, solved.x[:3]) - solved.x[3:]
     return ToolTip(
         nominal=robot,
-        of=TouchErrors(given, np.linalg.norm(missed, axis=1), slipped),
+        of=shared.TouchErrors(given, np.linalg.norm(missed, axis=1), slipped),
         xyz=solved.x[:3],
         half=solved.half[:3],
         wanted=wanted,
@@ -151,7 +145,7 @@ def tcp(
 
 
 def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
-    count, names = len(touches), len(set(names_of(touches)))
+    count, names = len(touches), len(set(shared.names_of(touches)))
     if count < MIN_TOUCHES or names > 1:
         many = f" of {names} points (if these name the rows, remove their column)" if names > 1 else ""
         more = f"touch one point {MIN_TOUCHES} times or more, each time with another orientation of the tool"
@@ -169,9 +163,9 @@ def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
         raise DataError(f"{touches.source}: the tool was turned {why}; tilt it by 30° or more about another")
 
 
-def _solve(at: Float[np.ndarray, "rows 4 4"]) -> TouchSolution:
+def _solve(at: Float[np.ndarray, "rows 4 4"]) -> shared.TouchSolution:
     """The tip in the flange and the point in the base [m]."""
     flat = np.concatenate([at[:, :3, :3], np.tile(-np.eye(3), (len(at), 1, 1))], axis=2).reshape(-1, 6)
     right = -at[:, :3, 3].ravel()
     x = np.linalg.lstsq(flat, right, rcond=None)[0]
-    return TouchSolution(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))
+    return shared.TouchSolution(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))

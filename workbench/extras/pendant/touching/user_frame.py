@@ -29,17 +29,7 @@ from workbench.base.wording import in_mm
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import AS_HEADED, read_fields
-from workbench.extras.pendant.touching.touches import (
-    EXACT_SCATTER,
-    NOMINAL,
-    TouchErrors,
-    Touches,
-    TouchSolution,
-    flanges,
-    names_of,
-    read_touches,
-    solve_without_slipped,
-)
+from workbench.extras.pendant.touching import touches as shared
 from workbench.report.blocks import Block, Sentence
 from workbench.report.json import Json
 from workbench.report.numbers import signed
@@ -80,7 +70,7 @@ class UserFrame(AbstractShown):
     """
 
     robot: str
-    of: TouchErrors
+    of: shared.TouchErrors
     pose: Float[np.ndarray, "4 4"]
     half: Float[np.ndarray, "6"]
     wanted: float | None
@@ -134,7 +124,7 @@ class UserFrame(AbstractShown):
 @checked_arguments()
 def frame(
     robot: RobotLike,
-    touches: Touches,
+    touches: shared.Touches,
     *,
     cad: Path | Mapping[str, Sequence[float]] | None = None,
     wanted: Like[Length] | None = None,
@@ -154,15 +144,15 @@ def frame(
         DataError: no tool, too few touches, unknown names, or points on one line.
         OptionError: an accuracy out of range.
     """
-    given = read_touches(touches, robot, columns, wanted)
-    if np.linalg.norm(robot.tool.xyz) < EXACT_SCATTER:
+    given = shared.read_touches(touches, robot, columns, wanted)
+    if np.linalg.norm(robot.tool.xyz) < shared.EXACT_SCATTER:
         raise DataError(f"{robot.name} has no tool: find its tip with 'workbench tcp … --save'")
     at = tool_poses(robot.with_frames(base=Frame()), Motion(given.q))[:, :3, 3]
     known: Mapping[str, Any] = KEEPS if cad is None else _drawing(cad)
-    if strange := [name for name in names_of(given) if name not in known]:
+    if strange := [name for name in shared.names_of(given) if name not in known]:
         raise DataError(f"{given.source}: '{strange[0]}' is none of {', '.join(known)}; {LABELS}")
     begin, target, counts = _named(given, at, robot) if cad is None else _drawn(given, at, known)
-    solved, slipped = solve_without_slipped(
+    solved, slipped = shared.solve_without_slipped(
         lambda rows: _solve(begin, at[rows], target[rows], counts[rows].ravel()),
         len(given),
         f"{given.source}: the touches do not determine a frame; {LABELS}",
@@ -170,11 +160,11 @@ def frame(
     off = np.where(counts, se3.apply(se3.inverse(solved.x), at) - target, 0.0)
     return UserFrame(
         robot=robot.name,
-        of=TouchErrors(given, np.linalg.norm(off, axis=1), slipped),
+        of=shared.TouchErrors(given, np.linalg.norm(off, axis=1), slipped),
         pose=solved.x,
         half=solved.half,
         wanted=wanted,
-        notes=(NOMINAL,) if robot.calibration is None else (),
+        notes=(shared.NOMINAL,) if robot.calibration is None else (),
     )
 
 
@@ -190,17 +180,17 @@ def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]
 
 
 def _drawn(touches: Dataset, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> Begun:
-    target = np.array([points[name] for name in names_of(touches)])
+    target = np.array([points[name] for name in shared.names_of(touches)])
     _require_spread(touches, target)
     drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
-    if not 1.0 / MISREAD < drawn / max(touched, EXACT_SCATTER) < MISREAD:
+    if not 1.0 / MISREAD < drawn / max(touched, shared.EXACT_SCATTER) < MISREAD:
         both = f"the touches span {in_mm(touched)}, their points in the drawing {in_mm(drawn)}"
         raise DataError(f"{touches.source}: {both}; check the units of both and the names")
     return se3.best_fit(target, tips), target, np.ones_like(target, bool)
 
 
 def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
-    names = names_of(touches)
+    names = shared.names_of(touches)
     at = {kind: tips[[name == kind for name in names]] for kind in KEEPS}
     if all(len(at[kind]) for kind in ("origin", "x", "xy")):
         _require_spread(touches, tips)
@@ -210,7 +200,9 @@ def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
         _require_spread(touches, at["plane"])
         origin, x = at["end"].mean(0), at["line"][-1] - at["line"][0]
         z = np.linalg.svd(at["plane"] - at["plane"].mean(0))[2][-1]
-        z *= np.sign(z @ (flanges(robot, touches.q)[:, :3, 3] - tips).mean(0)) or 1.0  # the arm is above
+        z *= (
+            np.sign(z @ (shared.flanges(robot, touches.q)[:, :3, 3] - tips).mean(0)) or 1.0
+        )  # the arm is above
     else:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
     y = np.cross(z, x) / np.linalg.norm(np.cross(z, x))
@@ -222,25 +214,25 @@ def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
     sizes = np.linalg.svd(points - points.mean(0), compute_uv=False)
-    if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT_SCATTER):
+    if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], shared.EXACT_SCATTER):
         why = f"{len(points)} points on one line don't determine the rotation about it"
         raise DataError(f"{touches.source}: {why}; touch three or more that span a plane")
 
 
 def _solve(
     pose: np.ndarray, tips: np.ndarray, target: np.ndarray, counts: np.ndarray
-) -> TouchSolution | None:
+) -> shared.TouchSolution | None:
     """The frame, from one that is near; None if the touches leave it open."""
     for _ in range(MAX_ROUNDS):
         local = se3.apply(se3.inverse(pose), tips)
         residual = (local - target).ravel()[counts]
         jacobian = np.concatenate([np.tile(np.eye(3), (len(tips), 1, 1)), -se3.skew(local)], axis=2)
         jacobian = jacobian.reshape(-1, 6)[counts]
-        scale = np.repeat([1.0, max(float(np.abs(local).max()), EXACT_SCATTER)], 3)
+        scale = np.repeat([1.0, max(float(np.abs(local).max()), shared.EXACT_SCATTER)], 3)
         if len(jacobian) < 6 or np.linalg.svd(jacobian / scale, compute_uv=False)[-1] < 1e-6:
             return None
         step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
         pose = pose @ se3.pose(se3.rotvec_to_matrix(step[3:]), step[:3])
         if np.abs(step).max() < 1e-12:
             break
-    return TouchSolution(pose, residual, np.linalg.inv(jacobian.T @ jacobian))
+    return shared.TouchSolution(pose, residual, np.linalg.inv(jacobian.T @ jacobian))

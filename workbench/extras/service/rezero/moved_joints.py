@@ -168,7 +168,7 @@ def _astray(shifts: tuple[JointShift, ...], fit: Optimum) -> tuple[str, ...]:
 def _counted(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the convention that is theirs; refused if their joints count otherwise than the arm's, but
     for the zero of one, as of a new motor."""
-    data = with_own_columns(robot, with_units(robot, data))
+    data = with_own_columns(robot, with_units(robot, data) if data.missing_units else data)
     robot.check_joints(data.said.q, data.source)
     found = None if data.readings is not None else read_rows(robot, data, likely=True)
     if found is None:
