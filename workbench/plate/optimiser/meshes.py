@@ -18,6 +18,7 @@ import numpy as np
 
 from workbench.arm.meshes import find_mesh
 from workbench.arm.robot import JointKind, Robot, UrdfSource
+from workbench.arm.urdf import xml_root
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS, capsule_arm
@@ -75,7 +76,7 @@ def _pieces(robot: Robot, source: UrdfSource) -> tuple[tuple[Piece, ...], str]:
     """Bodies of the chain's links, and whether they are the file's collision or visual ones."""
     import pinocchio as pin  # a second to import: only for arms with a URDF
 
-    root = ET.parse(source.path).getroot()
+    root = xml_root(source.path)
     joints = {joint.get("name"): joint for joint in root.findall("joint")}
     links = [source.root, *(joints[name].find("child").get("link") for name in source.joints)]  # type: ignore[union-attr]
     kind = "visual"
@@ -102,10 +103,8 @@ def _pieces(robot: Robot, source: UrdfSource) -> tuple[tuple[Piece, ...], str]:
 
 def _with_probe(robot: Robot, pieces: tuple[Piece, ...]) -> tuple[Piece, ...]:
     """The pieces, the probe among them: what is at the tool's origin, or a slender rod to it."""
-    point, alone = (
-        Piece(robot.dof, -1, np.eye(4), Collider(coal.Sphere(1e-6))),
-        ArmShape(robot, pieces, (), ""),
-    )
+    point = Piece(robot.dof, -1, np.eye(4), Collider(coal.Sphere(1e-6)))
+    alone = ArmShape(robot, pieces, (), "")
     placements = alone.placements(np.zeros((1, robot.dof)))
 
     def touches(piece: Piece) -> bool:
