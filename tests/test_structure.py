@@ -50,7 +50,7 @@ BUDGETS = {
     "cli": 1_350,
     "extras": 1,
     "extras/camera": 3_468,
-    "extras/controllers": 696,
+    "extras/controllers": 695,
     "extras/hobby": 719,
     "extras/katana": 998,
     "extras/live": 1_030,

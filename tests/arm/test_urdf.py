@@ -68,7 +68,7 @@ def read(folder, text, **options):
 def by_pinocchio(path, robot, q):
     """Poses of the file's tool or tip from its measuring frame or root, by pinocchio's own reader."""
     model = pin.buildModelFromUrdf(str(path))
-    pairs = ("measuring_frame", robot.urdf.root), ("calibrated_tool", robot.urdf.tip)
+    pairs = ("measuring_frame", robot.ends[0]), ("calibrated_tool", robot.ends[1])
     ends = [added if model.existFrame(added) else own for added, own in pairs]
     data = model.createData()
     moving = [
@@ -100,7 +100,7 @@ def test_real_arms_are_read_as_pinocchio_reads_them(file):
     check_forward(robot, q)
     assert robot.convention == "urdf"
     assert (robot.base.free, robot.tool.free) == (Freedom.AUTO, Freedom.AUTO)
-    assert robot.urdf.tip in robot.notes[0]
+    assert robot.ends[1] in robot.notes[0]
 
 
 @pytest.mark.parametrize("name", [*REAL, *built_in_robots()])
@@ -118,6 +118,7 @@ def test_arms_round_trip_through_toml_and_urdf(name, tmp_path):
         np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
         np.testing.assert_array_equal(again.limits, robot.limits)
         assert again.joint_names == robot.joint_names
+        assert again.ends == robot.ends or robot.ends[1] == robot.joints[-1].link
         assert [j.max_moment for j in again.moving] == [j.max_moment for j in robot.moving]
         if robot.has_masses:
             expected = holding(joint_wrenches(robot, q), robot)
@@ -282,11 +283,11 @@ def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
         read(tmp_path, text.replace(mimic, ""))
 
 
-def test_what_stands_before_the_declaration_is_ignored(tmp_path):
+def test_what_stands_before_the_declaration_and_undeclared_prefixes_are_ignored(tmp_path):
     text = '\n<!-- of CAD -->\n<?xml version="1.0"?>\n' + urdf(joint(0), joint(1, axis="0 1 0"))
-    robot = read(tmp_path, text)
-    copy = read_urdf(write_urdf(robot, tmp_path / "copy.urdf"))
-    assert (robot.dof, copy.dof) == (2, 2)
+    robot = read(tmp_path, text.replace("</robot>", "<gazebo><sensor:camera/></gazebo></robot>"))
+    path = write_urdf(robot, tmp_path / "copy.urdf")
+    assert (robot.dof, read_urdf(path).dof, "<sensor:camera" in path.read_text()) == (2, 2, True)
 
 
 def test_an_effort_below_nil_is_none_and_the_table_is_read_again(tmp_path):

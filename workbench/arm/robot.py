@@ -44,13 +44,14 @@ class UrdfSource:
         path: The URDF.
         joints: Names in the file of the robot's joint entries, in order.
         root: First link of the chain.
-        tip: Last link of the chain.
     """
 
     path: Path
     joints: tuple[str, ...]
     root: str
-    tip: str
+
+
+ENDS = ("base_link", "flange")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -65,6 +66,7 @@ class Robot:
         link_ends: Element of the arm after which each joint entry's link frame lies.
         mounting: Base, tool and gravity.
         sessions: Mountings of single sessions, if different, by name.
+        ends: Names of the first and the last link in a URDF.
         urdf: The URDF file that it came from, if any.
         effects: Its effects; included wherever poses are computed from a `Motion`.
         notes: Decisions by its reader, one sentence each.
@@ -78,6 +80,7 @@ class Robot:
     link_ends: tuple[int, ...]
     mounting: Mounting = field(default_factory=Mounting)
     sessions: Mapping[str, Mounting] = field(default_factory=dict)
+    ends: tuple[str, str] = ENDS
     urdf: UrdfSource | None = None
     effects: tuple[AbstractEffect, ...] = ()
     notes: tuple[str, ...] = ()
@@ -85,21 +88,17 @@ class Robot:
 
     def __post_init__(self):
         if self.gravity is not DOWN and any(m.gravity is DOWN for m in self.sessions.values()):
-            own = {
-                n: replace(m, gravity=self.gravity) if m.gravity is DOWN else m
-                for n, m in self.sessions.items()
-            }
+            up, every = self.gravity, self.sessions.items()
+            own = {n: replace(m, gravity=up) if m.gravity is DOWN else m for n, m in every}
             object.__setattr__(self, "sessions", own)
         if not self.name.isprintable():  # it is written into programs and third-party files
-            raise RobotError(
-                f"the robot's name {self.name!a} contains control characters; remove them", found=self.name
-            )
+            wrong = "contains control characters; remove them"
+            raise RobotError(f"the robot's name {self.name!a} {wrong}", found=self.name)
         driven = [e.joint for e in self.elements if e.joint is not None]
         if not driven or driven != list(range(self.dof)):
-            raise RobotError(
-                f"the elements of robot '{self.name}' must be driven by joints 1 to {max(self.dof, 1)}, one "
-                f"each and in this order; they name {[j + 1 for j in driven]}"
-            )
+            order = f"joints 1 to {max(self.dof, 1)}, one each and in this order"
+            said = f"must be driven by {order}; they name {[j + 1 for j in driven]}"
+            raise RobotError(f"the elements of robot '{self.name}' {said}")
         if self.dof > MAX_JOINTS:
             raise RobotError(f"'{self.name}' has {self.dof} joints that move; at most {MAX_JOINTS} may move")
         names = Counter(e.name for e in self.elements)

@@ -26,7 +26,7 @@ from workbench.arm.joint import COM_TOLERANCE, MASS_TOLERANCE, Joint, JointKind
 from workbench.arm.masses import carried, moved
 from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import rpy_of, with_plausible_units
-from workbench.arm.robot import Robot
+from workbench.arm.robot import ENDS, Robot
 from workbench.base import se3
 from workbench.base.arguments import Reads
 from workbench.base.array_checks import numbers
@@ -36,7 +36,7 @@ from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
 
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
-PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
+PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance", "ends"}
 ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
 FACTS = {"name", "link", "limits", "mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
@@ -148,6 +148,8 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     mounting = reader.record(Mounting, {"base": unknown, "tool": unknown, **own}, "the robot")
     mounting = reader.mounting(data, "", mounting, Freedom.AUTO)
     entries = [reader.entry(t, i, convention) for i, t in enumerate(tables)]
+    if not isinstance(outer := data.get("ends", ENDS), list | tuple) or [*map(type, outer)] != [str, str]:
+        raise reader.fail(f"ends must be the names of the first and the last link, not {outer!r}")
     try:
         if convention == "elementary":
             elements, ends, entries = _elementary(data, tables, entries, reader)
@@ -168,6 +170,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
             joints=joints,
             link_ends=ends,
             mounting=mounting,
+            ends=(outer[0], outer[1]),
         )
         effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
         robot = with_plausible_units(replace(robot, effects=tuple(effects)))
@@ -360,6 +363,8 @@ def _arm_table(robot: Robot) -> dict[str, Any]:
     }
     if robot.mounting.gravity_tolerance != TOLERANCE:
         table["gravity_tolerance"] = robot.mounting.gravity_tolerance
+    if robot.ends != ENDS:
+        table["ends"] = list(robot.ends)
     if family:
         table["joint"] = _joint_tables(robot)
     else:

@@ -75,15 +75,11 @@ def _read(path: Path, tip: str | None) -> Robot:
     beside = side_branches(model, whole, notes)
     for link, joint in enumerate(joints):
         if joint.type not in KINDS:
-            raise RobotError(
-                f"joint '{joint.name}' is of type '{joint.type}', which a serial chain can't contain; "
-                "choose another tip"
-            )
+            why = f"is of type '{joint.type}', which a serial chain can't contain; choose another tip"
+            raise RobotError(f"joint '{joint.name}' {why}")
         if joint.child not in model.link_map:
-            raise RobotError(
-                f"joint '{joint.name}' leads to link '{joint.child}', which is not declared; add a <link> of "
-                "that name"
-            )
+            why = f"leads to link '{joint.child}', which is not declared; add a <link> of that name"
+            raise RobotError(f"joint '{joint.name}' {why}")
         turning = KINDS[joint.type]
         kind = turning if joint.mimic is None else JointKind.FIXED  # a follower has no coordinate
         name = f"fixed{link + 1 - len(names)}" if kind is JointKind.FIXED else f"joint{len(names) + 1}"
@@ -98,6 +94,7 @@ def _read(path: Path, tip: str | None) -> Robot:
         ends.append(len(elements) - 1)
         info = _joint_info(joint, name, kind, model, notes)
         infos.append(with_bodies(info, beside.get(joint.child, [])))
+    moving = ", ".join(j.name for j in joints if j.type != "fixed")
     robot = Robot(
         name=model.robot.name or path.stem,
         convention="urdf",
@@ -105,12 +102,9 @@ def _read(path: Path, tip: str | None) -> Robot:
         joints=tuple(infos),
         link_ends=tuple(ends),
         mounting=mounting,
-        urdf=UrdfSource(path, tuple(j.name for j in joints), joints[0].parent, joints[-1].child),
-        notes=(
-            f"chain from link '{joints[0].parent}' to '{joints[-1].child}', "
-            f"joints {', '.join(j.name for j in joints if j.type != 'fixed')}",
-            *notes,
-        ),
+        ends=(joints[0].parent, joints[-1].child),
+        urdf=UrdfSource(path, tuple(j.name for j in joints), joints[0].parent),
+        notes=(f"chain from link '{joints[0].parent}' to '{joints[-1].child}', joints {moving}", *notes),
     )
     return with_plausible_units(robot)
 
@@ -139,9 +133,8 @@ def _parse(path: Path) -> "yourdfpy.URDF":
     if root.tag != "robot":
         raise RobotError(f"is not a URDF: its root is <{root.tag}>, not <robot>")
     if any("/xacro}" in str(node.tag) for node in root.iter()):
-        raise RobotError(
-            f"is a xacro; expand it first: 'xacro {path.name} > {path.stem}_expanded.urdf' (ROS)"
-        )
+        expand = f"'xacro {path.name} > {path.stem}_expanded.urdf' (ROS)"
+        raise RobotError(f"is a xacro; expand it first: {expand}")
     if not root.findall("joint"):
         raise RobotError("has no joints; give a URDF that describes an arm")
     for kind in ("joint", "link"):
@@ -167,9 +160,8 @@ def _check_angles(joint: ET.Element) -> None:
     rpy = "" if origin is None else origin.get("rpy", "")
     with suppress(ValueError):
         if any(is_whole_degrees(float(v)) for v in rpy.split()):
-            raise RobotError(
-                f"joint '{joint.get('name')}' has rpy=\"{rpy}\", which looks like degrees; give radians"
-            )
+            looks = f'rpy="{rpy}", which looks like degrees; give radians'
+            raise RobotError(f"joint '{joint.get('name')}' has {looks}")
 
 
 def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
@@ -178,10 +170,18 @@ def xml_root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
     content = BEFORE.sub(b"", read_bytes(path, wanted=wanted, maximum=MAX_FILE_BYTES))
     with _naming(path):
         try:
-            return ET.fromstring(content, parser=parser)
+            return ET.fromstring(with_namespaces(content), parser=parser)
         except (ET.ParseError, LookupError, ValueError) as error:  # of an encoding unless of its parts
             more = "" if isinstance(error, ET.ParseError) else "; save it as UTF-8"
             raise RobotError(f"is not a URDF: {error}{more}") from None
+
+
+def with_namespaces(content: bytes) -> bytes:
+    """A URDF that declares the prefixes of its tags, as of Gazebo's `sensor:camera`; ROS needs no such."""
+    for prefix in {*re.findall(rb"<(\w+):", content)} - {*re.findall(rb"xmlns:(\w+)", content)}:
+        ET.register_namespace(prefix.decode(), prefix.decode())
+        content = re.sub(rb"<robot\b", b'<robot xmlns:%b="%b"' % (prefix, prefix), content, count=1)
+    return content
 
 
 def tip_of(robot: Robot, joints: int) -> str | None:
@@ -211,10 +211,8 @@ def _chains(model: "yourdfpy.URDF") -> dict[str, list]:
     into: dict = {}
     for joint in model.robot.joints:
         if joint.child in into:
-            raise RobotError(
-                f"link '{joint.child}' has two parent joints, '{into[joint.child].name}' and '{joint.name}'; "
-                "a serial chain is needed"
-            )
+            both = f"'{into[joint.child].name}' and '{joint.name}'"
+            raise RobotError(f"link '{joint.child}' has two parent joints, {both}; a serial chain is needed")
         into[joint.child] = joint
     chains = {}
     for link in (link.name for link in model.robot.links):
@@ -296,15 +294,12 @@ def _following(element: Element, joint, names: list[str], notes: list[str]) -> E
     if element.joint is None:
         return element
     if joint.mimic.joint not in names:
-        raise RobotError(
-            f"joint '{joint.name}' follows '{joint.mimic.joint}', which isn't a moving joint before it "
-            "in the chain; choose another tip"
-        )
+        why = "which isn't a moving joint before it in the chain; choose another tip"
+        raise RobotError(f"joint '{joint.name}' follows '{joint.mimic.joint}', {why}")
     ratio = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
     offset = 0.0 if joint.mimic.offset is None else float(joint.mimic.offset)
-    notes.append(
-        f"joint '{joint.name}' follows '{joint.mimic.joint}': {ratio:g} times its position {offset:+g}"
-    )
+    how = f"{ratio:g} times its position {offset:+g}"
+    notes.append(f"joint '{joint.name}' follows '{joint.mimic.joint}': {how}")
     follows = names.index(joint.mimic.joint)
     return replace(element, joint=None, follows=follows, ratio=ratio, value=offset)
 
@@ -314,10 +309,9 @@ def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> J
     if kind is not JointKind.FIXED and joint.type != "continuous":
         lower, upper = (getattr(joint.limit, end, None) for end in ("lower", "upper"))
         if lower is None or upper is None or not lower < upper:  # SolidWorks writes 0 and 0 for none
-            raise RobotError(
-                f"joint '{joint.name}' has the limits {lower} and {upper}; give <limit lower=… upper=…/>, or "
-                "make its type 'continuous' if it can turn without end, 'fixed' if it is locked"
-            )
+            how = "make its type 'continuous' if it can turn without end, 'fixed' if it is locked"
+            said = f"has the limits {lower} and {upper}; give <limit lower=… upper=…/>, or {how}"
+            raise RobotError(f"joint '{joint.name}' {said}")
         limits = float(lower), float(upper)
     elif kind is not JointKind.FIXED:
         notes.append(f"joint '{joint.name}' is continuous: searches use half a turn either way")
@@ -327,9 +321,8 @@ def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> J
         mass = float(inertial.mass)
         com = np.zeros(3) if inertial.origin is None else np.array(inertial.origin[:3, 3], float)
         if not (mass >= 0.0 and np.isfinite([mass, *com]).all()):
-            raise RobotError(
-                f"link '{joint.child}' has the mass {mass} at {com.tolist()}; correct its <inertial>"
-            )
+            wrong = f"the mass {mass} at {com.tolist()}; correct its <inertial>"
+            raise RobotError(f"link '{joint.child}' has {wrong}")
     effort = float(joint.limit.effort or 0.0) if joint.limit is not None else 0.0
     return Joint(
         name=name,

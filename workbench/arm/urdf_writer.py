@@ -61,13 +61,16 @@ def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
 
 def _skeleton(robot: Robot) -> ET.Element:
     """A URDF of frames for an arm from a table; links have the frames that they had in a URDF before."""
-    root, parent = ET.Element("robot", name=robot.name), "base_link"
+    root, (parent, tip) = ET.Element("robot", name=robot.name), robot.ends
     places, bodies = moved(robot), carried(robot)
     driven, behind = [robot.elements[i] for i in places], [_link_end(robot, i) for i in places]
     turns = [still(*robot.elements[i + 1 : end]) for i, end in zip(places, behind, strict=True)]
     bounds = pairwise([0, *behind, len(robot.elements)])
     segments = [still(*robot.elements[a:b]) for a, b in bounds]
-    names = _names([robot.joints[e.link] for e in driven])
+    names = _names([robot.joints[e.link] for e in driven], parent)
+    tip = (
+        "flange" if tip in (parent, *(link for _, link in names)) else tip
+    )  # a moving link, which was the last
     ET.SubElement(root, "link", name=parent)
     leaders = {e.joint: name for e, (name, _) in zip(driven, names, strict=True) if e.joint is not None}
     every = zip(driven, segments[:-1], turns, bodies, names, strict=True)
@@ -80,9 +83,8 @@ def _skeleton(robot: Robot) -> ET.Element:
         is_limited = bool(np.isfinite(limits).all())
         kind = "prismatic" if not element.axis.turns else "revolute" if is_limited else "continuous"
         if kind == "prismatic" and not is_limited:
-            raise RobotError(
-                f"{joint.name} is prismatic without limits, which a URDF can't express; give limits"
-            )
+            lacks = "is prismatic without limits, which a URDF can't express; give limits"
+            raise RobotError(f"{joint.name} {lacks}")
         node = _joint_node(root, name, kind, parent, child, segment)
         ET.SubElement(node, "axis", xyz=numbers_text(turn[element.axis % 3, :3]))
         ends = zip(("lower", "upper"), limits.tolist(), strict=True)
@@ -94,8 +96,8 @@ def _skeleton(robot: Robot) -> ET.Element:
             ET.SubElement(node, "mimic", joint=leaders[element.follows], multiplier=factor, offset=offset)
         _inertial(link, mass, se3.apply(se3.inverse(turn), com))
         parent = child
-    ET.SubElement(root, "link", name="flange")
-    _joint_node(root, "flange_joint", "fixed", parent, "flange", segments[-1])
+    ET.SubElement(root, "link", name=tip)
+    _joint_node(root, f"{tip}_joint", "fixed", parent, tip, segments[-1])
     return root
 
 
@@ -105,11 +107,11 @@ def _link_end(robot: Robot, index: int) -> int:
     return index + 1 + sum(e.name.startswith(name) for e in robot.elements)
 
 
-def _names(joints: list[Joint]) -> list[tuple[str, str]]:
+def _names(joints: list[Joint], base: str) -> list[tuple[str, str]]:
     """Names of joints and of the links after them: their own ones, unless some are alike."""
     plain = [(f"joint{k}", f"link{k}") for k in range(1, len(joints) + 1)]
     own = [(j.label or p[0], j.link or p[1]) for j, p in zip(joints, plain, strict=True)]
-    taken = {"flange_joint", *(name for name, _ in own)}, {"base_link", "flange", *(link for _, link in own)}
+    taken = {"flange_joint", *(name for name, _ in own)}, {base, "flange", *(link for _, link in own)}
     return own if (len(taken[0]), len(taken[1])) == (len(own) + 1, len(own) + 2) else plain
 
 
@@ -128,11 +130,8 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
     """Multiply the identified corrections into the origins of the joints of the chain."""
     by_name = {node.get("name"): node for node in root.findall("joint")}
     for link, original in enumerate(names):
-        mine = [
-            e
-            for e in robot.elements
-            if e.link == link and e.joint is e.follows is None and not e.name.endswith(("align", "unalign"))
-        ]
+        own = (e for e in robot.elements if e.link == link and e.joint is e.follows is None)
+        mine = [e for e in own if not e.name.endswith("align")]
         if not any(e.value for e in mine):
             continue
         _place(by_name[original], still(*mine))
@@ -140,7 +139,7 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
 
 def _add_frames(root: ET.Element, robot: Robot) -> None:
     links = {node.get("name") for node in root.findall("link")}
-    first, last = ("base_link", "flange") if robot.urdf is None else (robot.urdf.root, robot.urdf.tip)
+    first, last = robot.ends[0], robot.ends[1] if robot.urdf else str(root.findall("link")[-1].get("name"))
     for is_base, frame, name in ((True, robot.base, BASE_LINK), (False, robot.tool, TOOL_LINK)):
         if (there := _own_joint(root, is_base, first, last)) is not None:
             _place(there, frame.pose)

@@ -18,7 +18,7 @@ from lxml import etree
 
 from workbench.arm.joint_frames import JointFrame, JointFrames, joint_frames
 from workbench.arm.robot import JointKind, Robot
-from workbench.arm.urdf import KINDS
+from workbench.arm.urdf import KINDS, with_namespaces
 from workbench.arm.urdf_writer import numbers_text
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
@@ -166,8 +166,9 @@ class Urdf(AbstractForm):
 
 def parse(text: str) -> Any:
     """The root element; the parser fetches nothing and expands no entities."""
+    parser = etree.XMLParser(encoding="utf-8", resolve_entities=False)
     try:
-        root = etree.fromstring(text.encode(), etree.XMLParser(encoding="utf-8", resolve_entities=False))
+        root = etree.fromstring(with_namespaces(text.encode()), parser)
     except etree.XMLSyntaxError as error:
         raise FileError(f"is not XML: {error}", path=FILE) from None
     if "\ufffd" in text or root.getroottree().docinfo.doctype:

@@ -70,10 +70,8 @@ class UrCalibration(AbstractForm):
         rows = table_of(nominal)[1]
         turning = all(j.kind is JointKind.REVOLUTE for j in nominal.joints)
         if nominal.convention not in ("dh", "hayati") or any(r["beta"] for r in rows) or not turning:
-            raise OptionError(
-                f"--for {self.name} needs a nominal arm in standard DH, got '{nominal.name}' in "
-                f"{nominal.convention}; give for example ur5e"
-            )
+            found = f"'{nominal.name}' in {nominal.convention}; give for example ur5e"
+            raise OptionError(f"--for {self.name} needs a nominal arm in standard DH, got {found}")
         return np.array([[r[c] for c in CONSTANTS[:4]] for r in rows])
 
     def _divided(self, job: Job) -> tuple[np.ndarray, np.ndarray]:

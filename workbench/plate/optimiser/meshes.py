@@ -18,6 +18,7 @@ import numpy as np
 
 from workbench.arm.meshes import find_mesh
 from workbench.arm.robot import JointKind, Robot, UrdfSource
+from workbench.arm.urdf import xml_root
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.optimiser.capsules import LAST_LINK_RADIUS, PROBE_RADIUS, capsule_arm
@@ -76,7 +77,7 @@ def _pieces(robot: Robot, source: UrdfSource) -> tuple[tuple[Piece, ...], str]:
     """Bodies of the chain's links, and whether they are the file's collision or visual ones."""
     import pinocchio as pin  # a second to import: only for arms with a URDF
 
-    root = ET.parse(source.path).getroot()
+    root = xml_root(source.path)
     joints = {joint.get("name"): joint for joint in root.findall("joint")}
     links = [source.root, *(joints[name].find("child").get("link") for name in source.joints)]  # type: ignore[union-attr]
     kind = "visual"
