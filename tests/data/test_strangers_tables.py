@@ -180,15 +180,18 @@ def test_joints_stand_behind_their_names(tmp_path, form):
     assert ("x" in values) == NAMED[form]
 
 
-@pytest.mark.parametrize(("far", "rows"), [(0, [2, 4]), (5, [2]), (0, [])])
-def test_places_at_the_origin_were_not_seen(tmp_path, far, rows):
-    """A lone one among the others may be a place."""
-    q = np.arange(7.0)
-    table = np.stack([q, np.sin(q) + far, np.cos(q) + far, q / 7, 1 + 0 * q, 0 * q, 0 * q, 0 * q], axis=1)
-    table[rows or [2], 1 : 8 if rows else 4] = 0.0
+@pytest.mark.parametrize(
+    ("turn", "rows", "lost"),
+    [(0, [2], [2]), (1, [2, 4], [2, 4]), (1, [2], []), ((0.6, 0.8, 0, 0), [2, 4], [])],
+)
+def test_poses_of_zeros_were_not_seen(tmp_path, turn, rows, lost):
+    """Without an orientation, or with the same at several joints; a pose at the origin may be the first's."""
+    q, table = np.arange(7.0), np.tile([0.0, 0, 0, 0, 0.6, 0.8, 0, 0], (7, 1))
+    table[:, :4] = np.stack([q, np.sin(q), np.cos(q), q / 7], axis=1)
+    table[rows, 1:4], table[rows, 4:] = 0.0, turn if np.ndim(turn) else (turn, 0, 0, 0)
     head = "q1[rad],x[m],y[m],z[m],qw,qx,qy,qz"
     np.savetxt(tmp_path / "t.csv", table, delimiter=",", header=head, comments="")
-    assert np.flatnonzero(~read_measurements(tmp_path / "t.csv").included).tolist() == rows
+    assert np.flatnonzero(~read_measurements(tmp_path / "t.csv").included).tolist() == lost
 
 
 def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):

@@ -21,9 +21,9 @@ from workbench.base.units import parse_heading
 from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
-from workbench.data.postures import equal_rows, postures
+from workbench.data.postures import postures
 from workbench.data.readers.column_meanings import unread_text
-from workbench.data.readers.columns_option import Joints
+from workbench.data.readers.columns_option import GROUPS, Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
 from workbench.data.readers.headings import column_of, is_observed
@@ -124,17 +124,17 @@ def excluded_rows(fields: Fields) -> Mask:
 
 
 def without_zeros(fields: Fields, q: Float[np.ndarray, "rows n"]) -> Fields:
-    """The columns with places at the origin as missing, which instruments write where they see nothing, if
-    all others are farther from it than from the first of them, or if it alone repeats at other joints."""
-    values, notes = dict(fields.values), [*fields.notes]
-    for keys in ("xyz", *([f"m{k}{axis}" for axis in "xyz"] for k in fields.numbers(r"m(\d+)x"))):
-        if (places := fields.stacked(keys)) is None or not (zero := ~places.any(1)).any():
-            continue
-        others, joints = (own[~zero & np.isfinite(places).all(1)] for own in (places, q))
-        away, apart = (np.linalg.norm(others - at, axis=1) for at in (0.0, others[:1]))
-        once = len(equal_rows(others)[1]) == len(equal_rows(np.hstack([others, joints]))[1])
-        repeats = once and postures(np.nan_to_num(q[zero])).any()
-        if len(others) > 2 and (repeats or away.min() > apart.max()):
+    """The columns with zeros as missing where an instrument saw nothing: in a marker of several, or in place
+    and orientation if it is none or stays so at other joints. A place alone may be a touched origin."""
+    values, notes, markers = dict(fields.values), [*fields.notes], fields.numbers(r"m(\d+)x")
+    groups: list[tuple[str, ...]] = [(f"m{k}x", f"m{k}y", f"m{k}z") for k in markers if len(markers) > 1]
+    turns = (own for own in GROUPS.values() if own[0] in ORIENTED and {*own} <= values.keys())
+    groups += [("x", "y", "z", *own) for own in list(turns)[:1]]
+    for keys in (keys for keys in groups if {*keys} <= values.keys()):
+        zero = ~np.any([values[key] for key in keys if key != "qw"], axis=0)
+        if keys[0] == "x" and not postures(np.nan_to_num(q[zero])).any():
+            zero &= values[keys[3]] == 0.0 if keys[3] in ("qw", "r11") else False
+        if zero.any():
             values |= {key: np.where(zero, np.nan, values[key]) for key in keys}
             notes.append(f"{', '.join(keys)} = 0 in {plural(int(zero.sum()), 'row')}: not seen there")
     return replace(fields, values=values, notes=(*notes,))
