@@ -165,6 +165,7 @@ def test_a_row_that_lacks_a_joint_is_left_out(tmp_path):
     assert "data row 1 (line 3) lacks q2 and is excluded" in data.notes
 
 
+GAP = (" x=5 mm", "", " x=6 mm")
 NAMED = {
     "&ACCESS\nDECL E6AXIS P={{A1 {},A2 {},A3 {},E1 0.0}}\nDECL E6POS Q={{X 1.0,Y 2.0}}\n": False,
     "/PROG A\nP[1]{{ J1= {} deg, J2= {} deg,\n J3= {} deg }};\n": False,
@@ -178,6 +179,21 @@ def test_joints_stand_behind_their_names(tmp_path, form):
     values = read_fields(tmp_path / "t.txt").values
     assert np.rad2deg([values[f"q{k}"][1] for k in (1, 2, 3)]) == pytest.approx([11.5, -21, 31])
     assert ("x" in values) == NAMED[form]
+
+
+def test_a_line_of_names_is_a_row(tmp_path):
+    """One that lacks a name has a gap there; comments and a tool's place are none; twice is refused."""
+    text = "tool x=0 mm\n# q1=-360 q2=-360 q3=-360\n" + "".join(
+        f"q1={k} q2=1 q3=2{x}\n" for k, x in enumerate(GAP)
+    )
+    (tmp_path / "t.txt").write_text(text)
+    found = read_fields(tmp_path / "t.txt").values["x"]
+    np.testing.assert_allclose(found, [5e-3, np.nan, 6e-3])
+    (tmp_path / "t.txt").write_text(text + "q1=1 q2=1 q3=1 x=1 mm x=2 mm\n")
+    with refuses(FileError, "line 6", "'x' stands twice"):
+        read_fields(tmp_path / "t.txt")
+    (tmp_path / "t.txt").write_text("# q1=1 q2=1 q3=2\n# q1=2 q2=1 q3=2\nq1[deg],x[mm]\n1,2\n")
+    assert read_fields(tmp_path / "t.txt").rows == 1
 
 
 @pytest.mark.parametrize(

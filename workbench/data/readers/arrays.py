@@ -49,6 +49,7 @@ _TOKEN = re.compile(rf"{_KEY}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.
 _NUMBER = re.compile(r"(^|_)\d+$")
 _NAMED = r"\b([A-Za-z_]\w*)[ \t]*[:= ][ \t]*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)[ \t]*(deg|rad|mm|m|°)?(?![\w.])"
 """A number behind its name and before its unit."""
+_COMMENT = re.compile(r"^[ \t]*(?:#|%|//|;|!).*", re.M)
 TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
 _PLACE = re.compile(r"t|translation|position", re.I)
 _JOINTS = re.compile("q|joints?|joint_(?:pose|positions|angles|states)|angles")
@@ -113,14 +114,28 @@ def arrays_of_names(data: bytes, path: Path) -> dict[str, Any]:
     """Numbers behind their names, as in lines `q1=12.3 deg q2=…`; of a robot's program joints alone, as its
     places are where the arm should be. None of another text."""
     is_program = bool(re.match(PROGRAM, data[:4000]))
-    begin = data[: 20_000 if is_program else 200].decode("utf-8", "ignore")
+    begin = _COMMENT.sub("", data[: 20_000 if is_program else 200].decode("utf-8", "ignore"))
     if not {"q1", "q2", "q3"} <= {meaning_of(match[1]) for match in re.finditer(_NAMED, begin)}:
         return {}
-    found = defaultdict[str, list[float]](list)
-    for name, number, unit in re.findall(_NAMED, decode(data, path)[0]):
-        if not is_program or re.fullmatch(r"q\d+", meaning_of(name) or ""):
-            found[f"{name}[{unit}]" if unit else name].append(float(number))
-    return dict(found) if min(map(len, found.values())) > 1 else {}
+    text, rows = _COMMENT.sub("", decode(data, path)[0]), list[dict[str, float]]()
+    lines = [text] if is_program else text.splitlines()
+    for number, line in enumerate(lines, 1):
+        row = dict[str, float]()
+        rows.append(row)
+        for name, value, unit in re.findall(_NAMED, line):
+            if is_program and not re.fullmatch(r"q\d+", meaning_of(name) or ""):
+                continue
+            if (key := f"{name}[{unit}]" if unit else name) in row:
+                if not is_program:
+                    raise FileError(f"'{name}' stands twice: leave one out", path=str(path), line=number)
+                rows.append(row := dict[str, float]())
+            row[key] = float(value)
+    rows = [row for row in rows if any(meaning_of(key.partition("[")[0]) == "q1" for key in row)]
+    if len(rows) < 2 or 2 * len(rows) < sum(map(bool, map(str.strip, lines))):
+        return {}
+    return {
+        key: [row.get(key, np.nan) for row in rows] for key in dict.fromkeys(k for row in rows for k in row)
+    }
 
 
 def numpy_arrays(data: bytes) -> dict[str, Any]:
