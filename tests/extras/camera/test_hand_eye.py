@@ -514,7 +514,7 @@ def test_wrong_files_and_mounts_are_refused(tmp_path):
     for k in range(3):
         (tmp_path / f"shot{k}.png").write_bytes(b"")
         np.savetxt(tmp_path / f"robot{k}.txt", hands[k])
-    with refuses(FileError, "workbench identify"):
+    with refuses(FileError, "plain chessboard"):
         handeye(tmp_path)
     with refuses(DataError, "at least 3"):
         handeye((hands[:2], seen[:2]))

@@ -62,16 +62,14 @@ class PicturePreparation(AbstractPreparation):
             off = Pictures.at(problem, x).off
         usual = float(np.median(off))
         if usual > HOPELESS:
-            off_by = (
-                f"half of them are {1e3 * usual:.0f} mm off or more, whatever the poses of camera and target"
+            best = (
+                f"with the best poses of camera and target, half of them are {1e3 * usual:.0f} mm off or more"
             )
             check = (
-                "check that each row is its picture's, order, units and signs of the joints, the robot, and"
+                "check that each row is its picture's, the order, units and signs of the joints, the robot,"
             )
-            text = (
-                f"the pictures don't fit their joint readings: {off_by}; {check} 'mounted' in both TOML files"
-            )
-            raise DataError(f"{data.source}: {text}")
+            text = f"the pictures don't fit their joint readings: {best}; {check} and 'mounted'"
+            raise DataError(f"{data.source}: {text} in target.toml and camera.toml")
         lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
         if lost.mean() >= MAX_WRONG:
             return {}
