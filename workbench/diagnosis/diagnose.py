@@ -193,7 +193,6 @@ def _diagnosis(
     harm = harm_done(*errors, remaining.noise) if saved.effects else None
     message = " ".join(filter(None, (message, *_additions(search, saved, harm))))
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
-    off = ready.data.take(outliers)
     weighings = search.first.fit.problem.noise, ready.problem.noise
     geometries = {each: best_geometry(each, weighings) for each in {fit, saved.fit}}
     texts = {c.effects[0].names: c.text for c in causes if len(c.effects) == 1}
@@ -215,7 +214,7 @@ def _diagnosis(
         outliers=outliers,
         outlier_errors=ask(
             "the errors of outliers",
-            lambda: ready.errors_on(off, fit.arm, fit.problem.instrument(fit.x)),
+            lambda: ready.errors_on(ready.data.take(outliers), fit.arm, fit.problem.instrument(fit.x)),
             UNKNOWN,
         ),
         suspects=np.flatnonzero(saved.suspects),

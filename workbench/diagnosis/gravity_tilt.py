@@ -135,7 +135,6 @@ class GravityDirection(AbstractEffect):
     name = "gravity-direction"
     does = "the arm is tilted", "the arm is tilted"
     whole_arm = True
-
     names = ("gravity.x", "gravity.y")
 
     def elements(self, chain):

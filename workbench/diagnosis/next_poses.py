@@ -41,8 +41,6 @@ MIN_CORRELATION = 0.3
 """Correlation above which a pose is said to separate two unknowns."""
 PRIOR_INFORMATION = 1e-8
 """Relative information added as a prior, so that unobservable parameters can be requested."""
-
-
 Measurable = Callable[[JointRows], Bool[np.ndarray, " rows"]]
 """Whether postures can be measured."""
 

@@ -19,7 +19,6 @@ NO_DIRECTION = (
     "backlash that depends on the direction of motion was not tried: rows have neither times nor directions; "
     "add time[s] if they are in the order of measurement, or else direction1 …"
 )
-
 NO_PAYLOAD = (
     "no row has a payload: what gives way is sized as if the arm carried no more than its own links, and too "
     "large if there is a heavy tool; if so, add payload[kg]"

@@ -373,6 +373,11 @@ class DriverEvidence:
                 gains[step] = by_step + float(np.log(len(self.clock[0])))
             rival = max((f for f in gains if f.driver != best.driver), key=gains.__getitem__, default=None)
             lead = gains[best] - (0.0 if rival is None else max(gains[rival], 0.0))
+            if rival in tried:
+                more = evidence_of(left, self._over(rival.driver), len(best.candidate.names)) - gains[best]
+                lead = min(lead, -more)
+                if more > 0.0:  # a freer one resembles several of another driver
+                    best, rival, lead = rival, best, min(more, float(np.log(PROBABLE)))
             if found:  # a second one may be what the smooth function of the first leaves
                 lead = min(lead, float(np.log(PROBABLE)))
             before = found.get(best.driver, FollowedDriver(best.driver, (), lead, rival))
@@ -557,9 +562,14 @@ def what_add(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]
     return {by_candidate[id(o.term.candidate)]: o for o in offers(left, [f.candidate for f in some])}
 
 
-def evidence_of(left: Remainder, some: Sequence[Follower]) -> float:
-    """Evidence of processes beside a model, taken in one after the other."""
-    return float(sum(gain for gain, *_ in _one_by_one(left, what_add(left, some))))
+def evidence_of(left: Remainder, some: Sequence[Follower], weights: float = np.inf) -> float:
+    """Evidence of processes beside a model, taken in one after the other, with at most so many weights."""
+    total = 0.0
+    for gain, process, _ in _one_by_one(left, what_add(left, some)):
+        if (weights := weights - len(process.candidate.names)) < 0.0:
+            break
+        total += gain
+    return total
 
 
 def _one_by_one(

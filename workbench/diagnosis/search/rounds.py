@@ -6,6 +6,7 @@ the fit with the shortest description length is kept.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -48,8 +49,6 @@ FOLDS = 5
 """Number of folds for cross-validation."""
 MAX_EVENT_ROUNDS = 4
 """Maximum number of searches at one fit, each with the best event times given the last one's result."""
-
-
 Tried = Callable[[AbstractEffect], bool]
 
 
@@ -235,20 +234,14 @@ def _search(
         alone = compress(stage.problem, stage.fit.x, [], fold[stage.keep])
         return Searched(stage, Catalogue((), ()), alone, (), fold)
     offered = catalogue(stage.geometric_problem.robot, Motion.of(stage.data))
-    kept = tuple(c for c in offered.candidates if tried(c.effect))
-    offered = replace(offered, candidates=kept)
+    offered = replace(offered, candidates=tuple(c for c in offered.candidates if tried(c.effect)))
     kinds = changeable(stage.problem) if events is None else ()
-    line = Timeline.of(
-        stage.problem.data,
-        [t.candidate.effect.moment for t in stage.model if isinstance(t.candidate.effect, AbstractEvent)],
-    )
-    known = (t.candidate for t in stage.model if t.candidate.effect.is_event)
+    known = [t.candidate for t in stage.model if t.candidate.effect.is_event]
+    moments = [c.effect.moment for c in known if isinstance(c.effect, AbstractEvent)]
+    line = Timeline.of(stage.problem.data, moments)
     plain, happened = offered.candidates, [*(known if events is None else events)]
-
-    def compressed() -> Grams:
-        return compressed_at(stage, [c.effect for c in (*plain, *happened)], fold, kinds, line)
-
-    grams = compressed()
+    compressed = partial(compressed_at, stage, fold=fold, kinds=kinds, line=line)
+    grams = compressed([c.effect for c in (*plain, *happened)])
     model = _among(stage.model, (*plain, *happened))
     for number in range(MAX_EVENT_ROUNDS):
         rests = [model, *(drop(model, [t]) for t in model if len(model) <= MAX_EARLY_EXCHANGE_EFFECTS)]
@@ -258,7 +251,7 @@ def _search(
             break
         if new:
             happened += new
-            grams = compressed()
+            grams = compressed([c.effect for c in (*plain, *happened)])
         model = search_effects(grams, (*plain, *happened), model)
     return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, model, fold)
 
