@@ -222,6 +222,8 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     (tmp_path / "t.json").write_text(json.dumps([*joints, {"coupling": {"type": "none"}}]))
     with refuses(FileError, "2 of d", "1 of a"):
         read_joint_table(tmp_path / "t.json")
+    path.write_text("theta,d,a,alpha,type,max theta,delta_d\n0,89.2,0,90,p,3,1\n-90,0,-425,0,p,3,1\n")
+    assert read_joint_table(path) == table
     path.write_text("theta,offset,d,a,alpha\nq1,5,0,1,0\n5,6,0,1,0\n")
     with refuses(FileError, "line 3", "theta is 5 and 6"):
         read_joint_table(path)

@@ -69,9 +69,10 @@ def read_joint_table(path: Path | str) -> JointTable:
     if len(grid.rows) < 2:
         raise grid.error(f"names no constants of joints; {WANTED}")
     first = [cells[0] for cells in grid.rows]
-    if {*CONSTANTS[:4]} <= {_heading(cell)[0] for cell in first}:  # a line for each constant
+    if {*CONSTANTS[:4]} <= {*_constants(first)}:  # a line for each constant
         grid = grid_of(first, [cells[1:] for cells in grid.rows], source=grid.source)
-    names, stands = zip(*map(_heading, grid.rows[0]), strict=True)
+    names = _constants(grid.rows[0])
+    stands = [(parse_heading(ENDING.sub(r"[\1]", cell)).unit or "").lower() for cell in grid.rows[0]]
     if missing := [name for name in CONSTANTS[:4] if name not in names]:
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
@@ -86,12 +87,13 @@ def read_joint_table(path: Path | str) -> JointTable:
 def _grid(path: Path) -> Grid:
     if path.suffix.lower() not in (".json", ".yaml", ".yml", ".m"):
         return read_grid(path)
-    found = defaultdict[str, list[str]](list)
+    found: dict[str, list[str]] = defaultdict(list)
     for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(read_bytes(path), path)[0])):
-        if _constant(key) in (*CONSTANTS, "type"):
-            found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
+        found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
+    names = dict(zip(found, _constants(list(found)), strict=True))
+    found = {key: own for key, own in found.items() if names[key] in (*CONSTANTS, "type")}
     if len({*map(len, found.values())}) > 1:
-        for key in [key for key in found if _constant(key) == "type" and KINDS.keys().isdisjoint(found[key])]:
+        for key in [key for key in found if names[key] == "type" and KINDS.keys().isdisjoint(found[key])]:
             del found[key]  # of something else
     if len({*map(len, found.values())}) > 1:
         counts = ", ".join(f"{len(cells)} of {key}" for key, cells in found.items())
@@ -99,17 +101,15 @@ def _grid(path: Path) -> Grid:
     return grid_of(list(found), found.values(), source=str(path))
 
 
-def _heading(cell: str) -> tuple[str, str]:
-    """Constant and unit of a heading."""
-    head = parse_heading(ENDING.sub(r"[\1]", cell))
-    return _constant(head.name), (head.unit or "").lower()
-
-
-def _constant(heading: str) -> str:
-    """Name of a constant under a heading; another one's as it stands there."""
-    bare = INDEX.sub("", ENDING.sub("", heading.lower()).removesuffix("_offset"))
-    name = WORD.findall(bare)[0]
-    return NAMES.get(name, name)
+def _constants(headings: Sequence[str]) -> list[str]:
+    """Constants under headings, by their last words where none is called so alone; others as they stand."""
+    bare = (
+        parse_heading(ENDING.sub(r"[\1]", text)).name.lower().removesuffix("_offset") for text in headings
+    )
+    alone = [NAMES.get(name, name) for name in (INDEX.sub("", name) for name in bare)]
+    last = [NAMES.get(word, word) for word in (WORD.findall(name)[0] for name in alone)]
+    is_told = [word not in alone and last.count(word) == 1 for word in last]
+    return [word if told else name for name, word, told in zip(alone, last, is_told, strict=True)]
 
 
 def _row(cells: list[tuple[str, str]], grid: Grid, number: int) -> dict[str, Any]:
