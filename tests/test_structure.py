@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_787,
     "data": 5_053,
     "plate": 4_699,
-    "identification": 9_030,
+    "identification": 9_027,
     "diagnosis": 6_628,
     "exports": 302,
     "session": 6_171,
