@@ -24,14 +24,16 @@ from workbench.report.page import write_page
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
-NEAR = ("margin", "alike", "blind", "open")
+NEAR = ("margin", "alike", "blind")
 
 
 def reading_json(data: Dataset, robot: Robot | None = None) -> Json:
     """What rows were taken to mean, how many times worse the next reading fits an arm, and which others move
     it alike, give the same points, or can't be told from it by these rows."""
     near = ask("what else rows mean", lambda: None if robot is None else near_readings(robot, data), None)
-    return {"reading": data.read_as or "as given", **{f"reading_{k}": getattr(near, k, None) for k in NEAR}}
+    told = {f"reading_{k}": getattr(near, k, None) for k in NEAR}
+    left = None if near is None else [reading.text for reading in near.open]
+    return {"reading": data.read_as or "as given", **told, "reading_open": left}
 
 
 def identification_json(result: Identification) -> Json:
