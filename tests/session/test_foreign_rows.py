@@ -8,7 +8,7 @@ import pytest
 from checks import with_errors
 from refusals import mentions
 
-from workbench import WorkbenchError, load_robot, measure_poses, write_measurements
+from workbench import WorkbenchError, evaluate, load_robot, measure_poses, write_measurements
 from workbench.identification.checks.arm_match import arm_match
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
@@ -167,3 +167,15 @@ def test_units_that_a_file_lacks_are_told_by_its_rows_or_asked_for(do, ur5_file)
     asked = do(LoadData("few.csv", b"".join(bare.splitlines(keepends=True)[:5])))
     assert asked.measurements.unread.name == "few.csv"
     assert mentions(asked.page.messages[-1].text, "the unit is missing")
+
+
+def test_the_arm_counts_its_joints_as_the_rows_that_are_read_so(do, ur5_rows, tmp_path):
+    """What is saved then meets the file, as with `--reading found`."""
+    path = write_measurements(replace(ur5_rows, q=ur5_rows.q * [-1.0, 1, 1, 1, 1, 1]), tmp_path / "r.csv")
+    read = do(ChooseRobot("ur5"), LoadData("r.csv", path.read_bytes()))
+    session = do(next_step(read).next.command, Identify())
+    assert np.array_equal(session.measurements.loaded.dataset.q[:, 0], -ur5_rows.q[:, 0])
+    saved = tmp_path / "saved.toml"
+    saved.write_bytes(calibrated_toml(session)[1])
+    errors = evaluate(load_robot(saved), path).errors
+    assert errors.position_mm.mean < 0.5

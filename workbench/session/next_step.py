@@ -6,6 +6,7 @@ the rows of a table (`ROWS`) the first that applies to the session says the step
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
-from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.edit import ChooseBranch
@@ -276,9 +276,9 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify anyway", Tab.CALIBRATE, Identify(anyway=True))
     if match.readings and file is not None:
-        load = LoadData(file.name, file.content, file.columns)
         labels = ((how, f"Read so: {how}".removesuffix(": found")) for how in match.readings)
-        read = (Action(label, Tab.MEASURE, replace(load, accept=how)) for how, label in labels)
+        choose = partial(ChooseRobot, match.robot, keep=True)
+        read = (Action(label, Tab.MEASURE, choose(reading=how)) for how, label in labels)
         change, anyway, *more = *read, anyway
     return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway, more=tuple(more))
 

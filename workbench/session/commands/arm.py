@@ -27,7 +27,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, at_stake, computed
 from workbench.session.commands.data import DAMAGED, LoadData, matched_to_arm, safe_name, with_data
-from workbench.session.loaded_measurements import MeasurementFile
+from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
 from workbench.session.start import default_plate, is_default_plate, start
@@ -48,12 +48,17 @@ class ChooseRobot(AbstractTask[Session]):
     Args:
         name: Which one.
         keep: Whether the measurements are this robot's, and stay.
+        reading: Which of their readings the current robot counts its joints by, so that what is saved does;
+            the rows are changed where an arm can't.
     """
 
     name: str
     keep: bool = False
+    reading: str = ""
 
-    title = computed(lambda self: f"Choose the robot {self.name}")
+    title = computed(
+        lambda self: f"Read so: {self.reading}" if self.reading else f"Choose the robot {self.name}"
+    )
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -66,6 +71,9 @@ class ChooseRobot(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.2, "solving inverse kinematics for the targets")
+        loaded = session.measurements.loaded
+        if self.reading and loaded is not None:
+            return self._counted(session, loaded)
         if self.name.lower() not in (known := built_in_robots()):  # a journal may say anything
             text = f"unknown arm '{self.name}'; built-in: {', '.join(known)}"
             raise OptionError(text, option="name", found=self.name)
@@ -74,10 +82,18 @@ class ChooseRobot(AbstractTask[Session]):
             begun = start_with(robot, session)
             again = LoadData(file.name, file.content, file.columns)
             return again.finish(begun, again.compute(begun))
-        kept = session.measurements.loaded if self.keep else None
-        loaded = None if kept is None else matched_to_arm(robot, kept)
+        loaded = matched_to_arm(robot, loaded) if self.keep and loaded is not None else None
         begun = start_with(robot, session)
         return begun if loaded is None else with_data(begun, loaded)
+
+    def _counted(self, session: Session, loaded: Loaded) -> Session:
+        meaning = None if loaded.match is None else loaded.match.meaning
+        read = None if meaning is None else meaning.accepted(self.reading)
+        robot = None if read is None else read.on(session.robot)
+        if read is None or robot is None or robot is session.robot:
+            return with_data(session, matched_to_arm(session.robot, loaded, accept=self.reading))
+        robot = replace(robot, notes=(*robot.notes, f"change: {read.text}"))
+        return with_data(start_with(robot, session), matched_to_arm(robot, loaded))
 
     def _unread(self, session: Session) -> MeasurementFile | None:
         """The file that was given last and is this robot's, though the session's robot can't read it."""
@@ -88,7 +104,7 @@ class ChooseRobot(AbstractTask[Session]):
 
     def finish(self, session: Session, result: Session) -> Session:
         begun, loaded = _in_the_page(session, result), result.measurements.loaded
-        if loaded is None:
+        if loaded is None or self.reading:
             return begun
         text = f"the rows of {loaded.name} are of the {begun.robot.name}; if it isn't yours, open its file"
         begun = begun.updated("measurements", loaded=replace(loaded, notes=(*loaded.notes, text)))
