@@ -154,7 +154,8 @@ def _parts(grid: Grid) -> list[_Part]:
 def named_keys(grid: Grid) -> set[str]:
     """What the best heading row of a grid names."""
     rows = grid.rows[: _first_data_row(grid.rows)]
-    return set(max(map(keys_of, rows), key=len, default=[]))
+    best: list[str] = max(map(keys_of, rows), key=len, default=[])
+    return set(best)
 
 
 def keys_of(row: list[str]) -> list[str]:
