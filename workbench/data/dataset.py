@@ -251,8 +251,7 @@ class Dataset:
         if len(chosen) == len(self) and (chosen == np.arange(len(self))).all():
             return self
         taken = object.__new__(Dataset)  # rows of a checked table are checked
-        named = ((name, vars(self)[name]) for name in self.__dataclass_fields__)
-        vars(taken).update({n: v if v is None else _taken(v, chosen) for n, v in named})
+        vars(taken).update({n: _taken(vars(self)[n], chosen) for n in self.__dataclass_fields__})
         return taken
 
     def kept_out(self, reasons: Mapping[int, str]) -> "Dataset":

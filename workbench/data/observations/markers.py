@@ -44,9 +44,7 @@ class MarkerObservation(AbstractObservation):
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         local = se3.apply(se3.inverse(poses)[:, None], self.measured)
-        seen = np.isfinite(local)
-        total = np.where(seen, local, 0.0).sum(0)
-        return (total / np.maximum(seen.sum(0), 1)).ravel()
+        return np.ma.masked_invalid(local).mean(0).filled(0.0).ravel()
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         rows, count = self.measured.shape[:2]

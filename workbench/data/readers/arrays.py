@@ -13,7 +13,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -120,8 +120,7 @@ def arrays_of_names(data: bytes, path: Path) -> dict[str, Any]:
     text, rows = _COMMENT.sub("", decode(data, path)[0]), list[dict[str, float]]()
     lines = [text] if is_program else text.splitlines()
     for number, line in enumerate(lines, 1):
-        row = dict[str, float]()
-        rows.append(row)
+        rows.append(row := dict[str, float]())
         for name, value, unit in re.findall(_NAMED, line):
             if is_program and not re.fullmatch(r"q\d+", meaning_of(name) or ""):
                 continue
@@ -133,9 +132,8 @@ def arrays_of_names(data: bytes, path: Path) -> dict[str, Any]:
     rows = [row for row in rows if any(meaning_of(key.partition("[")[0]) == "q1" for key in row)]
     if len(rows) < 2 or 2 * len(rows) < sum(map(bool, map(str.strip, lines))):
         return {}
-    return {
-        key: [row.get(key, np.nan) for row in rows] for key in dict.fromkeys(k for row in rows for k in row)
-    }
+    keys = dict.fromkeys(chain.from_iterable(rows))
+    return {key: [row.get(key, np.nan) for row in rows] for key in keys}
 
 
 def numpy_arrays(data: bytes) -> dict[str, Any]:
@@ -307,7 +305,7 @@ def with_lists(grid: Grid) -> Grid:
     Labels, such as `(1, 2)` of a grid, stay; so does what has columns of its own.
     """
     head, *body = grid.rows or [[]]
-    lists = dict[int, tuple[list[str], list[list[str]]]]()
+    lists = dict[int, list[list[str]]]()  # headings, and the entries of each row
     width, cells = len(head), [""]
     for k in sorted({k for row in body for k, c in enumerate(row[:width]) if c.startswith(("[", "("))}):
         name, cells = head[k], [row[k] for row in body if len(row) == width]
@@ -315,16 +313,14 @@ def with_lists(grid: Grid) -> Grid:
         if len(sizes := {len(f) for f, cell in zip(found, cells, strict=True) if cell}) == 1 < max(sizes):
             names = _headings(name, (size := max(sizes),)) if quantities_of(meaning_of(name) or "q1") else []
             if names:
-                lists[k] = names, [[e.strip("'\"[]()") for e in f] or [""] * size for f in found]
+                lists[k] = [names, *([e.strip("'\"[]()") for e in f] or [""] * size for f in found)]
     plain = {meaning_of(name) for k, name in enumerate(head) if k not in lists} - {None}
     lists = {k: own for k, own in lists.items() if not plain & set(map(meaning_of, own[0]))}
     if not lists or len(cells) < len(body):
         return grid
-    columns = [lists[k][0] if k in lists else [name] for k, name in enumerate(head)]
-    rows = [[lists[k][1][i] if k in lists else [c] for k, c in enumerate(row)] for i, row in enumerate(body)]
+    rows = ([lists[k][i] if k in lists else [c] for k, c in enumerate(r)] for i, r in enumerate(grid.rows))
     note = f"lists in cells are columns: {', '.join(head[k] for k in lists)}"
-    flat = [[c for own in row for c in own] for row in (columns, *rows)]
-    return replace(grid, rows=flat, notes=(*grid.notes, note))
+    return replace(grid, rows=[[*chain(*row)] for row in rows], notes=(*grid.notes, note))
 
 
 def _upright(arrays: dict[str, np.ndarray]) -> tuple[int, dict[str, np.ndarray]]:

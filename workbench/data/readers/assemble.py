@@ -96,7 +96,6 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     given = fields.values.get("reason", np.full(fields.rows, ""))
     return Dataset(
         q=q,
-        row=np.arange(fields.rows),
         position=position,
         rotation=rotation,
         written=written_orientation(fields) or unnamed_angles(fields),

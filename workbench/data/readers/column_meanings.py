@@ -147,9 +147,7 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other
-                columns[worse.index] = TableColumn(
-                    index=worse.index, heading=worse.heading, cells=worse.cells
-                )
+                columns[worse.index] = _column(table, worse.index, IGNORED)
                 continue
             both = f"columns {other.index + 1} and {i + 1} ('{other.heading}', '{column.heading}')"
             shown = [parse_heading(c.heading).name for c in columns]

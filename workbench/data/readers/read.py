@@ -16,6 +16,7 @@ import numpy as np
 from workbench.base import files
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.wording import listed
+from workbench.data.binary_tables import read_columns
 from workbench.data.dataset import Dataset
 from workbench.data.readers import arrays, layouts
 from workbench.data.readers.assemble import assemble
@@ -33,9 +34,9 @@ from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout
-from workbench.data.readers.table import Grid, Table, only_table, with_headings, with_names
+from workbench.data.readers.table import Grid, Table, grid_of, only_table, with_headings, with_names
 from workbench.data.readers.text import read_text
-from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet, sheets_apart
+from workbench.data.readers.workbooks import read_excel, read_frame, sheets_apart
 from workbench.parts import warn_of_broken
 
 
@@ -235,7 +236,7 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
     if kind is FileKind.ARRAYS and (grid := arrays.read_arrays(path)) is not None:
         return grid
     if kind is FileKind.PARQUET:
-        return read_parquet(data, path)
+        return grid_of(*read_columns(data, path), source=str(path))
     grid = read_text(data, path)
     with suppress(ValueError):  # of numbers alone, which may be matrices one below another
         if (stack := arrays.upright(np.array(grid.rows, float))).ndim == 3:

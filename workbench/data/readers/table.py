@@ -8,7 +8,7 @@ says goes before all of these.
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, groupby, pairwise
+from itertools import accumulate, chain, groupby, pairwise, repeat
 from typing import NamedTuple
 
 from workbench.base.errors import FileError, OptionError
@@ -180,7 +180,8 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         raise grid.error(f"{found}: {wanted}{option * has_option}", head)
     headings = list(grid.rows[head])
     if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
-        groups: Iterable[str] = accumulate(_padded(grid.rows[head - 1], len(headings)), lambda a, b: b or a)
+        above = chain(grid.rows[head - 1], repeat(""))
+        groups: Iterable[str] = accumulate(above, lambda a, b: b or a)
         named = [f"{g} {h}" for h, g in zip(headings, groups, strict=False)]
         told = {n for n in named if named.count(n) == 1 or meaning_of(n)}  # no title over both
         pairs = [*zip(headings, named, strict=True)]
@@ -288,7 +289,7 @@ def _fitted(grid: Grid, index: int, width: int) -> list[str]:
     """A row cut or filled to the width where only empty cells are at stake."""
     row = grid.rows[index]
     if len(row) < width and not grid.is_text:
-        return _padded(row, width)  # spreadsheets leave trailing cells out
+        return row + [""] * (width - len(row))  # spreadsheets leave trailing cells out
     if len(row) >= width and not any(row[width:]):
         return row[:width]
     wrong = f"this row has {len(row)} fields but {width} are named"
@@ -298,13 +299,5 @@ def _fitted(grid: Grid, index: int, width: int) -> list[str]:
 
 def _first_data_row(rows: list[list[str]]) -> int:
     """Index of the first row that is at least half numbers; the number of rows when there is none."""
-    for i, row in enumerate(rows):
-        filled = [cell for cell in row if cell]
-        numbers = sum(bool(NUMBER.fullmatch(cell)) for cell in filled)
-        if numbers and 2 * numbers >= len(filled):
-            return i
-    return len(rows)
-
-
-def _padded(row: list[str], width: int) -> list[str]:
-    return (list(row) + [""] * width)[: max(width, len(row))]
+    are_numbers = ([NUMBER.fullmatch(cell) is not None for cell in row if cell] for row in rows)
+    return next((i for i, own in enumerate(are_numbers) if 2 * sum(own) >= len(own) > 0), len(rows))

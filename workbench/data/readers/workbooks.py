@@ -1,4 +1,4 @@
-"""Excel and parquet files and data frames as cells of text."""
+"""Excel files and data frames as cells of text."""
 
 from dataclasses import replace
 from os import PathLike
@@ -7,7 +7,7 @@ from typing import Any
 
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.wording import listed
-from workbench.data.binary_tables import read_columns, read_workbook, text_of
+from workbench.data.binary_tables import read_workbook, text_of
 from workbench.data.readers.file_kind import ONE_TABLE, FileKind, kind_of, read_bytes
 from workbench.data.readers.headings import is_commanded, is_of_measurement
 from workbench.data.readers.table import Grid, grid_of, named_keys, with_points
@@ -44,12 +44,6 @@ def sheets_apart(source: Any) -> tuple[str, str] | None:
 def _grids(data: bytes, path: Path) -> dict[str, Grid]:
     sheets = read_workbook(data, path).items()
     return {name: Grid(source=str(path), rows=rows, lines=lines) for name, (rows, lines) in sheets}
-
-
-def read_parquet(data: bytes, path: Path) -> Grid:
-    """Columns of a parquet file as cells of text, under a row of headings."""
-    names, columns = read_columns(data, path)
-    return grid_of(names, columns, source=str(path))
 
 
 def read_frame(frame: Any) -> Grid:

@@ -105,7 +105,6 @@ def _rows(instrument: Instrument, actual: Robot, motion: Motion, columns, notes=
     state: dict[str, Any] = {name: values for name, values in motion.drivers.items() if name in known}
     return Dataset(
         q=motion.q,
-        row=np.arange(len(motion)),
         sigma=sigma if position > 0 else None,
         source=f"virtual {actual.name}",
         notes=(f"simulated with instrument '{instrument.name}'", *notes),
@@ -154,8 +153,7 @@ def readings(
         return _markers(instrument, poses, rng)
     if observes is Observes.DISTANCE:
         anchors = three_anchors(arm)
-        names = np.array(list(anchors))
-        places = np.stack([anchors[name] for name in names])
+        names, places = np.array([*anchors]), np.stack([*anchors.values()])
         taken = np.arange(rows) % len(names)
         distances = np.linalg.norm(poses[:, :3, 3] - places[taken], axis=1)
         return {"distance": distances + rng.normal(0.0, sigma, rows), "anchor": names[taken]}
@@ -173,13 +171,11 @@ def _tilts(
 
     The noise turns what it sees as upwards about the two axes across that.
     """
-    moving = [i for i, joint in enumerate(arm.joints) if joint.kind != "fixed"]
-    frames, level, out = link_frames(arm, motion), level_axes(arm.gravity) @ arm.base.rotation.T, {}
-    for number, joint in enumerate(moving, start=1):
-        up = seen_from(level @ frames[:, 1 + joint, :3, :3])
-        seen = up + np.cross(rng.normal(0.0, turn, up.shape), up)
-        out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
-    return out
+    moving = [i for i, joint in enumerate(arm.joints, start=1) if joint.kind != "fixed"]
+    links = np.swapaxes(link_frames(arm, motion)[:, moving, :3, :3], 0, 1)
+    up = seen_from(level_axes(arm.gravity) @ arm.base.rotation.T @ links)
+    seen = up + np.cross(rng.normal(0.0, turn, up.shape), up)
+    return dict(enumerate(reading(seen / np.linalg.norm(seen, axis=-1, keepdims=True)), start=1))
 
 
 def _markers(

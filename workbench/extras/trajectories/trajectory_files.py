@@ -105,9 +105,8 @@ def path_state(
 
     Payload [kg] and temperature [°C] count instead of the trajectory's.
     """
-    rows = np.arange(len(q))
-    time = rows.astype(float) if trajectory.time is None else trajectory.time
-    path = with_directions(Dataset(q=q, row=rows, time=time))
+    time = np.arange(float(len(q))) if trajectory.time is None else trajectory.time
+    path = with_directions(Dataset(q=q, time=time))
     instead = {"payload": payload, "temperature": temperature}
     given = {name: np.full(len(q), value) for name, value in instead.items() if value is not None}
     drivers = {**trajectory.drivers, **given}
