@@ -16,9 +16,8 @@ from slow import slow
 
 import workbench as wb
 from workbench import Dataset, Motion, diagnose
-from workbench.arm.effects import EFFECTS, Candidate
+from workbench.arm.effects import EFFECTS, Candidate, JointCompliance
 from workbench.arm.effects.axes import own
-from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.drivers.driver import Driver, driver_of
