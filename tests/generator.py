@@ -270,6 +270,11 @@ def _table(*rows):
     return np.array(rows, float)
 
 
+def columns(d, a, alpha, theta=0.0):
+    """The table of an arm from lengths and quarter turns by joint."""
+    return np.stack(np.broadcast_arrays(theta, d, a, alpha, 0.0), axis=1) * [QUARTER, 1, 1, QUARTER, 1]
+
+
 QUARTER = np.pi / 2
 TURN = 2 * np.pi
 ARIA_LIMITS = _table(
@@ -281,14 +286,8 @@ ARIA_COMS = _table((0, -0.05, 0), (-0.2, 0, 0.06), (-0.02, 0, 0.03), (0, 0.1, 0)
 
 def aria():
     """Nominal ARIA (its Table 1), with assumed masses."""
-    table = _table(
-        (0, 0.205, 0, QUARTER, 0),
-        (0, 0, 0.41, 0, 0),
-        (QUARTER, -0.0048, 0.03, QUARTER, 0),
-        (0, 0.336, 0, -QUARTER, 0),
-        (0, -0.049, 0, QUARTER, 0),
-        (0, 0.202, 0, 0, 0),
-    )
+    d, a = (0.205, 0, -0.0048, 0.336, -0.049, 0.202), (0, 0.41, 0.03, 0, 0, 0)
+    table = columns(d, a, (1, 0, 1, -1, 1, 0), theta=(0, 0, 1, 0, 0, 0))
     return VirtualArm("hayati", table, limits=ARIA_LIMITS, masses=ARIA_MASSES, coms=ARIA_COMS)
 
 
@@ -301,34 +300,16 @@ def aria_as_printed(number):
 
 def three_parallel():
     """A 6R arm with three parallel axes, after the Universal Robots UR5."""
-    table = _table(
-        (0, 0.089159, 0, QUARTER, 0),
-        (0, 0, -0.425, 0, 0),
-        (0, 0, -0.39225, 0, 0),
-        (0, 0.10915, 0, QUARTER, 0),
-        (0, 0.09465, 0, -QUARTER, 0),
-        (0, 0.0823, 0, 0, 0),
-    )
-    coms = _table(
-        (0, -0.026, 0.002),
-        (0.21, 0, 0.113),
-        (0.15, 0, 0.027),
-        (0, -0.002, 0.016),
-        (0, 0.002, 0.016),
-        (0,) * 3,
-    )
+    d, a = (0.089159, 0, 0, 0.10915, 0.09465, 0.0823), (0, -0.425, -0.39225, 0, 0, 0)
+    table = columns(d, a, (1, 0, 0, 1, -1, 0))
+    x, y = (0, 0.21, 0.15, 0, 0, 0), (-0.026, 0, 0, -0.002, 0.002, 0)
+    coms = np.stack([x, y, (0.002, 0.113, 0.027, 0.016, 0.016, 0)], axis=1)
     return VirtualArm("dh", table, masses=np.array([3.7, 8.4, 2.3, 1.2, 1.2, 0.2]), coms=coms)
 
 
 def katana():
     """A 5R arm after the Katana 450 (thesis, Table 4.1); its last fixed link is the tool."""
-    table = _table(
-        (0, 0, 0, 0, 0),
-        (0, 0, 0, QUARTER, 0),
-        (0, 0, 0.19, 0, 0),
-        (0, 0, 0.139, 0, 0),
-        (0, 0.1473, 0, -QUARTER, 0),
-    )
+    table = columns((0, 0, 0, 0, 0.1473), (0, 0, 0.19, 0.139, 0), (0, 1, 0, 0, -1))
     return VirtualArm(
         "craig",
         table,
@@ -342,10 +323,7 @@ def katana():
 
 def seven():
     """A redundant 7R arm after the KUKA iiwa 14."""
-    alphas = QUARTER * np.array([-1, 1, 1, -1, -1, 1, 0])
-    table = np.zeros((7, 5))
-    table[:, 1] = 0.36, 0, 0.42, 0, 0.4, 0, 0.126
-    table[:, 3] = alphas
+    table = columns((0.36, 0, 0.42, 0, 0.4, 0, 0.126), 0.0, (-1, 1, 1, -1, -1, 1, 0))
     limits = np.deg2rad(np.array([170, 120, 170, 120, 170, 120, 175]))[:, None] * [-1, 1]
     coms = np.tile([0.0, 0.03, 0.05], (7, 1))
     return VirtualArm(

@@ -23,19 +23,14 @@ from workbench.data.simulation.instruments import Observes
 
 NUMBERS = (3, -1, 0.5, np.nan, True, (), (1.0, 2.0), [[1.0], [2.0, 3.0]])
 WRONG = (*NUMBERS, "foo", "0.5", "", {}, {"foo": 3.0}, object())
-RECORDS = {
+DEFAULTS = ("Requirement", "PoseLimits", "FitChoices", "Frame", "Mounting", "Blocks", "Constraints")
+"""Records whose fields all have one."""
+RECORDS = {name: {} for name in DEFAULTS} | {
     "Wanted": {"position": 1e-3},
-    "Requirement": {},
     "Region": {"min": np.zeros(3), "max": np.ones(3)},
     "Instrument": {"name": "gauge", "observes": Observes.POINT, "sigma_position": 1e-4},
-    "PoseLimits": {},
-    "FitChoices": {},
-    "Frame": {},
-    "Mounting": {},
     "Target": {"xyz": np.zeros(3)},
     "Plate": {"name": "mine", "targets": (), "region": wb.Region(min=np.zeros(3), max=np.ones(3))},
-    "Blocks": {},
-    "Constraints": {},
     "Motion": {"q": np.zeros((3, 6))},
     "Prior": {"names": ("joint1.theta",), "values": np.zeros(1), "information": np.eye(1)},
 }
@@ -50,20 +45,14 @@ def right():
     q, pointed = rows.q[:5], aria.with_frames(tool=wb.Frame(np.array([0.0, 0.0, 0.1])))
     wb.write_measurements(rows, folder / "rows.csv")
     wb.write_urdf(aria, folder / "arm.urdf")
-    found = {
-        "tool_poses": (aria, q),
-        "link_frames": (aria, q),
-        "identification_jacobian": (aria, q),
+    fitting = ("identify", "diagnose", "evaluate", "extract", "rezero", "tcp", "verify")
+    found = dict.fromkeys(fitting, (aria, rows)) | {
+        **dict.fromkeys(("tool_poses", "link_frames", "identification_jacobian"), (aria, q)),
+        **dict.fromkeys(("measure_plate", "score", "optimise_plate"), (aria, plate)),
         "solve": (aria, aria.predict(q)[0]),
         "follow": (aria, aria.predict(q)[0], q[0]),
         "measure_poses": (aria, 5),
-        "measure_plate": (aria, plate),
         "read_measurements": (folder / "rows.csv",),
-        "identify": (aria, rows),
-        "diagnose": (aria, rows),
-        "evaluate": (aria, rows),
-        "score": (aria, plate),
-        "optimise_plate": (aria, plate),
         "write_measurements": (rows, folder / "again.csv"),
         "write_plate": (plate, folder / "plate.toml"),
         "write_toml": (aria, folder / "arm.toml"),
@@ -74,14 +63,10 @@ def right():
         "read_trajectory": (folder / "rows.csv",),
         "choose_poses": (aria, 5),
         "compensate": (aria, folder / "rows.csv"),
-        "extract": (aria, rows),
         "map_motors": (aria, rows.take(np.arange(9))),
-        "rezero": (aria, rows),
-        "tcp": (aria, rows),
         "frame": (pointed, wb.Dataset(q[:3], contact=["origin", "x", "xy"])),
         "try_plate": (aria, plate.with_joints(wb.score(aria, plate).measured.q, ("auto",) * 10)),
         "table_readings": ([{"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0}],),
-        "verify": (aria, rows),
     }
     if "find_convention" in dir(wb):
         ur5 = wb.load_robot("ur5")

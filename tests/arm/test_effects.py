@@ -22,16 +22,8 @@ from workbench.base.errors import DataError, RobotError
 from workbench.base.types import Outcome
 
 KNOTS = tuple(np.linspace(-3.2, 3.2, 7))
-SIZES = {
-    "rad": 2e-3,
-    "m": 1e-3,
-    "rad/(N*m)": 2e-4,
-    "m/N": 1e-5,
-    "1": 1e-3,
-    "1/K": 2e-5,
-    "rad/(N*m*m)": 1e-4,
-    "rad/m": 1e-3,
-}
+SIZES = dict.fromkeys(("m", "1", "rad/m"), 1e-3)
+SIZES |= {"rad": 2e-3, "rad/(N*m)": 2e-4, "m/N": 1e-5, "1/K": 2e-5, "rad/(N*m*m)": 1e-4}
 CATALOGUE = {
     "joint-compliance": EFFECTS["joint-compliance"]((1, 2)),
     "backlash": EFFECTS["backlash"]((1, 2)),
@@ -65,17 +57,11 @@ def arms(tmp_path_factory) -> dict[str, Robot]:
     """Arms of several conventions with masses, base and tool."""
     folder = tmp_path_factory.mktemp("arms")
     tool = generator.move("z", 0.13) @ generator.turn("x", 0.4) @ generator.move("y", 0.05)
-    base = generator.turn("y", 0.2) @ generator.move("x", 0.3)
+    base, slides = generator.turn("y", 0.2) @ generator.move("x", 0.3), tuple(j == 3 for j in range(6))
     made = {
         "aria": replace(generator.aria(), base=base, tool=tool),
         "katana": generator.katana(),
-        "sliding": replace(
-            generator.aria(),
-            convention="dh",
-            slides=(False, False, False, True, False, False),
-            tool=tool,
-            limits=None,
-        ),
+        "sliding": replace(generator.aria(), convention="dh", slides=slides, tool=tool, limits=None),
     }
     found = {name: checks.robot_of(arm, folder) for name, arm in made.items()}
     found["urdf"] = read_urdf(write_urdf(found["aria"], folder / "aria.urdf"))

@@ -1,17 +1,9 @@
 import numpy as np
 import pytest
 
+from workbench.base import units
 from workbench.base.errors import UnitError
-from workbench.base.units import (
-    COMMON,
-    Heading,
-    Quantity,
-    conversion,
-    is_unit,
-    parse_heading,
-    parse_quantity,
-    to_si,
-)
+from workbench.base.units import Quantity, conversion, parse_quantity, to_si
 
 DEG = np.pi / 180
 IN_SI = {
@@ -33,7 +25,7 @@ def test_one_of_each_unit_in_si(unit, quantity, si):
 
 
 def test_common_units_are_those_of_the_registry(monkeypatch):
-    common = dict(COMMON)
+    common = dict(units.COMMON)
     monkeypatch.setattr("workbench.base.units.COMMON", {})
     for text, known in common.items():
         assert conversion.__wrapped__(text, known.quantity) == known
@@ -71,14 +63,14 @@ def test_whole_millimetres_turn_into_the_nearest_metres():
 def test_headings():
     parts = {"q1[deg]": ("q1", "deg"), "q1 (deg)": ("q1", "deg"), "x / mm": ("x", "mm")}
     parts |= {"x in mm": ("x", "mm"), "qw": ("qw", None), "qw[]": ("qw", ""), "Temp [°C]": ("Temp", "°C")}
-    assert {text: parse_heading(text) for text in parts} == {
-        text: Heading(*own) for text, own in parts.items()
+    assert {text: units.parse_heading(text) for text in parts} == {
+        text: units.Heading(*own) for text, own in parts.items()
     }
 
 
 def test_what_is_a_unit():
-    assert all(map(is_unit, ("mm", "deg", "°C", "Nm")))
-    assert not any(map(is_unit, ("", "-", "Nr", "X", "Joint 1", "T")))
+    assert all(map(units.is_unit, ("mm", "deg", "°C", "Nm")))
+    assert not any(map(units.is_unit, ("", "-", "Nr", "X", "Joint 1", "T")))
 
 
 def test_settings():

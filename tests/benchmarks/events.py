@@ -12,17 +12,12 @@ cause. Arms whose rows can't show what happened, by linear theory beside all con
 seeds must change nothing in the program.
 """
 
-import os
 import sys
 import time
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import NamedTuple
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
-
+import beside  # noqa: F401
 import numpy as np
 from arms import SIGMA, robot_of, states
 from decide import DISTINGUISHABLE, Sight

@@ -12,7 +12,6 @@ differs. Parts of real arms need `../shared/data`. Numbers keep 12 digits; `TOLE
 
 import argparse
 import json
-import os
 import sys
 import tempfile
 import time
@@ -22,10 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
-
+import beside
 import numpy as np
 from real_arms import SETS, load, splits
 
@@ -34,7 +30,6 @@ from workbench.plate.observability import INDICES
 from workbench.session import Session, start
 from workbench.session.commands.drag import GrabTarget
 
-DATA = TESTS.parents[1] / "shared" / "data"
 DIGITS = 12
 RELATIVE, ABSOLUTE = 1e-9, 1e-12
 TOLERANCES = {"files": 1e-6}
@@ -47,7 +42,7 @@ Numbers = dict[str, Any]
 
 def identified(name: str) -> Numbers:
     """Held-out errors of five folds, geometry alone, and the constants of the first."""
-    robot, data = load(DATA, name)
+    robot, data = load(beside.DATA, name)
     out: Numbers = {}
     for k, (train, held) in enumerate(splits(data)):
         run = identify(robot, train, held_out=held, algorithms=("opt2",))
@@ -63,7 +58,7 @@ def diagnosed(name: str) -> Numbers:
     """The same with the effects found, and these."""
     from real_diagnosis import one
 
-    robot, data = load(DATA, name)
+    robot, data = load(beside.DATA, name)
     keys = ("position", "turned", "rows", "causes", "map_mm", "verdict", "joint_noise")
     parts = [one(robot, train, held) for train, held in splits(data)]
     return {f"fold {k}": {key: getattr(part, key) for key in keys} for k, part in enumerate(parts)}
@@ -172,9 +167,9 @@ def files(name: str) -> Numbers:
     """Errors of saved arms by their files alone, other code reading them: geometry, then with effects."""
     import round_trip
 
-    robot, data = load(DATA, name)
+    robot, data = load(beside.DATA, name)
     rows = np.arange(0, len(data), -(-len(data) // FILE_ROWS))
-    read = round_trip.read_rows(DATA / SETS[name][0] / "measurements.csv").take(data.row[rows])
+    read = round_trip.read_rows(beside.DATA / SETS[name][0] / "measurements.csv").take(data.row[rows])
     if data.direction is not None:
         read = replace(read, direction=data.direction[rows])
     out: Numbers = {}

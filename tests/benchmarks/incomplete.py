@@ -11,7 +11,6 @@ within `NEAR`, a gravity that stands otherwise if the saved one is twice as near
 Results on judging seeds must change nothing in the program.
 """
 
-import os
 import sys
 import tempfile
 import time
@@ -19,10 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
-
+import beside  # noqa: F401
 import lift
 import numpy as np
 from arms import UnseenError

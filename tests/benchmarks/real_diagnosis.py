@@ -10,7 +10,6 @@ Every fold is printed on standard error as it ends.
 """
 
 import argparse
-import os
 import sys
 import time
 from collections import Counter
@@ -18,10 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
-
+import beside
 import numpy as np
 from claims import claims, map_gain
 from real_arms import SETS, load, plane, set_names, splits
@@ -29,8 +25,6 @@ from rich.console import Console
 from rich.table import Table
 
 from workbench.diagnosis.diagnose import diagnose
-
-DATA = TESTS.parents[1] / "shared" / "data"
 
 
 @dataclass(frozen=True)
@@ -69,7 +63,7 @@ def options(arguments=None):
     parser.add_argument(
         "--x-plane", type=float, nargs="+", help="hold these planes of the UR10's grid out [m]"
     )
-    parser.add_argument("--data", type=Path, default=DATA, help="folder of the measurements")
+    parser.add_argument("--data", type=Path, default=beside.DATA, help="folder of the measurements")
     return parser.parse_args(arguments)
 
 

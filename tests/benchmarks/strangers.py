@@ -10,19 +10,14 @@ is named is wrong, but for what is near enough (`Stranger.near`); right is which
 Arms, statics and laws are those of `tests/diagnosis`, plain numpy that shares nothing with the package.
 """
 
-import os
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from unittest import mock
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
-
+import beside  # noqa: F401
 import numpy as np
 from arms import EXACT, ROWS, SIGMA, UnseenError, robot_of, states
 from draws import direction, draw

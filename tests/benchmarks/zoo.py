@@ -11,18 +11,13 @@ without one under `--alarms`. Results on judging seeds must change nothing in th
 
 import argparse
 import multiprocessing
-import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
-
+import beside  # noqa: F401
 from arms import UnseenError, make
 from calibration import bins, expected_error
 from cases import CASES, WITHOUT, Case

@@ -140,10 +140,8 @@ SHOWN = ("turned base", "too few rows")
 @pytest.mark.parametrize(
     ("command", "case"),
     [
-        (c, case)
-        for c in ("identify", "evaluate")
-        for case in BAD_DATA
-        if c == "identify" or case not in SHOWN
+        *(("identify", case) for case in BAD_DATA),
+        *(("evaluate", case) for case in BAD_DATA if case not in SHOWN),
     ],
 )
 def test_bad_data(refused, measured, command, case):

@@ -41,17 +41,14 @@ def columns(draw):
     temperature[rng.random(rows) < 0.3] = np.nan
     exclude = rng.random(rows) < 0.3
     exclude[0] = False
-    return dict(  # noqa: C408
+    return dict(
         q=rng.normal(0, 3, (rows, joints)),
         position=size * rng.normal(0, 1, (rows, 3)),
         rotation=maybe(Rotation.from_rotvec(rng.normal(0, 2, (rows, 3))).as_matrix()),
         markers=maybe(rng.normal(0, 1, (rows, 2, 3))),
         distance=maybe(rng.random(rows)),
         anchor=labels(),
-        contact=maybe(labels()),
-        point=maybe(labels()),
-        session=maybe(labels()),
-        group=maybe(labels()),
+        **{name: maybe(labels()) for name in ("contact", "point", "session", "group", "reason")},
         time=maybe(np.sort(rng.random(rows) * 1e4)),
         temperature=maybe(temperature),
         payload=maybe(rng.random(rows)),
@@ -61,7 +58,6 @@ def columns(draw):
         tilt=maybe({2: rng.normal(0, 1, (rows, 2))}),
         wrench=maybe(rng.normal(0, 10, (rows, 6))),
         exclude=maybe(exclude),
-        reason=maybe(labels()),
     )
 
 

@@ -6,27 +6,14 @@ but real arms, with errors of ten times the noise and more. Thermal growth is th
 measuring frame creeps as on a tripod that somebody brushed against and that settles.
 """
 
+import laws
 import numpy as np
 from laws import TURN, TURNING, WHOLE, Effect, change, poses, straight_moments, turned, turns
 
-PEAKS = {
-    "joint-compliance": (0.5, 2.0),
-    "backlash": (0.4, 1.2),
-    "clearance-tilt": (0.4, 1.2),
-    "bearing-compliance": (0.5, 2.0),
-    "link-flexure": (0.5, 2.0),
-    "joint-harmonic": (0.4, 1.5),
-    "encoder-scale": (0.5, 2.0),
-    "joint-coupling": (0.5, 2.0),
-    "dent": (0.6, 2.0),
-    "kinked gear": (0.6, 2.0),
-    "dragging hose": (0.6, 2.0),
-    "wobbling mount": (0.6, 2.0),
-    "hardening drive": (0.6, 2.0),
-    "belt stretch": (0.6, 2.0),
-    "wind-up": (0.6, 2.0),
-}
-"""Least and greatest size [mm]."""
+USUAL = 0.5, 2.0
+PEAKS = dict.fromkeys(laws.NAMELESS, (0.6, 2.0)) | dict.fromkeys(("backlash", "clearance-tilt"), (0.4, 1.2))
+PEAKS["joint-harmonic"] = 0.4, 1.5
+"""Least and greatest size [mm], where it is not the usual one."""
 LARGEST = 4e-3
 """Greatest angle by which an effect turns a joint [rad]."""
 SOFTEST = 2e-3
@@ -40,14 +27,7 @@ CREEP, TWIST = (0.3e-3, 0.8e-3), (0.1e-3, 0.4e-3)
 HOUR = 3600.0
 TEETH = 6
 """Corners of a kinked gear error a turn."""
-PROPORTIONAL = (
-    "joint-compliance",
-    "bearing-compliance",
-    "link-flexure",
-    "wobbling mount",
-    "hardening drive",
-    "belt stretch",
-)
+PROPORTIONAL = {*laws.BY_MOMENT} - {"backlash", "clearance-tilt"}
 RIPPLE = 13, 20
 """Least and greatest order of a gear's ripple."""
 
@@ -66,7 +46,7 @@ def draw(name, arm, state, rng, *, detail=None, joint=None):
 
 def sized(effect, arm, state, rng):
     """The effect at a size drawn from `PEAKS`; None if nothing drives it."""
-    peak = 1e-3 * rng.uniform(*PEAKS[effect.name])
+    peak = 1e-3 * rng.uniform(*PEAKS.get(effect.name, USUAL))
     held = straight_moments(arm, state)
     largest = np.abs(turns(arm, effect, state, held)).max()
     if largest < 1e-12 or _feeble(effect, held):

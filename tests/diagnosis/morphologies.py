@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import generator
 import numpy as np
-from generator import QUARTER, VirtualArm, move, turn
+from generator import VirtualArm, columns, move, turn
 
 
 def ranged(arm, degrees):
@@ -30,16 +30,7 @@ def _ur():
 
 def _industrial():
     """A heavy 6R arm with an offset shoulder and a spherical wrist."""
-    table = np.array(
-        [
-            (0, 0.52, 0.26, -QUARTER, 0),
-            (0, 0, 0.68, 0, 0),
-            (0, 0, 0.035, -QUARTER, 0),
-            (0, 0.67, 0, QUARTER, 0),
-            (0, 0, 0, -QUARTER, 0),
-            (0, 0.158, 0, 0, 0),
-        ]
-    )
+    table = columns((0.52, 0, 0, 0.67, 0, 0.158), (0.26, 0.68, 0.035, 0, 0, 0), (-1, 0, -1, 1, -1, 0))
     coms = [(-0.1, 0.05, 0), (-0.35, 0, 0.1), (0, 0.02, 0.08), (0, 0.2, 0), (0, 0, 0.02), (0.01, 0, -0.03)]
     arm = VirtualArm(
         "dh",
@@ -53,7 +44,7 @@ def _industrial():
 
 def _scara():
     """Two upright axes, a slide that reaches down, and a turning quill."""
-    table = np.array([(0, 0.42, 0.325, 0, 0), (0, 0, 0.275, np.pi, 0), (0, 0, 0, 0, 0), (0, 0.03, 0, 0, 0)])
+    table = columns((0.42, 0, 0, 0.03), (0.325, 0.275, 0, 0), (0, 2, 0, 0))
     limits = np.array([(-2.3, 2.3), (-2.5, 2.5), (0.0, 0.2), (-np.pi, np.pi)])
     return VirtualArm(
         "dh",
@@ -68,16 +59,8 @@ def _scara():
 
 def _gantry():
     """A bridge along y, a carriage along x, a slide that reaches down, and a wrist of three axes."""
-    table = np.array(
-        [
-            (QUARTER, 0, 0, -QUARTER, 0),
-            (QUARTER, 0, -1.3, QUARTER, 0),
-            (0, 0, 0.05, QUARTER, 0),
-            (0, 0.1, 0, 0, 0),
-            (0, 0, 0, QUARTER, 0),
-            (0, 0.12, 0, -QUARTER, 0),
-        ]
-    )
+    d, a, turns = (0, 0, 0, 0.1, 0, 0.12), (0, -1.3, 0.05, 0, 0, 0), (1, 1, 0, 0, 0, 0)
+    table = columns(d, a, (-1, 1, 1, 0, 1, -1), theta=turns)
     limits = [(0.2, 1.2), (0.2, 1.2), (0, 0.6), (-np.pi, np.pi), (-1.9, 1.9), (-np.pi, np.pi)]
     coms = [(0, 0, 0.3), (0, 0.05, 0), (0, 0, -0.3), (0, 0.01, -0.04), (0, -0.05, 0.01), (0.01, 0, -0.03)]
     return VirtualArm(

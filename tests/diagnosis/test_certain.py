@@ -8,10 +8,7 @@ from arms import make
 from problems import geometric
 
 from workbench import FitChoices, Motion, diagnose
-from workbench.arm.effects import Candidate
-from workbench.arm.effects.base_drift import BaseDrift
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects import BaseDrift, Candidate, JointCompliance, JointHarmonic
 from workbench.diagnosis.cause_search import search_causes
 from workbench.diagnosis.claims.accepted_terms import _same_claim
 from workbench.diagnosis.confidence import Confidence

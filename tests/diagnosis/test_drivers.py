@@ -15,9 +15,8 @@ from real_arms import load
 from slow import slow
 
 from workbench import Dataset, Motion, diagnose, evaluate, load_robot
-from workbench.arm.effects import EFFECTS, Candidate
+from workbench.arm.effects import EFFECTS, Candidate, JointCompliance
 from workbench.arm.effects.axes import own
-from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.drivers.driver import Driver, driver_of

@@ -8,19 +8,8 @@ from scipy import linalg, stats
 from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.search.evidence import (
-    Term,
-    coefficients,
-    drop,
-    jackknifed,
-    left_by,
-    left_of,
-    left_without,
-    offer,
-    offers,
-    own_offers,
-    validated,
-)
+from workbench.diagnosis.search import evidence
+from workbench.diagnosis.search.evidence import Term, left_by, offer, offers
 
 FREE = tuple(Candidate(e) for e in EFFECTS)
 SMOOTH = np.exp(-0.5 * (np.subtract.outer(np.arange(16), np.arange(16)) / 2.0) ** 2) + 1e-3 * np.eye(16)
@@ -116,14 +105,14 @@ def test_the_evidence_of_a_free_one_beside_shrunk_ones_allows_for_their_spread()
 def test_folds_are_predicted_as_by_explicit_fits_to_the_others(name, loose):
     table, model = Table(3, loose=loose, **TRUE), MODELS[name]
     squares = [table.square(model, table.fold != f, table.fold == f) for f in range(FOLDS)]
-    assert validated(table.grams, model) == pytest.approx(np.array(squares), rel=1e-5)
+    assert evidence.validated(table.grams, model) == pytest.approx(np.array(squares), rel=1e-5)
 
 
 @pytest.mark.parametrize("loose", [1e-7, 1e-2])
 @pytest.mark.parametrize("name", [m for m in MODELS if m != "nothing"])
 def test_coefficients_are_those_of_least_squares_in_their_own_units(name, loose):
     table, model = Table(5, loose=loose, **TRUE), MODELS[name]
-    found = coefficients(table.grams, model)
+    found = evidence.coefficients(table.grams, model)
     for (coefficient, value), scaled in zip(found.items(), table.fitted(model)[GEOMETRY:], strict=True):
         scale = table.scale[table.names.index(coefficient)]
         assert value == pytest.approx(scaled / scale, rel=1e-4, abs=1e-7)
@@ -153,7 +142,7 @@ def test_free_coefficients_are_expected_within_what_is_credible():
     prior = np.column_stack([np.zeros((4, GEOMETRY)), np.eye(4) / 25.0])
     target = np.concatenate([table.left, np.zeros(4)])
     by_hand = np.linalg.lstsq(np.vstack([design, prior]), target, rcond=None)[0][GEOMETRY:]
-    found = coefficients(replace(table.grams, maximum=largest), model)
+    found = evidence.coefficients(replace(table.grams, maximum=largest), model)
     scales = [table.scale[table.names.index(n)] for n in found]
     assert np.array(list(found.values())) * scales == pytest.approx(by_hand, rel=1e-4)
 
@@ -171,15 +160,15 @@ def test_shrunk_coefficients_scatter_by_no_more_than_is_credible():
 def test_the_jackknife_of_a_mean_is_its_standard_error():
     values = np.random.default_rng(0).standard_normal(12)
     means = [np.delete(values, k).mean() for k in range(12)]
-    assert jackknifed(means) == pytest.approx(values.std(ddof=1) / np.sqrt(12))
+    assert evidence.jackknifed(means) == pytest.approx(values.std(ddof=1) / np.sqrt(12))
 
 
 @pytest.mark.parametrize("precision", [1e-6, 0.3, 1e6])
 def test_a_term_less_is_as_the_rest_fitted_anew(precision):
     grams = Table(1, joint1_cos2=40.0, joint2_sin1=25.0, joint6_cos4=6.0).grams
     model = (Term(FREE[1]), Term(SEPARATE, precision), Term(FREE[3]))
-    for term, own in zip(model, own_offers(grams, model), strict=True):
-        anew = offer(left_by(grams, drop(model, [term])), term.candidate)
+    for term, own in zip(model, evidence.own_offers(grams, model), strict=True):
+        anew = offer(left_by(grams, evidence.drop(model, [term])), term.candidate)
         assert own.gain == pytest.approx(anew.gain, abs=1e-5)
         assert own.term.candidate is term.candidate
 
@@ -190,8 +179,8 @@ def test_what_is_left_is_updated_as_terms_come_and_go():
     every = np.arange(len(grams.total))
     for k in range(len(model) + 1):
         anew = left_by(grams, model[:k]).inner(every)
-        assert left_of(grams, model[:k]).inner(every) == pytest.approx(anew, abs=1e-6)
+        assert evidence.left_of(grams, model[:k]).inner(every) == pytest.approx(anew, abs=1e-6)
     for group in (model[1:2], model[:1], model[:2]):
-        rest, found = left_by(grams, drop(model, group)), left_without(grams, model, group)
+        rest, found = left_by(grams, evidence.drop(model, group)), evidence.left_without(grams, model, group)
         assert (found.model, found.freedom) == (rest.model, rest.freedom)
         assert found.inner(every) == pytest.approx(rest.inner(every), abs=1e-6)

@@ -5,17 +5,8 @@ import pytest
 from arms import ARMS, make
 from problems import fitted, geometric, slopes
 
+from workbench.arm import effects as kinds
 from workbench.arm.effects import Candidate
-from workbench.arm.effects.backlash import Backlash
-from workbench.arm.effects.base_drift import BaseDrift
-from workbench.arm.effects.encoder_scale import EncoderScale
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.joint_coupling import JointCoupling
-from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.link_flexure import LinkFlexure
-from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.arm.effects.thermal_growth import ThermalGrowth
-from workbench.arm.effects.tilting import BearingCompliance, ClearanceTilt
 from workbench.diagnosis.search.evidence import Term
 from workbench.diagnosis.search.gram_matrices import compress
 from workbench.diagnosis.search.refit import refit
@@ -24,22 +15,22 @@ EXACT, APPROXIMATE = 1e-4, 0.01
 """Of a column's length: for an arm that nothing bends, and where the moments would be deflected once more."""
 ROWS = np.arange(40)
 FOLD = np.arange(40) % 4
-BAND = JointHarmonic((3,), order=(1, 2, 3))
+BAND = kinds.JointHarmonic((3,), order=(1, 2, 3))
 EFFECTS = (
-    JointCompliance((1,)),
-    JointCompliance((2,)),
-    Backlash((1,)),
-    Backlash((0,), by="motion"),
-    ClearanceTilt((1,)),
-    BearingCompliance((0,)),
-    LinkFlexure((1,)),
-    JointHarmonic((4,), order=2),
+    kinds.JointCompliance((1,)),
+    kinds.JointCompliance((2,)),
+    kinds.Backlash((1,)),
+    kinds.Backlash((0,), by="motion"),
+    kinds.ClearanceTilt((1,)),
+    kinds.BearingCompliance((0,)),
+    kinds.LinkFlexure((1,)),
+    kinds.JointHarmonic((4,), order=2),
     BAND,
-    EncoderScale((0,)),
-    JointCoupling((2, 1)),
-    ThermalGrowth(),
-    BaseDrift(),
-    LocalJointError((0,), knots=(-7.0, -3.0, 0.0, 3.0, 7.0)),
+    kinds.EncoderScale((0,)),
+    kinds.JointCoupling((2, 1)),
+    kinds.ThermalGrowth(),
+    kinds.BaseDrift(),
+    kinds.LocalJointError((0,), knots=(-7.0, -3.0, 0.0, 3.0, 7.0)),
 )
 NAMES = [n for e in EFFECTS for n in e.names]
 
@@ -82,7 +73,7 @@ def test_geometric_directions_span_what_the_rows_show():
     """With base and tool free not all unknowns are seen: as many directions as the Jacobian has rank."""
     case = make("none", 1)
     problem = geometric(case, rows=ROWS, free_frames=True)
-    grams = compress(problem, problem.start, (JointCompliance((1,)),), FOLD)
+    grams = compress(problem, problem.start, (kinds.JointCompliance((1,)),), FOLD)
     jacobian = problem.evaluate(problem.start).jacobian
     rank = np.linalg.matrix_rank(jacobian / np.linalg.norm(jacobian, axis=0), tol=1e-7)
     assert grams.geometry == rank < len(problem.names)
@@ -95,11 +86,11 @@ def test_accepted_effects_are_given_back_to_the_residual():
     case = make("compliance", 0)
     fit = fitted(case, rows=ROWS)
     soft = case.hidden[0].joints
-    candidate = Candidate(JointCompliance(soft))
+    candidate = Candidate(kinds.JointCompliance(soft))
     first = compress(fit.problem, fit.x, [candidate.effect], FOLD)
     deflected = refit(fit.problem, first, (Term(candidate),))
     problem, x = deflected.problem, deflected.x
-    grams = compress(problem, x, [candidate.effect, EncoderScale((0,))], FOLD)
+    grams = compress(problem, x, [candidate.effect, kinds.EncoderScale((0,))], FOLD)
     (name,) = candidate.names
     i = problem.names.index(name)
     own = problem.evaluate(x).jacobian[: problem.size][:, i]
@@ -115,7 +106,7 @@ def test_effects_of_several_elements_alone_have_their_own_inner_products():
     """No law acts on one element only, so that no column is a product."""
     fit = fitted(make("none", 3), rows=ROWS)
     problem, x = fit.problem, fit.x
-    soft = JointCompliance((1, 2))
+    soft = kinds.JointCompliance((1, 2))
     grams = compress(problem, x, [soft], FOLD)
     columns = slopes(problem, [soft], dict(zip(problem.names, x.tolist(), strict=True))) / grams.scale
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(x))

@@ -7,8 +7,7 @@ from conditions import CONDITIONS, under
 from refusals import refuses
 
 from workbench import diagnose, load_robot
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.tilting import BearingCompliance, ClearanceTilt
+from workbench.arm.effects import BearingCompliance, ClearanceTilt, JointCompliance
 from workbench.base.errors import FileError
 from workbench.identification.problem import Problem
 

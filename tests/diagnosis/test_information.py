@@ -5,8 +5,7 @@ import pytest
 from arms import ARMS, make
 from problems import fitted, slopes
 
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects import JointCompliance, JointHarmonic
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.next_poses import next_poses
 from workbench.identification.problem import Problem

@@ -31,19 +31,13 @@ def oracle():
     return of
 
 
-def cause(*effects, odds=1e3, confidence="certain", look_alikes=()):
+CAUSE = {"odds": 1e3, "confidence": "certain", "look_alikes": (), "contribution_mm": 0.1, "sentence": ""}
+
+
+def cause(*effects, **said):
     """A cause as a diagnosis lists it."""
     joints = tuple(j for e in effects for j in e.joints)
-    return SimpleNamespace(
-        kind=effects[0].name,
-        joints=joints,
-        effects=effects,
-        odds=odds,
-        confidence=confidence,
-        look_alikes=look_alikes,
-        contribution_mm=0.1,
-        sentence="",
-    )
+    return SimpleNamespace(kind=effects[0].name, joints=joints, effects=effects, **CAUSE | said)
 
 
 def names(*effects):

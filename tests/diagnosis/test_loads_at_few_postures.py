@@ -11,16 +11,8 @@ from workbench.diagnosis.coverage import loads_vary
 from workbench.identification.meaning.nominal_fit import with_holding_torques
 
 COMPLIANCE, OWN, LENGTHS = 8e-5, 4.0, (0.4, 0.35)
-ARM = Robot.from_dh(
-    [
-        {"d": 0.34, "alpha": -np.pi / 2},
-        {"a": LENGTHS[0]},
-        {"a": LENGTHS[1]},
-        {"alpha": np.pi / 2},
-        {"d": 0.1},
-    ],
-    name="loaded",
-)
+LINKS = [{"d": 0.34, "alpha": -np.pi / 2}, *({"a": a} for a in LENGTHS), {"alpha": np.pi / 2}, {"d": 0.1}]
+ARM = Robot.from_dh(LINKS, name="loaded")
 
 
 def swept(loads=(0.0, 1.25, 2.5)) -> Dataset:

@@ -8,11 +8,7 @@ from arms import ARMS, make
 from problems import fitted, geometric
 
 from workbench import Motion, tool_poses
-from workbench.arm.effects import Candidate
-from workbench.arm.effects.encoder_scale import EncoderScale
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.tilting import BearingCompliance
+from workbench.arm.effects import BearingCompliance, Candidate, EncoderScale, JointCompliance, JointHarmonic
 from workbench.diagnosis.search import refit as refits
 from workbench.diagnosis.search.evidence import Term, left_by, offer
 from workbench.diagnosis.search.gram_matrices import compress

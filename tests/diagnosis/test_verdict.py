@@ -7,13 +7,8 @@ import pytest
 
 import workbench as wb
 from workbench import Motion, Noise, diagnose, measure_poses, tool_poses
-from workbench.arm.effects.base_drift import BaseDrift
-from workbench.arm.effects.encoder_scale import EncoderScale
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.joint_coupling import JointCoupling
-from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.arm.effects.uneven_compliance import UnevenCompliance
+from workbench.arm import effects as kinds
+from workbench.arm.effects import LocalJointError, UnevenCompliance
 from workbench.arm.gravity import tilted
 from workbench.diagnosis import gravity_tilt
 from workbench.diagnosis.gravity_tilt import GravityTilt
@@ -71,9 +66,9 @@ def test_no_effect_is_added_where_the_geometry_explains_little(soft):
 @pytest.mark.parametrize(
     ("effect", "text"),
     [
-        (EncoderScale((1,), (-0.005,)), "Joint 2 moves farther than it counts: -0.5 %"),
-        (JointCompliance((0,), (2e-6,)), "Joint 1 gives under load: 2 µm/N"),
-        (JointCoupling((0, 1), (1e-3,)), "Joint 1 moves along with joint 2: 0.001 mm/mrad"),
+        (kinds.EncoderScale((1,), (-0.005,)), "Joint 2 moves farther than it counts: -0.5 %"),
+        (kinds.JointCompliance((0,), (2e-6,)), "Joint 1 gives under load: 2 µm/N"),
+        (kinds.JointCoupling((0, 1), (1e-3,)), "Joint 1 moves along with joint 2: 0.001 mm/mrad"),
         (LocalJointError((0,), (-1e-3, 0.0, 1e-3), knots=(0.0, 0.1, 0.2), range=(0.0, 0.2)), "up to 1 mm"),
     ],
 )
@@ -136,8 +131,8 @@ def test_a_tilt_is_not_claimed_where_the_measuring_frame_agrees_with_the_file(mo
 
 
 def test_look_alikes_are_listed_with_their_order_and_nothing_drifts_by_zero():
-    assert JointHarmonic((4,), order=2).phrase == "joint-harmonic at joint 5, order 2"
-    drift = BaseDrift((), (0.0, 0.0, 0.0, 1e-7, 0.0, 0.0))
+    assert kinds.JointHarmonic((4,), order=2).phrase == "joint-harmonic at joint 5, order 2"
+    drift = kinds.BaseDrift((), (0.0, 0.0, 0.0, 1e-7, 0.0, 0.0))
     chain, motion = wb.load_robot("aria").chain, Motion(np.zeros((2, 6)), time=np.zeros(2))
     assert drift.sentence(chain, motion) == "The measuring frame drifts: up to 0.36 mrad/h"
 

@@ -12,6 +12,7 @@ from workbench.diagnosis.report.document import budget_bars
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.report.numbers import compared
+from workbench.session import next_step as to
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
@@ -20,25 +21,7 @@ from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.live_score import PlateTrial
-from workbench.session.next_step import (
-    ADD,
-    BACK,
-    CAUSE,
-    COMPARE,
-    CORRECT,
-    FIT,
-    LOAD,
-    MAKE,
-    MORE,
-    PLATE,
-    POSES,
-    TAKE,
-    Action,
-    NextStep,
-    Tone,
-    _foreign,
-    next_step,
-)
+from workbench.session.next_step import COMPARE, LOAD, TAKE, Action, NextStep, Tone, _foreign, next_step
 from workbench.session.page_state import RunningJob, Tab
 from workbench.session.part import AbstractPart
 from workbench.session.stages import share_of_noise, stages
@@ -95,9 +78,8 @@ def test_a_stuck_drag_says_why_and_every_reading_has_a_button(first):
 
 
 def unreached(session: Session, **change) -> Session:
-    states = list(session.states)
-    states[2] = replace(states[2], **change)
-    return replace(session, states=tuple(states))
+    first, second, third, *others = session.states
+    return replace(session, states=(first, second, replace(third, **change), *others))
 
 
 def with_noise(session: Session, times: float | None) -> Session:
@@ -130,11 +112,16 @@ def unchanged(session: Session) -> Session:
     return session
 
 
+def unasked(session: Session) -> Session:
+    """Of which no accuracy is wanted."""
+    return session.updated("choices", wanted=None)
+
+
 def with_plate_kept(session: Session, position: float = 1e-4) -> Session:
     """Moved, and predicted to be so good [m]."""
     plate = replace(session.plate, xyz=session.plate.xyz + 0.01)
     moved = replace(session, plate=plate, score=replace(session.score, position=position))
-    return moved.updated("history", done=(session.history.best,)).updated("choices", wanted=None)
+    return unasked(moved.updated("history", done=(session.history.best,)))
 
 
 def beside_rows(session: Session) -> Session:
@@ -145,8 +132,7 @@ def fallen_short(session: Session, **change) -> Session:
     """A plate on which 95 % of the arms keep 1.3 times what they have to."""
     at = (session.plate, session.noise, session.choices.wanted)
     trial = PlateTrial(*at, 200, 0.7, 0, 1.3, 1e-4, "tried", "instrument")
-    history = replace(session.history, done=(session.history.best,), **change)
-    return replace(session, history=history).with_part(trial)
+    return session.updated("history", done=(session.history.best,), **change).with_part(trial)
 
 
 def with_a_wrong_row(session: Session) -> Session:
@@ -161,8 +147,7 @@ def with_a_wrong_row(session: Session) -> Session:
 
 def with_another_robot(session: Session) -> Session:
     """On the plate that it begins on, while undo leads back to the robot before."""
-    history = replace(session.history, done=(session.history.best,))
-    return replace(session, history=history).updated("choices", wanted=None)
+    return unasked(session.updated("history", done=(session.history.best,)))
 
 
 @dataclass(frozen=True)
@@ -177,7 +162,7 @@ PLAIN, CAREFUL, GOOD, BAD, JOG = Tone.PLAIN, Tone.CAREFUL, Tone.GOOD, Tone.BAD, 
 NOTHING = {"effects": (), "causes": (), "residual_map": None}
 UNEXPLAINED = NOTHING | {"verdict": Verdict.UNEXPLAINED}
 NOISE = NOTHING | {"verdict": Verdict.NO_EFFECT}
-NO_POSES = np.zeros((0, 6))
+LOST = UNEXPLAINED | {"measure_next": np.zeros((0, 6))}
 STATES = [
     # before, what is done to it, part of the sentence, tone, next and other action or their commands
     ("first", unchanged, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
@@ -185,45 +170,31 @@ STATES = [
     ("first", with_plate_kept, "Good enough?", PLAIN, LOAD, ImprovePlate),
     ("first", lambda s: with_plate_kept(s, np.nan), "reach the region", CAREFUL, ImprovePlate, LOAD),
     ("first", lambda s: with_plate_kept(s, 1.0), "Good enough?", PLAIN, LOAD, RestoreBest),
-    ("loaded", lambda s: with_plate_kept(beside_rows(s)), "Good enough?", PLAIN, ImprovePlate, BACK),
+    ("loaded", lambda s: with_plate_kept(beside_rows(s)), "Good enough?", PLAIN, ImprovePlate, to.BACK),
     ("first", with_another_robot, "Drag an arrow", PLAIN, ImprovePlate, LOAD),
     ("first", lambda s: unreached(s, reached=False), "9 of 10 targets", BAD, SelectTarget(2), ImprovePlate),
     ("first", lambda s: unreached(s, hit="link 3"), "3 is blocked", BAD, SelectTarget(2), ImprovePlate),
-    ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), MAKE),
-    ("first", lambda s: fallen_short(s, searched=s.plate), "No better plate", CAREFUL, MAKE, LOAD),
+    ("first", lambda s: fallen_short(s), "better places", CAREFUL, ImprovePlate(seed=1), to.MAKE),
+    ("first", lambda s: fallen_short(s, searched=s.plate), "No better plate", CAREFUL, to.MAKE, LOAD),
     ("first", lambda s: s.updated("page", caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: s.updated("page", job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", lambda s: s.with_part(Following()).updated("playback", focus=JOG), "real", PLAIN, LOAD, None),
-    ("loaded", unchanged, "rows", PLAIN, FIT, LOAD),
-    ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, CAUSE, TAKE),
-    (
-        "identified",
-        lambda s: with_noise(s, 1.2).updated("choices", wanted=None),
-        "noise",
-        GOOD,
-        TAKE,
-        COMPARE,
-    ),
-    ("identified", lambda s: with_noise(s, None), "?", PLAIN, CAUSE, TAKE),
-    ("identified", few_rows, "too few", CAREFUL, MORE, COMPARE),
-    ("identified", with_a_wrong_row, "mm without row", CAREFUL, CAUSE, LeaveRowsOut),
-    ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, ADD, POSES),
-    ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, CORRECT, POSES),
-    ("diagnosed", unsure, "one of several", CAREFUL, ADD, POSES),
-    ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "left", CAREFUL, POSES, TAKE),
-    ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED, measure_next=NO_POSES), "", CAREFUL, MORE, TAKE),
-    (
-        "diagnosed",
-        lambda s: as_diagnosed(s, **NOISE).updated("choices", wanted=None),
-        "noise",
-        GOOD,
-        TAKE,
-        COMPARE,
-    ),
+    ("loaded", unchanged, "rows", PLAIN, to.FIT, LOAD),
+    ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, to.CAUSE, TAKE),
+    ("identified", lambda s: unasked(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),
+    ("identified", lambda s: with_noise(s, None), "?", PLAIN, to.CAUSE, TAKE),
+    ("identified", few_rows, "too few", CAREFUL, to.MORE, COMPARE),
+    ("identified", with_a_wrong_row, "mm without row", CAREFUL, to.CAUSE, LeaveRowsOut),
+    ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, to.ADD, to.POSES),
+    ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, to.CORRECT, to.POSES),
+    ("diagnosed", unsure, "one of several", CAREFUL, to.ADD, to.POSES),
+    ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "left", CAREFUL, to.POSES, TAKE),
+    ("diagnosed", lambda s: as_diagnosed(s, **LOST), "", CAREFUL, to.MORE, TAKE),
+    ("diagnosed", lambda s: unasked(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),
     ("diagnosed", lambda s: as_diagnosed(s, **NOISE), "1 mm", BAD, TAKE, COMPARE),
     ("added", unchanged, "describes the arm as measured", GOOD, TAKE, COMPARE),
     ("added", lambda s: s.updated("page", tab=Tab.COMPARE), "arm as measured", GOOD, TAKE, None),
-    ("first", lambda s: s.updated("page", tab=Tab.MEASURE), "Nothing has been", PLAIN, None, PLATE),
+    ("first", lambda s: s.updated("page", tab=Tab.MEASURE), "Nothing has been", PLAIN, None, to.PLATE),
     ("added", lambda s: as_diagnosed(s, causes=()), "not all by certain causes", PLAIN, TAKE, COMPARE),
     ("added", unsure, "not all by certain causes", PLAIN, TAKE, COMPARE),
     ("added", lambda s: as_diagnosed(s, verdict=Verdict.PARTLY), "", CAREFUL, TAKE, COMPARE),

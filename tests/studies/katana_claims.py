@@ -7,24 +7,14 @@ at the same poses are a + b apart on average at most. Both hold for whatever arm
 import numpy as np
 
 from studies import katana_printed as printed
+from studies import katana_study as ways
 from studies.finding import Finding, checked, judged
 from studies.influence_study import TROUBLES, InfluenceStudy
-from studies.katana_study import (
-    AS_BAD,
-    BEFORE,
-    CONVENTIONAL,
-    FIRST,
-    INFLUENCE,
-    SIMULTANEOUS,
-    SQUARES,
-    TOGETHER,
-    KatanaStudy,
-    spread,
-)
+from studies.katana_study import BEFORE, CONVENTIONAL, FIRST, INFLUENCE, SIMULTANEOUS, KatanaStudy, spread
 from studies.katana_tables import DISTANCE, HALF_UNIT, MEAN
 from workbench import Motion, load_robot, tool_poses
 
-LIKE_THE_THESIS = f"the constants' errors are {AS_BAD:g} times those of Table 3.2, all else as above"
+LIKE_THE_THESIS = f"the constants' errors are {ways.AS_BAD:g} times those of Table 3.2, all else as above"
 """What is said of arms that begin as badly as the thesis's."""
 
 
@@ -92,8 +82,8 @@ def _factor_reason(before: int, after: int) -> str:
 
 def _ours(study: KatanaStudy) -> tuple[Finding, ...]:
     """What this package does in place of the thesis's ways."""
-    poses = spread(study.held_out[:, FIRST] / study.held_out[:, TOGETHER])
-    squares = spread(study.held_out[:, SQUARES] / study.held_out[:, SIMULTANEOUS])
+    poses = spread(study.held_out[:, FIRST] / study.held_out[:, ways.TOGETHER])
+    squares = spread(study.held_out[:, ways.SQUARES] / study.held_out[:, SIMULTANEOUS])
     return (
         judged(
             "Fig. 4.9", "tilting first / all at once from the poses", "(tilting first needed)",

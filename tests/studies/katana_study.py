@@ -24,9 +24,7 @@ from scipy.spatial.transform import Rotation
 from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
 from workbench import Dataset, Motion, Robot, load_robot, tool_poses
-from workbench.arm.effects.backlash import Backlash
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.tilting import ClearanceTilt
+from workbench.arm.effects import Backlash, ClearanceTilt, JointCompliance
 from workbench.base import se3
 from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import frozen

@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 
 from studies import katana_printed as printed
+from studies import katana_study as ways
 from studies.conftest import agree
-from studies.katana_study import (
-    BEFORE,
-    CONVENTIONAL,
-    FIRST,
-    SIMULTANEOUS,
-    TOGETHER,
-    differences,
-    katana_study,
-)
 from workbench import Motion, load_robot, tool_poses
 from workbench.base import se3
 
@@ -38,20 +30,20 @@ def test_what_must_agree_agrees(found):
 
 def test_two_arms_have_errors_of_the_thesis_size():
     """The whole reproduction, in seconds: before, without tilting, and what tilting leaves."""
-    medians = np.median(katana_study(arms=2).held_out, axis=0)
-    assert 0.30 < medians[CONVENTIONAL] < 0.42
-    assert 0.30 < medians[SIMULTANEOUS] < 0.42
-    assert medians[FIRST] < 0.16
-    assert medians[TOGETHER] < 0.16
-    assert medians[BEFORE] > medians[CONVENTIONAL]
+    medians = np.median(ways.katana_study(arms=2).held_out, axis=0)
+    assert 0.30 < medians[ways.CONVENTIONAL] < 0.42
+    assert 0.30 < medians[ways.SIMULTANEOUS] < 0.42
+    assert medians[ways.FIRST] < 0.16
+    assert medians[ways.TOGETHER] < 0.16
+    assert medians[ways.BEFORE] > medians[ways.CONVENTIONAL]
 
 
 def test_without_a_remainder_little_is_left():
     """A joint whose play hangs on a feeble moment may still be taken for lying on the other side."""
-    study = katana_study(arms=2, remainder=0.0)
-    assert study.held_out[:, TOGETHER].max() < 0.08
-    assert study.held_out[:, CONVENTIONAL].min() > 0.25
-    assert (study.held_out[:, BEFORE] > study.held_out[:, CONVENTIONAL]).all()
+    study = ways.katana_study(arms=2, remainder=0.0)
+    assert study.held_out[:, ways.TOGETHER].max() < 0.08
+    assert study.held_out[:, ways.CONVENTIONAL].min() > 0.25
+    assert (study.held_out[:, ways.BEFORE] > study.held_out[:, ways.CONVENTIONAL]).all()
 
 
 def test_differences_by_hand():
@@ -61,7 +53,7 @@ def test_differences_by_hand():
     moved = pose.copy()
     moved[:, :3, :3] = se3.rotvec_to_matrix(np.array([0.0, 0.0, np.deg2rad(0.3)])) @ pose[:, :3, :3]
     moved[:, :3, 3] += [3e-3, -4e-3, 0.0]
-    assert np.allclose(differences(pose, moved), [[3.0, 4.0, 0.0, 5.0, 0.3, 0.0, 0.0]], atol=1e-9)
+    assert np.allclose(ways.differences(pose, moved), [[3.0, 4.0, 0.0, 5.0, 0.3, 0.0, 0.0]], atol=1e-9)
 
 
 def test_stiffness_is_converted_once():

@@ -74,18 +74,8 @@ PICTURES = {"PNG": ".png", "JPEG": ".jpg", "BMP": ".bmp", "TIFF": ".tif", "WEBP"
 NASTY = (
     *(b"", b"\0", b"\r\n", b"\t", b",", b";", b"'", b'"', b"[", b"]", b"{", b"}", b"<", b">", b"=", b"#"),
     *(b"\xff", b"nan", b"inf", b"-1", b"1e999", b"1e308", b"9" * 30, b"9" * 5000, b"null", b"true", b"-"),
-    *(
-        b"[" * 2000,
-        b"{" * 2000,
-        b"\xe2\x88\x92",
-        b"q1[deg]",
-        b"x[mm]",
-        b"joint",
-        b"../",
-        b"&a;",
-        b"[[joint]]",
-    ),
-    *(b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff", b"Infinity", b"0.0, 0.0, 0.0"),
+    *(b"[" * 2000, b"{" * 2000, b"\xe2\x88\x92", b"q1[deg]", b"x[mm]", b"joint", b"../", b"&a;"),
+    *(b"[[joint]]", b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff", b"Infinity", b"0.0, 0.0, 0.0"),
 )
 """What damage puts in."""
 

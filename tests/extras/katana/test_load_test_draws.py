@@ -11,16 +11,10 @@ from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import virtual_arm
-from workbench.extras.katana.load_test import experiment
+from workbench.extras.katana.load_test import experiment, tolerance
 from workbench.extras.katana.load_test.joint_tilting_fit import KINDS
 from workbench.extras.katana.load_test.postures import plan_load_test
-from workbench.extras.katana.load_test.tolerance import (
-    ANGLE,
-    LENGTH,
-    constants_known,
-    has_certain_load_sides,
-    moment_errors,
-)
+from workbench.extras.katana.load_test.tolerance import ANGLE, LENGTH, constants_known, has_certain_load_sides
 
 METER = replace(INSTRUMENTS["inclinometer"], samples=experiment.REPEATS)
 
@@ -47,7 +41,7 @@ def test_moments_err_as_those_of_many_arms(planned):
         for _ in range(150)
     ]
     seen = np.std([joint_moments(arm, motion).about for arm in arms], axis=0)
-    stated, _ = moment_errors(robot, motion, constants_known(robot))
+    stated, _ = tolerance.moment_errors(robot, motion, constants_known(robot))
     np.testing.assert_allclose(stated[:, 1:], seen[:, 1:], rtol=0.25)
 
 

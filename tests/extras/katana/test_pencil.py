@@ -78,15 +78,8 @@ def test_scan_and_potentiometer_give_cartesian_errors():
     flat = np.linalg.norm(drawn.points, axis=1) - RADIUS
     assert np.abs(flat - out).max() > 0.03e-3  # the leaning pencil alone would mislead
     profile = plotted_profile(scanned(drawn, clockwise=True), RADIUS)
-    found = plotted_errors(
-        profile,
-        centre + RADIUS * ray,
-        poses[:, :3, 2],
-        drawn.extension,
-        centre=centre,
-        along=along,
-        across=across,
-    )
+    ideal, circle = centre + RADIUS * ray, {"centre": centre, "along": along, "across": across}
+    found = plotted_errors(profile, ideal, poses[:, :3, 2], drawn.extension, **circle)
     np.testing.assert_allclose(found[2:-2] @ normal, above[2:-2], atol=1e-6)
     inner = slice(2, -2)
     wanted = out[:, None] * ray + above[:, None] * normal

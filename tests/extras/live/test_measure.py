@@ -62,14 +62,8 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
 
 
 def test_what_makes_no_sense_is_said(do):
-    for command in (
-        guided.StoreRow(),
-        guided.TakeAgain(),
-        guided.UseRows(),
-        guided.EndMeasuring(),
-        guided.MeasureLive(),
-    ):
-        assert do(command).page.messages[-1].severity is Severity.ERROR
+    for kind in (guided.StoreRow, guided.TakeAgain, guided.UseRows, guided.EndMeasuring, guided.MeasureLive):
+        assert do(kind()).page.messages[-1].severity is Severity.ERROR
     session = do(guided.TellSource("arm"), guided.MeasureLive(), guided.MeasureLive())
     assert session.page.messages[-1].severity is Severity.ERROR
     empty = replace(session.plate, targets=())

@@ -15,17 +15,11 @@ from viser._messages import GuiUpdateMessage
 from workbench import Motion, load_robot, read_measurements, tool_poses
 from workbench.plate.plate_toml import read_plate
 from workbench.report.numbers import compared
+from workbench.session import export
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.messages import OpenTab, Tell
-from workbench.session.export import (
-    calibrated_toml,
-    calibrated_urdf,
-    measurements_csv,
-    plate_toml,
-    report_zip,
-)
 from workbench.session.page_state import Severity, Tab
 from workbench.session.stages import stages
 from workbench.session.state import Focus
@@ -155,17 +149,17 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
     done(app, Identify(("opt2",)))
     session = app.worker.session
     made = {}
-    for make in (plate_toml, measurements_csv, calibrated_toml, calibrated_urdf, report_zip):
-        name, content = make(session)
+    for kind in ("plate_toml", "measurements_csv", "calibrated_toml", "calibrated_urdf", "report_zip"):
+        name, content = getattr(export, kind)(session)
         (tmp_path / name).write_bytes(content)
-        made[make] = tmp_path / name
-    assert len(read_plate(made[plate_toml])) == 10
-    assert len(read_measurements(made[measurements_csv], joints=6)) == 10
+        made[kind] = tmp_path / name
+    assert len(read_plate(made["plate_toml"])) == 10
+    assert len(read_measurements(made["measurements_csv"], joints=6)) == 10
     q = session.results.comparison.q[:5]
     wanted = tool_poses(session.results.identification.runs["opt2"].calibrated, Motion(q))
-    for path in (made[calibrated_toml], made[calibrated_urdf]):
+    for path in (made["calibrated_toml"], made["calibrated_urdf"]):
         assert np.abs(tool_poses(load_robot(path), Motion(q)) - wanted).max() < 1e-9
-    assert zipfile.ZipFile(made[report_zip]).namelist() == ["report/report.html"]
+    assert zipfile.ZipFile(made["report_zip"]).namelist() == ["report/report.html"]
 
 
 def controls(app):
