@@ -23,8 +23,8 @@ from workbench.base.threads import one_thread
 from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
-from workbench.extras.pendant.convention import as_dataset, reading_of_display, with_displayed_frames
-from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, of_dataset, read_display, typed
+from workbench.extras.pendant.convention import as_datasets, reading_of_display, with_displayed_frames
+from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, read_display
 from workbench.identification.identify import identify
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.usable_rows import MIN_ROWS
@@ -182,32 +182,27 @@ def extract(
         DataError: too few readings, none that this arm can show, or several meanings that fit.
         FileError, OptionError: no readings.
     """
-    if isinstance(readings, Path):
-        shown = read_display(readings, robot, columns=columns)
-    else:
-        shown = of_dataset(readings, robot) if isinstance(readings, Dataset) else typed(readings, robot.dof)
+    shown = read_display(readings, robot, columns=columns)
     meant = reading_of_display(robot, shown, reading)
-    found = _extracted(robot, shown, meant, np.arange(len(shown)))
+    found = _extracted(robot, shown, meant, np.arange(len(shown.data)))
     stood = np.flatnonzero(shown.stood)
     if found.verdict is not ModelVerdict.MORE or len(stood) < MIN_ROWS:
         return found
-    alone, moved = _extracted(robot, shown, meant, stood), plural(len(shown) - len(stood), "reading")
+    alone, moved = _extracted(robot, shown, meant, stood), plural(len(shown.data) - len(stood), "reading")
     note = f"{moved} left out, as the arm moved: joints and pose were not read at once"
     return found if alone.verdict is ModelVerdict.MORE else replace(alone, notes=(note,))
 
 
 def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.ndarray) -> Extraction:
     arm = reading.on(robot.bare) or robot
-    data, rounded = (
-        as_dataset(arm, robot, shown, reading, commanded=own).take(rows) for own in (True, False)
-    )
+    data, rounded = (each.take(rows) for each in as_datasets(arm, robot, shown, reading))
     run, *left, allowed = _fitted(framed := with_displayed_frames(arm, reading), data)
     if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
         run, *left, allowed = _fitted(framed, rounded)  # whole degrees that were not commanded
     nominal, best = left
     return Extraction(
         robot=run.aligned if nominal < allowed else run.best.calibrated,
-        meaning=shown.meaning(robot, reading),
+        meaning=shown.meaning(reading),
         run=run,
         left=(nominal, best),
         allowed=allowed,
