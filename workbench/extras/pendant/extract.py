@@ -210,21 +210,18 @@ def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.nda
 
 
 def _fitted(arm: Robot, data: Dataset, set_apart: bool = True) -> tuple[Identification, float, float, float]:
-    """The model that fits, what the nominal arm and it leave, and how much a model may leave."""
+    """The model that fits, what the nominal arm and it leave, root mean square in standard deviations of
+    rounding, and how much a model may leave."""
     run = identify(arm, data, set_apart=set_apart, held_out=0.0, reading="given")
     if run.outliers and set_apart and (every := _fitted(arm, data, set_apart=False))[2] <= every[3]:
         return every  # all agree within their last digits
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
-    nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
+    shown, sizes = se3.pose(*map(np.asarray, (used.rotation, used.position))), np.asarray(used.sigma)
+    arms = (each.predict(used.q) for each in (run.aligned, run.best.calibrated))
+    errors = np.array([se3.pose_error(shown, own) / np.maximum(sizes, NEGLIGIBLE) for own in arms])
+    nominal, best = np.sqrt((errors**2).mean((1, 2))).tolist()
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
     return run, nominal, best * float(np.sqrt(6 * len(used) / spare)), allowed
-
-
-def _left(arm: Robot, data: Dataset) -> float:
-    """What an arm leaves of readings, root mean square, in standard deviations of their rounding."""
-    shown = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
-    errors = se3.pose_error(shown, arm.predict(data.q)) / np.maximum(np.asarray(data.sigma), NEGLIGIBLE)
-    return float(np.sqrt((errors**2).mean()))
 
 
 def _pose_text(frame: Frame) -> str:
