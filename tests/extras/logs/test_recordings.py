@@ -162,7 +162,7 @@ def test_frames_of_tf_are_chosen_by_name(read_here, run_of_arm, tmp_path):
     check(wb.read_measurements(bag, columns="pose=probe"), run_of_arm)
     with refuses(OptionError, "poses 'probe'", "'other'"):
         wb.read_measurements(bag, columns="pose=other")
-    assert len(read_display(bag, wb.load_robot("ur5e"), columns="pose=probe")) == POSES
+    assert len(read_display(bag, wb.load_robot("ur5e"), columns="pose=probe").data) == POSES
 
 
 def test_what_is_no_bag_is_refused(tmp_path):

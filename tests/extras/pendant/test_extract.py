@@ -13,6 +13,7 @@ from slow import slow
 
 import workbench as wb
 from workbench.arm.effects import JointCompliance
+from workbench.extras.pendant.displayed import read_display
 from workbench.extras.pendant.extract import ModelVerdict
 
 
@@ -157,6 +158,15 @@ def test_tables_as_people_write_them(tmp_path, head, change):
     path.write_text("\n".join([head, *map(change, rows)]))
     found = wb.extract("ur5e", path)
     assert ("z y' x''" in found.meaning.orientation, found.verdict) == (True, ModelVerdict.EXTRACTED)
+
+
+def test_a_sliding_joint_is_read_by_its_unit_where_positions_have_none(tmp_path):
+    rows = [[0.0, 0.3, 0.2, 0.0], {"theta": 0.0, "d": 0.0, "a": 0.0, "alpha": 0.0, "type": "prismatic"}]
+    numbers = [["30.0", "250.0", "173.2", "100.0", "550", "30", "0", "0"]] * 2
+    path = write(numbers, str(tmp_path / "read.csv"), "q1[deg],q2[mm],x,y,z,A[deg],B[deg],C[deg]")
+    shown = read_display(path, wb.Robot.from_dh(rows, name="two"))
+    assert shown.data.q[0] == pytest.approx([np.radians(30.0), 0.25])
+    assert shown.steps[0][0] == pytest.approx([np.radians(0.1), 1e-4])
 
 
 def test_poses_may_be_typed_and_metres_and_radians_are_found(run, tmp_path):

@@ -22,7 +22,7 @@ from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.statics.moments import joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
-from workbench.extras.pendant.displayed import Displayed
+from workbench.extras.pendant.displayed import Displayed, Shown, displayed
 from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, read_joint_table, table_readings
 from workbench.session.commands.arm import LoadModel, holds_robot
@@ -34,10 +34,10 @@ def plain(name: str) -> Robot:
     return load_robot(name).bare
 
 
-def shown(numbers: np.ndarray, joints: int) -> Displayed:
+def shown(numbers: np.ndarray, robot: Robot) -> Displayed:
     """Numbers as a pendant shows them, without units."""
-    q, xyz, turn = np.split(numbers, [joints, joints + 3], axis=1)
-    return Displayed(joints=q, xyz=xyz, turn=turn)
+    parts = np.split(numbers, [robot.dof, robot.dof + 3], axis=1)
+    return displayed(robot, [Shown(own, 0.0 * own) for own in parts], "typed", np.arange(len(numbers)))
 
 
 def exactly(q: np.ndarray, poses: np.ndarray) -> Dataset:
@@ -84,7 +84,7 @@ def right(found: FoundConvention, arm: Robot, signs: np.ndarray, offsets: np.nda
 @pytest.mark.parametrize(("name", "seed"), [slow("ur10", 10), ("aria", 1), ("iiwa14", 8), ("katana450", 9)])
 def test_signs_offsets_units_and_convention_are_found(name, seed):
     arm, signs, offsets, table, numbers = wrong_choice(np.random.default_rng(seed), name)
-    found = find_convention(table_readings(table), shown(numbers, arm.dof))
+    found = find_convention(readings := table_readings(table), shown(numbers, readings[0].robot))
     assert right(found, arm, signs, offsets)
     wanted = "modified DH (Craig)" if arm.convention.startswith("craig") else "standard DH"
     assert found.assumptions[0] == wanted
@@ -130,7 +130,7 @@ def test_makers_angles_are_read(axes, expected):
     angles = turned.as_matrix().reshape(3, 9) if axes == "R" else turned.as_quat(scalar_first=True)
     angles = turned.as_euler(axes, degrees=True) if axes[1:] else angles
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
-    found = find_convention([TableReading(arm)], shown(numbers, 6))
+    found = find_convention([TableReading(arm)], shown(numbers, arm))
     assert expected in found.assumptions[-1]
     assert found.reading.position < 1e-6
 

@@ -85,6 +85,19 @@ def test_poses_of_the_calibration_are_left_out(arm):
     assert "records no poses" in wb.verify(replace(calibrated, calibration=None), fresh).warnings[0]
 
 
+def test_rows_tell_units_that_a_file_lacks(arm, tmp_path):
+    """Degrees and millimetres, to `verify` and to `rezero`."""
+    calibrated, _, fresh = arm
+    numbers = np.column_stack([np.rad2deg(fresh.q), 1e3 * fresh.position])
+    np.savetxt(tmp_path / "r.csv", numbers, delimiter=",", header="q1,q2,q3,q4,q5,q6,x,y,z", comments="")
+    bare, told = wb.read_measurements(tmp_path / "r.csv"), wb.Dataset(fresh.q, fresh.position)
+    (seen, known), (moved, same) = (
+        [do(calibrated, d) for d in (bare, told)] for do in (wb.verify, wb.rezero)
+    )
+    assert seen.evaluation.errors.position == pytest.approx(known.evaluation.errors.position, abs=1e-7)
+    assert [s.shift for s in moved.shifts] == pytest.approx([s.shift for s in same.shifts], abs=1e-6)
+
+
 def test_a_row_that_stands_twice_is_no_second_visit(arm):
     """Row 3 is excluded and stands again at the end: only that copy is there to be judged."""
     calibrated, _, fresh = arm

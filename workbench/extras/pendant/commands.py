@@ -106,7 +106,6 @@ def new(
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import save_robot
-    from workbench.extras.pendant.displayed import typed
     from workbench.extras.pendant.own_robot.find_convention import find_convention, read_poses, readings_of
 
     if (apply is None) != (form is None):
@@ -117,8 +116,7 @@ def new(
         arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
         readings = readings_of(source, tip=tip)
-        first = readings[0].robot
-        shown = typed(pose or [], first.dof) if poses is None else read_poses(poses, first, columns=columns)
+        shown = read_poses(poses or pose or [], readings[0].robot, columns=columns)
         found = find_convention(readings, shown)
         arm, reading = found.robot, found.reading
         for text in found.notes:

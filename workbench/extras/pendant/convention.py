@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.frame import Frame
 from workbench.arm.joint_units import sliding
@@ -14,7 +13,7 @@ from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS
-from workbench.extras.pendant.displayed import SIZES, Displayed, Steps
+from workbench.extras.pendant.displayed import Displayed
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import CLEAR, EXACT, ReadingSearch
@@ -40,35 +39,35 @@ def reading_of_display(robot: Robot, shown: Displayed, how: str = "auto") -> Row
     Raises:
         DataError: too few poses, no reading fits, several do, or the poses are of another arm.
     """
-    if len(shown) < MIN_ROWS:
-        few = f"{len(shown)} poses do not determine the convention; read at least {MIN_ROWS}"
-        raise DataError(f"{shown.source}: {few}, and about 30 to extract the model")
-    found = read_rows(robot, data := shown.dataset(robot))
+    if len(shown.data) < MIN_ROWS:
+        few = f"{len(shown.data)} poses do not determine the convention; read at least {MIN_ROWS}"
+        raise DataError(f"{shown.data.source}: {few}, and about 30 to extract the model")
+    found = read_rows(robot, shown.data)
     assert found is not None
     best, given, far = found.best, found.given, FOREIGN_MISFIT * robot.reach
     if best.convention is None:
-        raise DataError(f"{shown.source}: the orientation stays the same while the joints turn the tool")
+        raise DataError(f"{shown.data.source}: the orientation stays the same while the joints turn the tool")
     is_given = how == "given" or not found.is_found
     if given and is_given and given.rotation < FITS_TURN and given.position < far:
-        return _in_convention(robot, shown, data, given)  # an arm may differ from its table by as much
+        return _in_convention(robot, shown, given)  # an arm may differ from its table by as much
     if found.is_found and best.other:
         text = f"these rows don't belong to {robot.name}; {best.robot.name} fits to {best.size}"
-        raise DataError(f"{shown.source}: {text}: choose the robot '{best.other}'")
-    is_other = (shown.units[0] and best.unit != 1.0) or best.mirrored or best.on(robot) is None
+        raise DataError(f"{shown.data.source}: {text}: choose the robot '{best.other}'")
+    is_other = (shown.is_told and best.unit != 1.0) or best.mirrored or best.on(robot) is None
     taken = found.accepted(how) if is_other else best
     if not found.is_found or taken is None:
-        said = found if shown.units[0] else replace(found, best=replace(best, unit=1.0))
+        said = found if shown.is_told else replace(found, best=replace(best, unit=1.0))
         cure = "correct the file" if found.told else found.remedy
-        raise DataError(f"{shown.source}: {said.text()}; {cure}")
-    return _in_convention(robot, shown, data, taken)
+        raise DataError(f"{shown.data.source}: {said.text()}; {cure}")
+    return _in_convention(robot, shown, taken)
 
 
-def _in_convention(robot: Robot, shown: Displayed, data: Dataset, reading: RowReading) -> RowReading:
+def _in_convention(robot: Robot, shown: Displayed, reading: RowReading) -> RowReading:
     """The reading; where others fit alike with another tool in the convention that headings name.
 
     A tool that keeps its orientation fits in all, and can't be parted from the base: the likeliest is taken.
     """
-    search = ReadingSearch(robot, data=usable(data) or data)
+    search = ReadingSearch(robot, data=usable(shown.data) or shown.data)
     turns = reading.flange(search.data.q)[:, :3, :3]
     turned = np.linalg.norm(se3.matrix_to_rotvec(turns @ turns[0].T), axis=1).max()
     bare = replace(reading, base=np.eye(4), tool=np.eye(4))
@@ -79,15 +78,15 @@ def _in_convention(robot: Robot, shown: Displayed, data: Dataset, reading: RowRe
         tools = se3.matrix_to_rotvec(np.array([w.tool[:3, :3].T @ reading.tool[:3, :3] for w in ways]))
         if np.linalg.norm(tools, axis=1).max() < TURNED:
             return reading
-    ways.sort(key=lambda w: (len({*shown.meaning(robot, w).units[::2]}), w.cost))  # angles as joints
+    ways.sort(key=lambda w: (len({*shown.meaning(w).units[::2]}), w.cost))  # angles as joints
     named = [kind.text for kind in ORIENTATIONS if kind.name == shown.named]
     told = [w for w in ways if w.convention and w.convention.name in named]
     if not told and turned > KEPT:
         names = ", or ".join(w.convention.name for w in ways[:2] if w.convention)
+        way = f"the tool turns by {np.rad2deg(turned):.2g}° about one axis only, which fits in several"
         raise DataError(
-            f"{shown.source}: the tool turns by {np.rad2deg(turned):.2g}° about one axis only, which fits in "
-            f"several conventions, such as {names}: add poses with the tool turned about all axes, or name "
-            "the angles in the headings (A, B, C; roll, pitch, yaw)"
+            f"{shown.data.source}: {way} conventions, such as {names}: add poses with the tool turned about "
+            "all axes, or name the angles in the headings (A, B, C; roll, pitch, yaw)"
         )
     return (told or ways)[0]
 
@@ -102,37 +101,24 @@ def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
     return robot.bare.with_frames(**frames)
 
 
-def as_dataset(
-    arm: Robot, robot: Robot, shown: Displayed, reading: RowReading, *, commanded: bool = True
-) -> Dataset:
+def as_datasets(arm: Robot, robot: Robot, shown: Displayed, reading: RowReading) -> tuple[Dataset, Dataset]:
     """The poses of an arm that counts as they do, each with the standard deviation that rounding gives it;
-    joints at whole degrees are exact if they were commanded there."""
-    units, joints = shown.meaning(robot, reading).units, arm is robot  # joints are read, then
-    joint, length, angle = (step * SIZES[unit] for step, unit in zip(shown.steps, units, strict=True))
-    written = shown.dataset(robot)
-    data, slides = reading.apply(written, joints=joints), sliding(robot)
-    degrees = np.rad2deg(data.q[:, ~slides])
-    variance = np.empty((len(shown), 6))
-    variance[:, :3] = (UNIFORM * reading.scale * length) ** 2
-    variance[:, 3:] = _turned_by(reading, written, UNIFORM * angle)
-    if not (commanded and np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)):
-        shares = np.where(slides, SIZES[shown.usual_units(robot)[1]] * shown.steps[0], joint) * UNIFORM
-        shares = np.broadcast_to(shares, written.q.shape)
-        shares = shares @ np.abs(reading.w.T) if joints else shares
-        variance += ((geometric_jacobian(arm, data.q) * shares[:, None]) ** 2).sum(2)
-    sigma = np.sqrt(np.maximum(variance, np.repeat(EXACT_SIGMA, 3) ** 2))
-    return replace(data, sigma=sigma, read_as=reading.text)
-
-
-def _turned_by(reading: RowReading, shown: Dataset, sigma: Steps) -> Float[np.ndarray, "rows 3"]:
-    """Variances of the rotation about the base's axes where each number [rad] is uncertain by sigma."""
-    assert shown.written is not None
-    convention = reading.convention
+    first with joints at whole degrees as exact, as if they were commanded there."""
+    joint, length, angle = (UNIFORM * step for step in shown.steps)
+    written, convention, is_own = shown.data.written, reading.convention, arm is robot
+    assert written is not None
     assert convention is not None
-    at, numbers = convention.rotations(shown), shown.written.numbers
-    total, sigmas = np.zeros((len(numbers), 3)), np.broadcast_to(sigma, numbers.shape)
-    for k, step in enumerate(np.eye(numbers.shape[1]) * 1e-6 / convention.factor):
-        moved = replace(shown, written=shown.written._replace(numbers=numbers + step))
+    data, at = reading.apply(shown.data, joints=is_own), convention.rotations(shown.data)
+    degrees = np.rad2deg(data.q[:, ~sliding(robot)])
+    known = np.zeros((len(data), 6))
+    known[:, :3] = (reading.scale * length) ** 2
+    for own, step in zip(angle.T, np.eye(angle.shape[1]) * 1e-6, strict=True):
+        moved = replace(shown.data, written=written._replace(numbers=written.numbers + step))
         change = se3.matrix_to_rotvec(convention.rotations(moved) @ at.swapaxes(1, 2)) / 1e-6
-        total += (sigmas[:, k : k + 1] * change) ** 2
-    return total
+        known[:, 3:] += (own[:, None] * change) ** 2
+    shares = reading.in_units(joint) @ np.abs(reading.w.T if is_own else np.eye(joint.shape[1]))
+    rounded = known + ((geometric_jacobian(arm, data.q) * shares[:, None]) ** 2).sum(2)
+    is_whole = np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)
+    variances = np.maximum([known if is_whole else rounded, rounded], np.repeat(EXACT_SIGMA, 3) ** 2)
+    first, second = (replace(data, sigma=s, read_as=reading.text) for s in np.sqrt(variances))
+    return first, second

@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import compress, product, takewhile
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float
 
 from workbench.arm.joint_units import sliding
 from workbench.arm.robot import Robot
@@ -19,7 +19,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
 from workbench.data.readers.assemble import ORIENTED, assemble
 from workbench.data.readers.column_meanings import TableColumn, interpret_columns
-from workbench.data.readers.columns_option import IGNORED
+from workbench.data.readers.columns_option import IGNORED, NamedUnit
 from workbench.data.readers.fields import fields_of, to_numbers
 from workbench.data.readers.headings import CONTROLLER
 from workbench.data.readers.orientation import FORMS
@@ -39,69 +39,50 @@ TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 LENGTHS, ANGLES = (1.0, SIZES["mm"]), (1.0, SIZES["deg"])
 WHAT = "give columns q1 … qN, x, y, z and the three or four numbers of the orientation, one pose a line"
-Steps = float | Float[np.ndarray, "rows _"]
+
+
+class Shown(NamedTuple):
+    """Numbers of some columns as they stand there.
+
+    Args:
+        steps: Values of last digits.
+        unit: In which they are shown; empty where nothing says it.
+        scales: Of each column, into SI; NaN where nothing says its unit.
+    """
+
+    numbers: Float[np.ndarray, "rows k"]
+    steps: Float[np.ndarray, "rows k"]
+    unit: str = ""
+    scales: Float[np.ndarray, " k"] | float = np.nan
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Displayed:
-    """Poses as shown; of each block of columns its unit, if that stands there, and its last digits.
+    """Poses as shown, in SI, where nothing says a unit by the usual one.
 
     Args:
-        joints: Joint positions, in the unit shown.
-        xyz: Position of the tool.
-        turn: Its orientation: three numbers, a quaternion, or a matrix row by row.
-        units: Units of joints, position and orientation; empty where nothing says it.
-        steps: Values of last digits; 0 where the numbers are exact.
-        source: For messages.
-        rows: Number of each pose in its file, counted from 0.
+        data: Joint positions and poses of the tool, their orientation in a convention that is open.
+        units: In which joints, positions and angles are shown; empty for what are no angles.
+        steps: Values of last digits of joints, positions and orientations.
+        is_told: Whether the unit of joints stands there.
         named: Convention of the orientation that headings name, as in `data/orientations.py`; empty if none.
         stood: Whether the arm stood there, of a log; empty where that isn't known.
     """
 
-    joints: Float[np.ndarray, "rows n"]
-    xyz: Float[np.ndarray, "rows 3"]
-    turn: Float[np.ndarray, "rows k"]
-    units: tuple[str, str, str] = ("", "", "")
-    steps: tuple[Steps, Steps, Steps] = (0.0, 0.0, 0.0)
-    source: str = "the typed poses"
-    rows: Sequence[int] = field(default=())
+    data: Dataset
+    units: tuple[str, str, str]
+    steps: Sequence[Float[np.ndarray, "rows _"]]
+    is_told: bool
     named: str = ""
-    stood: Sequence[bool] = field(default=())
+    stood: Sequence[bool] = ()
 
-    def __len__(self) -> int:
-        return len(self.joints)
-
-    def usual_units(self, robot: Robot) -> tuple[str, str, str]:
-        """Those shown, or else degrees, rad of joints within a turn, and lengths that the arm reaches."""
-        far = np.linalg.norm(self.xyz, axis=1).max(initial=1e-9)
-        length = min(("m", "mm"), key=lambda unit: abs(np.log(far * SIZES[unit] / robot.reach)))
-        joint = "deg" if np.abs(self.joints).max(initial=0.0) > 2.0 * np.pi else "rad"
-        usual = (joint, length, "deg" if self.turn.shape[1] == 3 else "")
-        joint, length, angle = (shown or unit for shown, unit in zip(self.units, usual, strict=True))
-        return joint, length, angle
-
-    def dataset(self, robot: Robot) -> Dataset:
-        """The numbers in usual units, with their orientation as it is written."""
-        joint, length, angle = (SIZES[unit] for unit in self.usual_units(robot))
-        written = WrittenOrientation("", angle * self.turn)
-        first = next(kind for kind in ORIENTATIONS if kind.numbers == self.turn.shape[1])
-        return Dataset(
-            q=self.joints * np.where(sliding(robot), length, joint),
-            position=length * self.xyz,
-            rotation=first.matrices(written.numbers),
-            written=written,
-            row=np.arange(len(self)) if not self.rows else np.array(self.rows),
-            source=self.source,
-        )
-
-    def meaning(self, robot: Robot, reading: RowReading) -> "DisplayMeaning":
-        """What the numbers are in a reading of their dataset."""
-        joint, length, angle = self.usual_units(robot)
+    def meaning(self, reading: RowReading) -> "DisplayMeaning":
+        """What the numbers are in a reading of them."""
+        joint, length, angle = self.units
         other, convention = {"deg": "rad", "rad": "deg"}, reading.convention or Convention()
         joint = joint if reading.unit == 1.0 else other[joint]
         angle = angle if convention.factor == 1.0 else other[angle]
-        kind = convention.kind
-        units = (joint, length, angle if kind is not None and kind.numbers == 3 else "")
+        units = (joint, length, angle * (convention.kind is not None))
         return DisplayMeaning(units, convention.name, replace(reading, unit=1.0).changes)
 
 
@@ -125,9 +106,15 @@ class DisplayMeaning(NamedTuple):
         return f"joints in {joints}", f"positions in {lengths}", f"{self.orientation}{turned}"
 
 
-def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) -> Displayed:
-    """Poses of a table with or without headings, or of a log, as measurements are read."""
-    path, names = Path(path), robot.joint_names
+def read_display(
+    source: Path | str | Dataset | Sequence[str], robot: Robot, *, columns: str | None = None
+) -> Displayed:
+    """Poses of a table with or without headings, or of a log, as measurements are read; or typed ones."""
+    if isinstance(source, Dataset):
+        return of_dataset(source, robot)
+    if not isinstance(source, Path | str):
+        return typed(source, robot)
+    path, names = Path(source), robot.joint_names
     if file_layout(path) is not None:  # such as a bag, whose numbers are known in full
         return of_dataset(read_measurements(path, columns=columns, joints=names), robot)
     try:
@@ -148,37 +135,50 @@ def read_display(path: Path | str, robot: Robot, *, columns: str | None = None) 
     same = {name := data.written.name, name[::-1].lower()}  # of columns in reverse
     entries = [known[key] for form in FORMS if form.convention in same for key in form.keys]
     turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
-    seen, stood = _chosen(data, np.flatnonzero(data.included))
-    xyz, length, second = _block(table, [known[axis] for axis in "xyz"], seen)
-    q, joint, first = _block(table, joints, seen, length)
-    turned, angle, third = _block(table, turn, seen)
+    data, stood = _chosen(data, data.included)
+    shown = [_block(table, own, data.row) for own in (joints, [known[axis] for axis in "xyz"], turn)]
+    return displayed(robot, shown, data.source, data.row, name * is_named, stood)
+
+
+def displayed(
+    robot: Robot, shown: Sequence[Shown], source: str, rows: np.ndarray, name: str = "", stood: Sequence = ()
+) -> Displayed:
+    """In the units shown, or else degrees, rad of joints within a turn, and lengths that the arm reaches."""
+    q, xyz, turn = shown
+    far, count = np.linalg.norm(xyz.numbers, axis=1).max(initial=1e-9), turn.numbers.shape[1]
+    joint = q.unit or ("deg" if np.abs(q.numbers).max(initial=0.0) > 2.0 * np.pi else "rad")
+    length = xyz.unit or min(("m", "mm"), key=lambda unit: abs(np.log(far * SIZES[unit] / robot.reach)))
+    angle = turn.unit or "deg" * (count == 3)
+    sizes: Any = np.where(sliding(robot), SIZES[length], SIZES[joint]), SIZES[length], SIZES[angle]
+    scales = [np.where(np.isnan(s.scales), size, s.scales) for s, size in zip(shown, sizes, strict=True)]
+    joints, position, written = (s.numbers * scale for s, scale in zip(shown, scales, strict=True))
+    turns = next(kind for kind in ORIENTATIONS if kind.numbers == count).matrices(written)
+    as_written = WrittenOrientation("", written)
     return Displayed(
-        joints=q,
-        xyz=xyz,
-        turn=turned,
+        data=Dataset(joints, position, turns, written=as_written, row=rows, source=source),
         units=(joint, length, angle),
-        steps=(first, second, third),
-        source=str(path),
-        rows=seen.tolist(),
-        named=name * (is_named and name != "rotvec"),
+        steps=[s.steps * scale for s, scale in zip(shown, scales, strict=True)],
+        is_told=bool(q.unit),
+        named=name * (name != "rotvec"),
         stood=stood,
     )
 
 
-def _chosen(data: Dataset, rows: Int[np.ndarray, " rows"]) -> tuple[Int[np.ndarray, " k"], list[bool]]:
+def _chosen(data: Dataset, mask: Bool[np.ndarray, " rows"]) -> tuple[Dataset, list[bool]]:
     """Rows of a log that are enough, and which of them are the first at which the arm stood."""
+    rows = np.flatnonzero(mask)
     numbers = np.column_stack([data.q, np.asarray(data.position)])[rows]
     stays = np.append(np.abs(np.diff(numbers, axis=0)).max(1) < STOOD, False)[: len(rows)]
     stood = stays & ~np.roll(stays, 1)
     parts = [part for part in (rows[stood], rows[~stood]) if len(part)]
     few = [part[:: -(-len(part) * len(parts) // MAX_READINGS)] for part in parts]
     chosen = np.sort(np.concatenate([rows[:0], *few]))
-    return chosen, np.isin(chosen, rows[stood]).tolist()
+    return data.take(chosen), np.isin(chosen, rows[stood]).tolist()
 
 
-def typed(texts: Iterable[str], joints: int) -> Displayed:
+def typed(texts: Iterable[str], robot: Robot) -> Displayed:
     """Poses as `q1,…,qn = x,y,z,a,b,c` (angles, or a quaternion) each."""
-    rows: list[tuple[list[str], list[str], list[str]]] = []
+    joints, rows = robot.dof, list[tuple[list[str], ...]]()
     for text in texts:
         left, _, right = text.replace("\u2212", "-").partition("=")
         own, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
@@ -189,10 +189,9 @@ def typed(texts: Iterable[str], joints: int) -> Displayed:
         rows.append((own, pose[:3], pose[3:]))
     if not rows:
         raise OptionError('no poses are typed; give three or more: --pose "q1,…,qn = x,y,z,a,b,c" for each')
-    cells = [np.array(part) for part in zip(*rows, strict=True)]
-    q, xyz, turn = (part.astype(float) for part in cells)
-    first, second, third = map(_last_digits, cells, (q, xyz, turn))
-    return Displayed(joints=q, xyz=xyz, turn=turn, steps=(first, second, third), rows=range(len(rows)))
+    cells = (np.array(part) for part in zip(*rows, strict=True))
+    shown = [Shown(own.astype(float), _last_digits(own, own.astype(float))) for own in cells]
+    return displayed(robot, shown, "the typed poses", np.arange(len(rows)))
 
 
 def of_dataset(data: Dataset, robot: Robot) -> Displayed:
@@ -202,22 +201,14 @@ def of_dataset(data: Dataset, robot: Robot) -> Displayed:
         raise DataError(f"{data.source}: the tool's pose is needed, position and orientation")
     robot.check_joints(data.q, data.source)
     seen = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
-    seen, stood = _chosen(data, np.flatnonzero(seen))
-    q, xyz, turn = data.q[seen], data.position[seen], se3.matrix_to_quaternion(data.rotation[seen])
-    written = data.written and data.written.take(seen)
-    turn, name = (turn, "") if written is None else (written.numbers, written.name)
-    own = [np.where(sliding(robot), *sizes) for sizes in product(LENGTHS, ANGLES)]
-    return Displayed(
-        joints=q,
-        xyz=xyz,
-        turn=turn,
-        units=("rad", "m", "rad" if turn.shape[1] == 3 else ""),
-        steps=(_told(q, own), _told(xyz, LENGTHS), _told(turn, ANGLES)),
-        source=data.source,
-        rows=data.row[seen].tolist(),
-        named=name * (name != "rotvec"),
-        stood=stood,
-    )
+    data, stood = _chosen(data, seen)
+    name, turn = data.written or ("", se3.matrix_to_quaternion(np.asarray(data.rotation)))
+    shown = [
+        _told(data.q, "rad", [np.where(sliding(robot), *sizes) for sizes in product(LENGTHS, ANGLES)]),
+        _told(np.asarray(data.position), "m", LENGTHS),
+        _told(turn, "rad" * (turn.shape[1] == 3), ANGLES),
+    ]
+    return displayed(robot, shown, data.source, data.row, name, stood)
 
 
 def _without_headings(grid: Grid, joints: int) -> Table:
@@ -250,41 +241,31 @@ def _completed(table: Table, joints: int) -> tuple[Table, bool]:
         named |= zip(turn, "abcd", strict=False)
     names = list(table.names)
     for k, name in named.items():
-        unit = parse_heading(names[k]).unit
-        names[k] = f"{name}[{unit}]" if unit else name
+        names[k] = NamedUnit(name, parse_heading(names[k]).unit).heading()
     is_named = bool(ORIENTED & places.keys()) and table.heading_line is not None
     return replace(table, names=tuple(names)), is_named
 
 
-def _block(
-    table: Table, columns: Sequence[TableColumn], rows: np.ndarray, length: str = ""
-) -> tuple[np.ndarray, str, np.ndarray]:
-    """Numbers of some columns, their unit where headings say it, and the values of last digits.
-
-    Args:
-        length: Unit of lengths among angles; empty where there are none.
-    """
+def _block(table: Table, columns: Sequence[TableColumn], rows: np.ndarray) -> Shown:
+    """Columns of a table, with the unit that headings say first."""
     cells = np.array([table.columns[c.index] for c in columns])[:, rows].T
     numbers = np.stack([to_numbers(table, c.index)[rows] for c in columns], axis=1)
-    steps, unit = _last_digits(cells, numbers), ""
-    for k, c in enumerate(columns):
-        if c.conversion is None or not c.unit or c.missing_unit is not None or c.unit == "1":
-            continue
-        of_length = c.conversion.quantity is Quantity.LENGTH
-        own, other = ("mm", "m") if of_length else ("deg", "rad")
-        unit = unit or (own if np.isclose(SIZES[own], c.conversion.scale) else other)
-        factor = c.conversion.scale / SIZES[length if of_length and length else unit]
-        numbers[:, k], steps[:, k] = numbers[:, k] * factor, steps[:, k] * factor
-    return numbers, unit, steps
+    known = [None if c.missing_unit else c.conversion for c in columns]
+    said = next((c for c in known if c and c.quantity is not Quantity.NUMBER), None)
+    names = ("mm", "m") if said and said.quantity is Quantity.LENGTH else ("deg", "rad")
+    unit = names[not np.isclose(SIZES[names[0]], said.scale)] if said else ""
+    return Shown(
+        numbers, _last_digits(cells, numbers), unit, np.array([c.scale if c else np.nan for c in known])
+    )
 
 
-def _told(values: Float[np.ndarray, "rows k"], sizes: Sequence) -> Float[np.ndarray, "rows k"]:
-    """Last digits of numbers in SI, in the unit of some sizes in which they have fewest."""
+def _told(values: Float[np.ndarray, "rows k"], unit: str, sizes: Sequence) -> Shown:
+    """Numbers in SI, with last digits, in the unit of some sizes in which they have fewest."""
     found = []
     for size in sizes:
         cells = np.array([re.sub("0*e", "e", f"{v:.11e}") for v in (values / size).flat])
         found.append((max(map(len, cells), default=0), size * _last_digits(cells, values / size)))
-    return min(found, key=lambda each: each[0])[1]
+    return Shown(values, min(found, key=lambda each: each[0])[1], unit, 1.0)
 
 
 def _last_digits(cells: np.ndarray, numbers: Float[np.ndarray, "rows k"]) -> Float[np.ndarray, "rows k"]:

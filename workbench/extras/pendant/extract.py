@@ -23,8 +23,8 @@ from workbench.base.threads import one_thread
 from workbench.base.wording import in_mm, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
-from workbench.extras.pendant.convention import as_dataset, reading_of_display, with_displayed_frames
-from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, of_dataset, read_display, typed
+from workbench.extras.pendant.convention import as_datasets, reading_of_display, with_displayed_frames
+from workbench.extras.pendant.displayed import Displayed, DisplayMeaning, read_display
 from workbench.identification.identify import identify
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.usable_rows import MIN_ROWS
@@ -182,32 +182,27 @@ def extract(
         DataError: too few readings, none that this arm can show, or several meanings that fit.
         FileError, OptionError: no readings.
     """
-    if isinstance(readings, Path):
-        shown = read_display(readings, robot, columns=columns)
-    else:
-        shown = of_dataset(readings, robot) if isinstance(readings, Dataset) else typed(readings, robot.dof)
+    shown = read_display(readings, robot, columns=columns)
     meant = reading_of_display(robot, shown, reading)
-    found = _extracted(robot, shown, meant, np.arange(len(shown)))
+    found = _extracted(robot, shown, meant, np.arange(len(shown.data)))
     stood = np.flatnonzero(shown.stood)
     if found.verdict is not ModelVerdict.MORE or len(stood) < MIN_ROWS:
         return found
-    alone, moved = _extracted(robot, shown, meant, stood), plural(len(shown) - len(stood), "reading")
+    alone, moved = _extracted(robot, shown, meant, stood), plural(len(shown.data) - len(stood), "reading")
     note = f"{moved} left out, as the arm moved: joints and pose were not read at once"
     return found if alone.verdict is ModelVerdict.MORE else replace(alone, notes=(note,))
 
 
 def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.ndarray) -> Extraction:
     arm = reading.on(robot.bare) or robot
-    data, rounded = (
-        as_dataset(arm, robot, shown, reading, commanded=own).take(rows) for own in (True, False)
-    )
+    data, rounded = (each.take(rows) for each in as_datasets(arm, robot, shown, reading))
     run, *left, allowed = _fitted(framed := with_displayed_frames(arm, reading), data)
     if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
         run, *left, allowed = _fitted(framed, rounded)  # whole degrees that were not commanded
     nominal, best = left
     return Extraction(
         robot=run.aligned if nominal < allowed else run.best.calibrated,
-        meaning=shown.meaning(robot, reading),
+        meaning=shown.meaning(reading),
         run=run,
         left=(nominal, best),
         allowed=allowed,
@@ -215,21 +210,18 @@ def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.nda
 
 
 def _fitted(arm: Robot, data: Dataset, set_apart: bool = True) -> tuple[Identification, float, float, float]:
-    """The model that fits, what the nominal arm and it leave, and how much a model may leave."""
+    """The model that fits, what the nominal arm and it leave, root mean square in standard deviations of
+    rounding, and how much a model may leave."""
     run = identify(arm, data, set_apart=set_apart, held_out=0.0, reading="given")
     if run.outliers and set_apart and (every := _fitted(arm, data, set_apart=False))[2] <= every[3]:
         return every  # all agree within their last digits
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
-    nominal, best = (_left(each, used) for each in (run.aligned, run.best.calibrated))
+    shown, sizes = se3.pose(*map(np.asarray, (used.rotation, used.position))), np.asarray(used.sigma)
+    arms = (each.predict(used.q) for each in (run.aligned, run.best.calibrated))
+    errors = np.array([se3.pose_error(shown, own) / np.maximum(sizes, NEGLIGIBLE) for own in arms])
+    nominal, best = np.sqrt((errors**2).mean((1, 2))).tolist()
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
     return run, nominal, best * float(np.sqrt(6 * len(used) / spare)), allowed
-
-
-def _left(arm: Robot, data: Dataset) -> float:
-    """What an arm leaves of readings, root mean square, in standard deviations of their rounding."""
-    shown = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
-    errors = se3.pose_error(shown, arm.predict(data.q)) / np.maximum(np.asarray(data.sigma), NEGLIGIBLE)
-    return float(np.sqrt((errors**2).mean()))
 
 
 def _pose_text(frame: Frame) -> str:

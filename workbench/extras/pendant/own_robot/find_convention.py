@@ -21,7 +21,7 @@ from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_measurements
 from workbench.extras.pendant.convention import SET
-from workbench.extras.pendant.displayed import Displayed, of_dataset, read_display, typed
+from workbench.extras.pendant.displayed import Displayed, read_display
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, read_joint_table, table_readings
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import HELD_ROWS, read_any
@@ -73,8 +73,8 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     if not readings:
         raise OptionError("no table to compare; give at least one reading of it")
     first = readings[0].robot
-    shown = of_dataset(poses, first) if isinstance(poses, Dataset) and poses.rotation is not None else poses
-    data = shown.dataset(first) if isinstance(shown, Displayed) else shown
+    shown = read_display(poses, first) if isinstance(poses, Dataset) and poses.rotation is not None else poses
+    data = shown.data if isinstance(shown, Displayed) else shown
     least, data = MIN_ROWS if data.rotation is None else HELD_ROWS, _posed(data)
     rows = usable(data)
     if len(data) < least or (rows is None and data.rotation is None):
@@ -84,11 +84,14 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     found, held = _meaning([reading.robot for reading in readings], data, rows)
     best, table = found.best, _table_of(found.best, readings)
     where = "the typed poses" if held else f"{len(data)} rows of unknown base and tool"
-    shows = shown.meaning(first, best).assumptions if isinstance(shown, Displayed) else ()
+    shows = shown.meaning(best).assumptions if isinstance(shown, Displayed) else ()
     assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
     said = ", ".join(assumed)
-    if held:
-        _check_slip(best, data, said)
+    if held and best.apart and _fits_typed(best):
+        row, position = best.apart[0], np.asarray(data.position)
+        off = float(np.linalg.norm(best.flange(data.q)[row, :3, 3] - position[row]))
+        others = f"the others fit to {in_mm(best.position)} with {said}"
+        raise DataError(f"pose {row + 1} alone is {in_mm(off)} off, {others}: check its numbers")
     if not (_fits_typed(best) if held else best.fits):
         nearest = f"the nearest is {best.size} off ({said}); {CHECK if held else CHECK_ROWS}"
         raise DataError(f"none of {tried} readings of the table fits {where}; {nearest}")
@@ -165,21 +168,14 @@ def _fits_typed(reading: RowReading) -> bool:
     return reading.position < MAX_ERROR[0] * reading.robot.reach and reading.rotation < MAX_ERROR[1]
 
 
-def _check_slip(best: RowReading, data: Dataset, assumed: str) -> None:
-    """Raise where a reading gives all typed poses but one."""
-    if best.apart and _fits_typed(best):
-        row, position = best.apart[0], np.asarray(data.position)
-        off = float(np.linalg.norm(best.flange(data.q)[row, :3, 3] - position[row]))
-        others = f"the others fit to {in_mm(best.position)} with {assumed}"
-        raise DataError(f"pose {row + 1} alone is {in_mm(off)} off, {others}: check its numbers")
-
-
-def read_poses(path: Path, robot: Robot, *, columns: str | None = None) -> Displayed | Dataset:
-    """Poses of a table as a pendant shows them, or measured points or markers."""
+def read_poses(
+    source: Path | Sequence[str], robot: Robot, *, columns: str | None = None
+) -> Displayed | Dataset:
+    """Poses, typed or of a table, as a pendant shows them, or measured points or markers."""
     try:
-        return read_display(path, robot, columns=columns)
+        return read_display(source, robot, columns=columns)
     except FileError:
-        rows = read_measurements(path, joints=robot.joint_names, columns=columns)
+        rows = read_measurements(source, joints=robot.joint_names, columns=columns)
         if rows.rotation is not None or (rows.position is None and rows.markers is None):
             raise
         return rows
@@ -199,8 +195,7 @@ def robot_that_gives(source: Path | str, poses: Sequence[str] | Path) -> Robot:
     ways = [", ".join(one.assumptions) for one in readings]
     robot, notes = readings[0].robot.with_frames(base=UNKNOWN, tool=UNKNOWN), [f"it fits: {ways[0]}"]
     if poses:
-        shown = read_poses(poses, robot) if isinstance(poses, Path) else typed(poses, robot.dof)
-        found = find_convention(readings, shown)
+        found = find_convention(readings, read_poses(poses, robot))
         robot, notes = found.robot, [*found.notes]
     elif ways[1:]:
         raise OptionError(f"the table may be {'; or '.join(ways)}: say its convention, or give poses")

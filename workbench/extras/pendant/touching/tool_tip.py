@@ -43,14 +43,12 @@ class ToolTip(AbstractShown):
     """A tool's tip.
 
     Args:
-        nominal: The arm as it was given.
         of: Touches of a point and their errors.
         xyz: The tip in the flange [m].
         half: Half of the 95 % interval along each axis of the flange [m].
         wanted: Required half width [m].
     """
 
-    nominal: Robot
     of: shared.TouchErrors
     xyz: Float[np.ndarray, "3"]
     half: Float[np.ndarray, "3"]
@@ -59,12 +57,7 @@ class ToolTip(AbstractShown):
     @cached_property
     def robot(self) -> Robot:
         """The arm with this tip; the tool's axes stay."""
-        return self.nominal.with_frames(tool=Frame(self.xyz, self.nominal.tool.rotation))
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What else should be known, one sentence each."""
-        return (*self.of.touches.notes, *[shared.NOMINAL] * (self.nominal.calibration is None))
+        return self.of.robot.with_frames(tool=Frame(self.xyz, self.of.robot.tool.rotation))
 
     @property
     def used(self) -> int:
@@ -79,7 +72,7 @@ class ToolTip(AbstractShown):
     @property
     def doubt(self) -> str:
         """Why the tip should not be used as it is; empty if it may be."""
-        if self.of.scatter > shared.SCATTERED * self.nominal.reach:
+        if self.of.scatter > shared.SCATTERED * self.of.robot.reach:
             return f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched"
         widest, wanted = float(self.half.max()), self.wanted or USABLE
         if widest <= wanted:
@@ -87,7 +80,7 @@ class ToolTip(AbstractShown):
         remedy = f"add {max(self.more, 1)} touches in different orientations"
         if widest > WEAK * self.half.min():
             remedy = "tilt the tool more between touches, about all axes"
-        if self.nominal.calibration is None:
+        if self.of.robot.calibration is None:
             remedy = f"calibrate the arm first, or {remedy}"
         return f"the tip is known to ± {in_mm(widest)} only, not ± {in_mm(wanted)}; {remedy}"
 
@@ -99,11 +92,11 @@ class ToolTip(AbstractShown):
         return f"tip at {', '.join(parts)} mm in the flange (95 %); {meet}"
 
     def blocks(self) -> list[Block]:
-        return self.of.blocks(f"{self.nominal.name}: {self.sentence}", [], self.notes)
+        return self.of.blocks(self.sentence)
 
     def json(self) -> Json:
-        found = {"robot": self.nominal.name, "xyz": self.xyz, "half_width": self.half, "more": self.more}
-        return self.of.json(SCHEMA, self.doubt or self.sentence, self.notes, **found)
+        found = {"xyz": self.xyz, "half_width": self.half, "more": self.more}
+        return self.of.json(SCHEMA, self.doubt or self.sentence, **found)
 
 
 @checked_arguments()
@@ -136,8 +129,7 @@ def tcp(
     solved, slipped = shared.solve_without_slipped(lambda rows: _solve(at[rows]), len(given), given.source)
     missed = se3.apply(at, solved.x[:3]) - solved.x[3:]
     return ToolTip(
-        nominal=robot,
-        of=shared.TouchErrors(given, np.linalg.norm(missed, axis=1), slipped),
+        of=shared.TouchErrors(robot, given, np.linalg.norm(missed, axis=1), slipped),
         xyz=solved.x[:3],
         half=solved.half[:3],
         wanted=wanted,

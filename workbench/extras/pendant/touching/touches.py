@@ -4,8 +4,8 @@ Each touch is left out in turn. The one whose numbers the others explain worst i
 leave that much in one file of a hundred, by the F test of its numbers against what the others leave.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -53,23 +53,24 @@ def read_touches(source: Path | Dataset, robot: Robot, columns: str | None, want
     """Touches of a file of joints; `contact` (or `point`) names what was touched; `wanted` is positive."""
     if wanted is not None and not wanted > 0.0:
         raise OptionError(f"wanted must be positive, got {wanted:g} m", option="wanted", found=wanted)
-    if isinstance(source, Dataset):
-        robot.check_joints(source.said.q, source.source)
-        where, units, names = source.source, source.joint_units, source.contact
-        names = source.point if names is None else names
-        found, kept = Dataset(source.q, row=source.row), source.included
-    else:
+    if not isinstance(source, Dataset):
         fields = read_fields(source, columns=columns, joints=robot.joint_names).said
-        where, units = str(source), joint_units(fields)
-        names = fields.values.get("contact", fields.values.get("point"))
-        found = Dataset(joint_columns(fields, robot.dof))
-        kept = np.isfinite(found.q).all(1) & ~excluded_rows(fields)
-    if not kept.any():
+        source = Dataset(
+            joint_columns(fields, robot.dof),
+            contact=fields.values.get("contact", fields.values.get("point")),
+            exclude=excluded_rows(fields),
+            source=str(source),
+            joint_units=joint_units(fields),
+        )
+    kept, where = source.said.take(source.included), source.source
+    robot.check_joints(kept.q, where)
+    if not len(kept):
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
-    refuse_joint_quantities(units, robot, where)
-    refuse_joint_units(found.q[kept], robot.limits, where)
-    labels = None if names is None else np.array([str(name).strip() for name in names])
-    return replace(found, contact=labels, source=where).take(kept)
+    refuse_joint_quantities(kept.joint_units, robot, where)
+    refuse_joint_units(kept.q, robot.limits, where)
+    names = kept.point if kept.contact is None else kept.contact
+    labels = None if names is None else np.char.strip(names)
+    return Dataset(kept.q, row=kept.row, contact=labels, source=where)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,10 +136,12 @@ class TouchErrors:
     """What each touch is off.
 
     Args:
+        robot: The arm that touched.
         errors: Distances from where the solution has them [m].
         slipped: Touches that were left out, the worst first.
     """
 
+    robot: Robot
     touches: Dataset
     errors: Float[np.ndarray, " rows"]
     slipped: tuple[int, ...]
@@ -149,12 +152,17 @@ class TouchErrors:
         return float(np.sqrt((np.delete(self.errors, self.slipped) ** 2).mean()))
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What else should be known, one sentence each."""
+        return (*self.touches.notes, *[NOMINAL] * (self.robot.calibration is None))
+
+    @property
     def _each(self) -> list[dict[str, Any]]:
         slipped = [k in self.slipped for k in range(len(self.errors))]
         each = zip(self.touches.row, names_of(self.touches), self.errors, slipped, strict=True)
         return [dict(zip(("row", "name", "error", "slipped"), one, strict=True)) for one in each]
 
-    def blocks(self, title: str, more: Sequence[Block], notes: Sequence[str]) -> list[Block]:
+    def blocks(self, sentence: str, *more: Block) -> list[Block]:
         """The result's sentence, each touch, what else was found, and notes."""
         cells = [
             (str(t["row"] + 1), t["name"], f"{1e3 * t['error']:.3f}", "slipped, left out" * t["slipped"])
@@ -163,8 +171,10 @@ class TouchErrors:
         table = ResultTable("Touches", ("touch", "of", "off by [mm]", ""), cells, words=2)
         which = f"touch{'es' * (len(self.slipped) > 1)} {', '.join(cells[k][0] for k in self.slipped)}"
         slipped = [f"{which} slipped; left out"] * bool(self.slipped)
-        return headed(title, table, *more, *lines("warning", slipped), notes=notes)
+        title = f"{self.robot.name}: {sentence}"
+        return headed(title, table, *more, *lines("warning", slipped), notes=self.notes)
 
-    def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
+    def json(self, schema: str, message: str, **found: Any) -> Json:
         head = {**reading_json(self.touches), "message": message, "scatter": self.scatter}
-        return document(schema, **head, **found, touches=self._each, notes=list(notes))
+        found = {"robot": self.robot.name, **found, "touches": self._each}
+        return document(schema, **head, **found, notes=list(self.notes))

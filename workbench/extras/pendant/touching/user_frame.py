@@ -60,21 +60,17 @@ class UserFrame(AbstractShown):
     """A frame in the robot's base.
 
     Args:
-        robot: The arm's name.
         of: Touches and what each is off in the coordinates that it keeps.
         pose: Of the frame in the robot's base.
         half: Half of the 95 % intervals of position [m] and angles [rad] along the frame's axes; infinite
             where no touch is to spare.
         wanted: Required error of the touches [m].
-        notes: What else should be known, one sentence each.
     """
 
-    robot: str
     of: shared.TouchErrors
     pose: Float[np.ndarray, "4 4"]
     half: Float[np.ndarray, "6"]
     wanted: float | None
-    notes: tuple[str, ...]
 
     @property
     def doubt(self) -> str:
@@ -114,11 +110,10 @@ class UserFrame(AbstractShown):
             f"vector {', '.join(signed(v, 5) for v in vector)} rad",
             "axes",
         )
-        return self.of.blocks(f"{self.robot}: {self.sentence}", [axes], self.notes)
+        return self.of.blocks(self.sentence, axes)
 
     def json(self) -> Json:
-        found = self._table | {"robot": self.robot, "half_width": self.half}
-        return self.of.json(SCHEMA, self.doubt or self.sentence, self.notes, **found)
+        return self.of.json(SCHEMA, self.doubt or self.sentence, **self._table, half_width=self.half)
 
 
 @checked_arguments()
@@ -159,12 +154,10 @@ def frame(
     )
     off = np.where(counts, se3.apply(se3.inverse(solved.x), at) - target, 0.0)
     return UserFrame(
-        robot=robot.name,
-        of=shared.TouchErrors(given, np.linalg.norm(off, axis=1), slipped),
+        of=shared.TouchErrors(robot, given, np.linalg.norm(off, axis=1), slipped),
         pose=solved.x,
         half=solved.half,
         wanted=wanted,
-        notes=(shared.NOMINAL,) if robot.calibration is None else (),
     )
 
 
@@ -200,9 +193,8 @@ def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
         _require_spread(touches, at["plane"])
         origin, x = at["end"].mean(0), at["line"][-1] - at["line"][0]
         z = np.linalg.svd(at["plane"] - at["plane"].mean(0))[2][-1]
-        z *= (
-            np.sign(z @ (shared.flanges(robot, touches.q)[:, :3, 3] - tips).mean(0)) or 1.0
-        )  # the arm is above
+        flange = shared.flanges(robot, touches.q)[:, :3, 3]
+        z *= np.sign(z @ (flange - tips).mean(0)) or 1.0  # the arm is above
     else:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
     y = np.cross(z, x) / np.linalg.norm(np.cross(z, x))
