@@ -5,11 +5,18 @@ URDF and TOML, which are read too, are written in `arm/urdf_writer.py` and `arm/
 
 from pathlib import Path
 
+import numpy as np
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
 from workbench.base.arguments import checked_arguments
-from workbench.base.errors import OptionError, RobotError
+from workbench.base.errors import OptionError, RobotError, understood
 from workbench.data.arguments import RobotLike
+from workbench.data.dataset import Dataset
 from workbench.exports.dh_csv import DhCsv
 from workbench.exports.export_format import AbstractForm, Exported, Job, export_robot
+from workbench.identification.checks.arm_match import require_same_arm
 from workbench.parts import PartTable
 
 FORMS: PartTable[AbstractForm] = PartTable("exports", AbstractForm, DhCsv())
@@ -54,4 +61,25 @@ def export(
     return export_robot(chosen, path, Job(robot=robot, nominal=nominal, source=source))
 
 
-__all__ = ["FORMS", "AbstractForm", "Exported", "Job", "export", "export_robot", "form_named"]
+def applied(nominal: Robot, path: Path, form: str) -> Robot:
+    """A known arm with the calibration stored in its controller or driver.
+
+    Its own constants say it where they can, to a nanometre: frames and masses stay, and links near one
+    another, where the table of a controller may have d of kilometres between axes that are nearly parallel.
+    """
+    from workbench.identification.algorithms.ols import Ols
+    from workbench.identification.problem import Noise, Problem
+
+    text = form_named(form).text_of(path)
+    with understood(f"a file of the form {form}", str(path)):
+        arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
+    require_same_arm(arm, nominal)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (10 * nominal.dof, nominal.dof))
+    poses = tool_poses(arm.bare, Motion(q))
+    rows = Dataset(q, poses[:, :3, 3], rotation=poses[:, :3, :3])
+    problem = Problem.build(nominal.bare, rows, free=nominal.default_free, noise=Noise(1e-6, 1e-6))
+    found = nominal.with_values(problem.named(Ols().search(problem).x))
+    return arm if np.abs(tool_poses(found.bare, Motion(q)) - poses).max() > 1e-9 else found
+
+
+__all__ = ["FORMS", "AbstractForm", "Exported", "Job", "applied", "export", "export_robot", "form_named"]

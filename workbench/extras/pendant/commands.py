@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import workbench as wb
-from workbench.base.errors import OptionError, understood
+from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
 from workbench.cli.options import argument, option
@@ -106,6 +106,7 @@ def new(
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import save_robot
+    from workbench.exports import applied
     from workbench.extras.pendant.own_robot.find_convention import find_convention, read_poses, readings_of
 
     if (apply is None) != (form is None):
@@ -113,7 +114,7 @@ def new(
     opt.check_writable(robot=out)
     content: dict = {"schema": "workbench.robot/1", "file": str(out)}
     if apply is not None and form is not None:
-        arm = _applied(wb.load_robot(source, tip=tip), apply, form)
+        arm = applied(wb.load_robot(source, tip=tip), apply, form)
     else:
         readings = readings_of(source, tip=tip)
         shown = read_poses(poses or pose or [], readings[0].robot, columns=columns)
@@ -126,29 +127,3 @@ def new(
     arm = replace(arm, name=name or arm.name)
     opt.say(f"{arm.name}: {save_robot(arm, out)}")
     opt.write_result(content)
-
-
-def _applied(nominal, path: Path, form: str):
-    """A known arm with the calibration stored in its controller or driver.
-
-    Its own constants say it where they can, to a nanometre: frames and masses stay, and links near one
-    another, where the table of a controller may have d of kilometres between axes that are nearly parallel.
-    """
-    import numpy as np
-
-    from workbench.arm.kinematics.forward import tool_poses
-    from workbench.exports import Job, form_named
-    from workbench.identification.algorithms.ols import Ols
-    from workbench.identification.checks.arm_match import require_same_arm
-    from workbench.identification.problem import Noise, Problem
-
-    text = form_named(form).text_of(path)
-    with understood(f"a file of the form {form}", str(path)):
-        arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
-    require_same_arm(arm, nominal)
-    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (10 * nominal.dof, nominal.dof))
-    poses = tool_poses(arm.bare, wb.Motion(q))
-    rows = wb.Dataset(q, poses[:, :3, 3], rotation=poses[:, :3, :3])
-    problem = Problem.build(nominal.bare, rows, free=nominal.default_free, noise=Noise(1e-6, 1e-6))
-    found = nominal.with_values(problem.named(Ols().search(problem).x))
-    return arm if np.abs(tool_poses(found.bare, wb.Motion(q)) - poses).max() > 1e-9 else found
