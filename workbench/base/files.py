@@ -7,6 +7,8 @@ import shutil
 import stat
 import sys
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from functools import partial
@@ -22,6 +24,8 @@ CHUNK_BYTES = 16 * 2**20
 STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
 """Names of files that mean standard output."""
 _WAITING: ContextVar[list[Callable[[], None]] | None] = ContextVar("waiting", default=None)
+DAMAGED = zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, zlib.error
+"""What reading a damaged archive raises."""
 
 
 def open_regular(path: Path | str, flags: int) -> int:
@@ -210,3 +214,19 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes]) -> Path:
                     os.replace(fresh / name, there)
                 undo.pop_all()
     return folder
+
+
+def unpacked(path: Path, endings: tuple[str, ...], largest: int, most: int) -> Path:
+    """Folder beside a ZIP file with its files of these endings; at most so many, of so many bytes together."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            files = [one for one in archive.infolist() if one.filename.lower().endswith(endings)]
+            files = [one for one in files if not one.filename.startswith("__MACOSX")]
+            if len(files) > most or sum(one.file_size for one in files) > largest:
+                text = f"holds more than {most} files and {largest // 2**20} MiB; leave out what isn't needed"
+                raise FileError(text, path=path.name)
+            for one in files:
+                archive.extract(one, path.parent / "unpacked")  # which keeps within that folder
+    except DAMAGED:
+        raise FileError("is a damaged archive; pack it again", path=path.name) from None
+    return path.parent / "unpacked"

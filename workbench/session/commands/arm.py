@@ -20,13 +20,14 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.files import DAMAGED, unpacked
 from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.parts import parts
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, at_stake, computed
-from workbench.session.commands.data import DAMAGED, LoadData, matched_to_arm, safe_name, with_data
+from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
@@ -192,19 +193,7 @@ def holds_robot(name: str, content: bytes) -> bool:
 
 def _unpacked(path: Path) -> Path:
     """The one URDF of an archive, unpacked beside it together with its meshes."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            files = [one for one in archive.infolist() if one.filename.lower().endswith(UNPACKED)]
-            files = [one for one in files if not one.filename.startswith("__MACOSX")]
-            if len(files) > MAX_FILES or sum(one.file_size for one in files) > LARGEST_UNPACKED:
-                limits = f"{MAX_FILES} files and {LARGEST_UNPACKED // 2**20} MiB"
-                text = f"holds more than {limits}; leave out what the arm doesn't need"
-                raise FileError(text, path=path.name)
-            for one in files:
-                archive.extract(one, path.parent / "unpacked")  # which keeps within that folder
-    except DAMAGED:
-        raise FileError("is a damaged archive; pack it again", path=path.name) from None
-    found = sorted((path.parent / "unpacked").rglob("*.[uU][rR][dD][fF]"))
+    found = sorted(unpacked(path, UNPACKED, LARGEST_UNPACKED, MAX_FILES).rglob("*.[uU][rR][dD][fF]"))
     if len(found) != 1:
         names = ", ".join(one.name for one in found[:5]) or "none"
         raise FileError(f"must hold one URDF with its meshes; found {names}", path=path.name)

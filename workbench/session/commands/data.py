@@ -4,7 +4,6 @@ import io
 import re
 import tempfile
 import zipfile
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
@@ -15,6 +14,7 @@ import numpy as np
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, FileError, OptionError, UnitError, WorkbenchError
+from workbench.base.files import DAMAGED
 from workbench.base.progress import progress
 from workbench.base.wording import plural
 from workbench.data.plausibility import checked
@@ -261,10 +261,6 @@ def reached_postures(actual: Robot, session: Session) -> np.ndarray:
     if not (postures := [state.q for state in found if state.reached]):
         raise DataError("the virtual arm reaches none of the targets; try another seed or move the targets")
     return np.stack(postures)
-
-
-DAMAGED = zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, zlib.error
-"""What reading a damaged archive raises."""
 
 
 def load_command(name: str, content: bytes) -> AbstractCommand:
