@@ -217,7 +217,7 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes]) -> Path:
 
 
 def unpacked(path: Path, endings: tuple[str, ...], largest: int, most: int) -> Path:
-    """Folder beside a ZIP file with its files of these endings; at most so many, of so many bytes together."""
+    """Folder beside a ZIP file with its files of these endings: at most so many, of so many bytes."""
     try:
         with zipfile.ZipFile(path) as archive:
             files = [one for one in archive.infolist() if one.filename.lower().endswith(endings)]
