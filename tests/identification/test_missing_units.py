@@ -184,13 +184,9 @@ def test_rows_of_another_arm_tell_no_units(measured, tmp_path):
         identify("ur5e", path)
 
 
-@pytest.mark.extra("service")
 def test_who_takes_rows_as_they_stand_refuses_them(measured, tmp_path):
-    from workbench import rezero, verify
-
+    """`verify` and `rezero` have an arm to ask (`test_verification`), who reads a file alone has none."""
     names, *columns = FORMS["a controller"](*measured)
-    path = tmp_path / "rows.csv"
-    path.write_text(table(names, *columns))
-    for verb in (verify, rezero, lambda _, rows: read_measurements(rows).said):
-        with pytest.raises(UnitError, match="the unit is missing"):
-            verb("ur5e", path)
+    (path := tmp_path / "rows.csv").write_text(table(names, *columns))
+    with pytest.raises(UnitError, match="the unit is missing"):
+        _ = read_measurements(path).said

@@ -193,7 +193,7 @@ def _of_cameras(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
 
 def _of_forms(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     """Files of controllers and drivers: imported, and brought up to date with a calibration."""
-    from workbench.extras.pendant.commands import _applied
+    from workbench.exports import applied
 
     arm("ur5e").save(folder / "ur5e.urdf")
     nominal = {"urdf": arm(str(folder / "ur5e.urdf"))}
@@ -205,7 +205,7 @@ def _of_forms(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
         moved = "joint2.x" if name == "urdf" else "joint2.a"
 
         def apply(path: Path, name: str = name, own: wb.Robot = own) -> None:
-            _applied(own, path, name)
+            applied(own, path, name)
 
         def into(path: Path, form: Any = form, own: wb.Robot = own, moved: str = moved) -> None:
             better = own.with_values({moved: own.values((moved,))[0] + 1e-4})
