@@ -97,6 +97,7 @@ def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, 
         ("a.src", f"PTP {KRL_TARGET}\nPTP XP7", "'XP7' is not a list"),
         ("a.src", f"E6AXIS XP1={KRL_TARGET}\nXP1.A3=XP1.A3+5\nPTP XP1", "line 2"),
         ("a.script", "q = [0,0,0,0,0,0]\nq[0] = q[0] + 0.1\nmovej(q)", "line 2"),
+        ("a.drl", "movej(posj(10, 0, 9, 0, 60, 15), v=30)", "Doosan's DRL"),
     ],
 )
 def test_what_can_not_be_read_is_refused(refused, tmp_path, calibrated, name, text, message):

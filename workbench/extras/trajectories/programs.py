@@ -25,7 +25,7 @@ LARGEST = 16 * 2**20
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 BRACKETS = rf"\[\s*{NUMBER}(?:\s*,\s*{NUMBER})*\s*\]"
 CARTESIAN = "a Cartesian target or motion, which the controller solves itself"
-COMPUTED = "a joint target that is computed"
+COMPUTED, DRL = "a joint target that is computed", "Doosan's DRL, which isn't read"
 Span = tuple[int, int]
 
 
@@ -171,7 +171,7 @@ PROGRAMS = (
         unit=1.0,
         decimals=6,
         comment="#",
-        refused=((r"\b(?:movec|optimove[jl]|move[jlp]\s*\(\s*p\s*\[)", CARTESIAN),),
+        refused=((r"\bpos[jx]\(", DRL), (r"\b(?:movec|optimove[jl]|move[jlp]\s*\(\s*p\s*\[)", CARTESIAN)),
         move=r"\b(?:move[jlp]|servo[jc])\s*\((?:\s*(?:q|pose)\s*=)?",
         after=r"[,)]",
         literal=BRACKETS,
