@@ -562,7 +562,7 @@ def what_add(left: Remainder, some: Sequence[Follower]) -> dict[Follower, Offer]
     return {by_candidate[id(o.term.candidate)]: o for o in offers(left, [f.candidate for f in some])}
 
 
-def evidence_of(left: Remainder, some: Sequence[Follower], weights: float = np.inf) -> float:
+def evidence_of(left: Remainder, some: Sequence[Follower], weights: float | int = np.inf) -> float:
     """Evidence of processes beside a model, taken in one after the other, with at most so many weights."""
     total = 0.0
     for gain, process, _ in _one_by_one(left, what_add(left, some)):
