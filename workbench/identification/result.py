@@ -230,6 +230,13 @@ class Identification(AbstractReported, AbstractSplit):
         """That the instrument's scale is off rather than all lengths of the arm; empty if it isn't."""
         return instrument_scale(self.aligned, self.data.take(self.train_rows))
 
+    @property
+    def sister(self) -> str:
+        """That the lengths found are another built-in arm's; empty if they aren't."""
+        found = zip(self.best.fit.parameters, self.best.fit.x.tolist(), self.best.fit.std, strict=True)
+        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
+        return sister(self.nominal_robot, lengths)
+
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""
         return self.best.fit.to_frame()
@@ -276,9 +283,7 @@ class Identification(AbstractReported, AbstractSplit):
             yield self.missed
         yield self.foreign
         yield implausible_text(best.implausible)
-        found = zip(best.fit.parameters, best.fit.x.tolist(), best.fit.std, strict=True)
-        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
-        yield sister(self.nominal_robot, lengths)
+        yield self.sister
         for run in self.runs.values():
             if not run.fit.outcome.ok:
                 yield f"{run.fit.algorithm.title}: {run.fit.outcome}"
