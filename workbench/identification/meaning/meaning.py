@@ -86,9 +86,10 @@ class RowMeaning:
     @property
     def choices(self) -> dict[str, RowReading]:
         """The equal readings, each by a change that no other has; else the best one, as `found`."""
-        told = Counter(change for r in self.equal for change in r.changes)
-        own = [next((c for c in r.changes if told[c] == 1), r.text).partition(" (")[0] for r in self.equal]
-        return dict(zip(own, self.equal, strict=True)) or {"found": self.best}
+        equal = sorted(self.equal, key=lambda r: r.mirrored)  # hardly an instrument has left-handed axes
+        told = Counter(change for r in equal for change in r.changes)
+        own = [next((c for c in r.changes if told[c] == 1), r.text).partition(" (")[0] for r in equal]
+        return dict(zip(own, equal, strict=True)) or {"found": self.best}
 
     def accepted(self, how: str) -> RowReading | None:
         """The reading that is accepted so: one of the choices, or the only one by all that it changes."""
@@ -127,10 +128,11 @@ class RowMeaning:
             anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
             return f"choose the robot '{self.best.other}', or {anyway}"
         names = " or ".join(f"'{name}'" for name in self.choices)
-        accepted = at_entrance(f"with reading={names} (--reading)", page="by 'Read so'")
+        accepted = at_entrance(f"accept it with reading={names} (--reading)", page="accept it by 'Read so'")
         if self.equal:
-            return f"jog the arm to see which is true, and accept it {accepted}"
-        return f"accept it {accepted}, or correct the file"
+            alike = "jog the drawn arm beside the real one: where both turn alike, joints count as given"
+            return at_entrance(f"jog the arm to see which is true, and {accepted}", page=alike)
+        return f"{accepted}, or correct the file"
 
 
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:

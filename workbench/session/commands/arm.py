@@ -313,5 +313,6 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
-    checked = (note for note in begun.robot.notes if note.startswith(("it fits:", "change:")))
+    told = "it fits:", "change:", "left open:", "errors at"
+    checked = (note.partition(";")[0] for note in begun.robot.notes if note.startswith(told))
     return begun.with_message(Severity.INFO, "; ".join([text, *checked]))

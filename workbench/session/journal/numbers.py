@@ -39,7 +39,7 @@ def _score(score: SetScore) -> Json:
 
 def _identification(found: Identification) -> Json:
     runs = {name: validation_json(run) for name, run in found.runs.items()}
-    return {"nominal": validation_json(found.nominal), "algorithms": runs}
+    return {"nominal_arm": validation_json(found.nominal), "algorithms": runs}
 
 
 def _diagnosis(found: Diagnosis) -> Json:
