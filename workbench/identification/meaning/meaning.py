@@ -86,10 +86,9 @@ class RowMeaning:
     @property
     def choices(self) -> dict[str, RowReading]:
         """The equal readings, each by a change that no other has; else the best one, as `found`."""
-        equal = sorted(self.equal, key=lambda r: r.mirrored)  # hardly an instrument has left-handed axes
-        told = Counter(change for r in equal for change in r.changes)
-        own = [next((c for c in r.changes if told[c] == 1), r.text).partition(" (")[0] for r in equal]
-        return dict(zip(own, equal, strict=True)) or {"found": self.best}
+        told = Counter(change for r in self.equal for change in r.changes)
+        own = [next((c for c in r.changes if told[c] == 1), r.text).partition(" (")[0] for r in self.equal]
+        return dict(zip(own, self.equal, strict=True)) or {"found": self.best}
 
     def accepted(self, how: str) -> RowReading | None:
         """The reading that is accepted so: one of the choices, or the only one by all that it changes."""
@@ -129,10 +128,10 @@ class RowMeaning:
             return f"choose the robot '{self.best.other}', or {anyway}"
         names = " or ".join(f"'{name}'" for name in self.choices)
         accepted = at_entrance(f"accept it with reading={names} (--reading)", page="accept it by 'Read so'")
-        if self.equal:
-            alike = "jog the drawn arm beside the real one: where both turn alike, joints count as given"
-            return at_entrance(f"jog the arm to see which is true, and {accepted}", page=alike)
-        return f"{accepted}, or correct the file"
+        if not self.equal:
+            return f"{accepted}, or correct the file"
+        alike = "jog the drawn arm beside the real one: where both turn alike, joints count as given"
+        return at_entrance(f"jog the arm to see which is true, and {accepted}", page=alike)
 
 
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:

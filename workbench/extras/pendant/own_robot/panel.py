@@ -27,10 +27,8 @@ OWN = "own-robot.csv"
 CONVENTIONS = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
 
 
-def build_table(
-    panel: AbstractPanel, gui: viser.GuiApi
-) -> tuple[Callable[[str, bytes], LoadModel], tuple[Control, Control]]:
-    """Fields for a table and poses, and what opens the robot; returns what opens a file likewise, and these."""
+def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> tuple[Callable[..., LoadModel], list[Control]]:
+    """Fields for a table and poses, and what opens the robot; returns them after what opens a file likewise."""
     gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
     table = panel.line("DH table", "Of your robot; without one, poses check the open robot.", multiline=True)
     hint = "Joint positions = x, y, z and three angles, one a line; or a table of measured rows."
@@ -53,7 +51,7 @@ def build_table(
 
     hint = "Start over with the arm of this table. Poses check it, and tell its convention if it isn't known."
     panel.buttons("Open as", {name: partial(opened, own) for name, own in CONVENTIONS.items()}, hint)
-    return checked, (table, poses)
+    return checked, [table, poses]
 
 
 class OwnRobotPanel(AbstractPanel):
