@@ -72,8 +72,11 @@ def test_a_stuck_drag_says_why_and_every_reading_has_a_button(first):
     stuck = replace(unreached(first, reached=False, reason="it is too far"), drag=Drag(1, 2))
     assert "it is too far" in next_step(stuck).sentence
     rows = {"robot": "", "rival": "", "joints": (6, 6), "readings": ("a", "b", "c"), "text": "which?"}
-    match = SimpleNamespace(**rows, name="a.csv", content=b"1", columns="")
-    step, labels = _foreign(match, match), ["Read so: a", "Read so: b", "Read so: c", "Identify anyway"]
+    match = SimpleNamespace(**rows, meaning=None, name="a.csv", content=b"1", columns="")
+    step, labels = (
+        _foreign(match, match),
+        ["Jog the arm", *(f"Read so: {how}" for how in "abc"), "Identify anyway"],
+    )
     assert [action.label for action in (step.next, step.other, *step.more)] == labels
 
 
@@ -185,9 +188,9 @@ STATES = [
     ("identified", lambda s: with_noise(s, None), "?", PLAIN, to.CAUSE, TAKE),
     ("identified", few_rows, "too few", CAREFUL, to.MORE, COMPARE),
     ("identified", with_a_wrong_row, "mm without row", CAREFUL, to.CAUSE, LeaveRowsOut),
-    ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, to.ADD, to.POSES),
-    ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, to.CORRECT, to.POSES),
-    ("diagnosed", unsure, "one of several", CAREFUL, to.ADD, to.POSES),
+    ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, to.ADD, TAKE),
+    ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, to.CORRECT, TAKE),
+    ("diagnosed", unsure, "one of several", CAREFUL, to.ADD, TAKE),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "left", CAREFUL, to.POSES, TAKE),
     ("diagnosed", lambda s: as_diagnosed(s, **LOST), "", CAREFUL, to.MORE, TAKE),
     ("diagnosed", lambda s: unasked(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),

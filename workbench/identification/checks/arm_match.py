@@ -69,9 +69,10 @@ class ArmMatch:
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Other readings that make the rows this arm's, as `as_read` takes them: `found`, or each by name."""
-        is_told = self.meaning is not None and not self.rival and self.meaning.is_misread
-        return (*self.meaning.choices,) if self.meaning and is_told else ()
+        """Other readings that make the rows this arm's, as `as_read` takes them: `found`, or each by name, of
+        mirrored frames, which hardly an instrument has, last."""
+        found = self.meaning.choices if self.meaning and not self.rival and self.meaning.is_misread else {}
+        return tuple(sorted(found, key=lambda how: found[how].mirrored))
 
     @property
     def text(self) -> str:
@@ -79,6 +80,7 @@ class ArmMatch:
         rows, arm = self.joints
         has = f", which has {arm} joints, not {rows}" if rows != arm else ""
         wrong = f"these rows don't fit {self.robot}{has}"
+        wrong = f"these rows fit {self.robot} only if read otherwise" if self.readings else wrong
         what = f"'{self.rival}'" if self.rival else "that was measured"
         do = self.meaning.remedy if self.meaning and rows == arm else f"choose the robot {what}"
         return f"{wrong}: {do}{f' ({self.meaning.text()})' if self.meaning else ''}"

@@ -127,10 +127,11 @@ class RowMeaning:
             anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
             return f"choose the robot '{self.best.other}', or {anyway}"
         names = " or ".join(f"'{name}'" for name in self.choices)
-        accepted = at_entrance(f"with reading={names} (--reading)", page="by 'Read so'")
-        if self.equal:
-            return f"jog the arm to see which is true, and accept it {accepted}"
-        return f"accept it {accepted}, or correct the file"
+        accepted = at_entrance(f"accept it with reading={names} (--reading)", page="accept it by 'Read so'")
+        if not self.equal:
+            return f"{accepted}, or correct the file"
+        alike = "jog the drawn arm beside the real one: where both turn alike, joints count as given"
+        return at_entrance(f"jog the arm to see which is true, and {accepted}", page=alike)
 
 
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:

@@ -153,7 +153,12 @@ class LoadModel(AbstractTask[Session]):
         path.write_bytes(self.content)
         try:
             if self._is_archive:
-                path = _unpacked(path)
+                held = unpacked(path, UNPACKED, LARGEST_UNPACKED, MAX_FILES)
+                found = sorted(held.rglob("*.[uU][rR][dD][fF]"))
+                if len(found) != 1:
+                    names = ", ".join(one.name for one in found[:5]) or "none"
+                    raise FileError(f"must hold one URDF with its meshes; found {names}", path=path.name)
+                path = found[0]
             if b"[[target]]" in self.content:
                 return read_plate(path)
             if not self.poses and path.suffix.lower() != ".csv":
@@ -189,15 +194,6 @@ def holds_robot(name: str, content: bytes) -> bool:
             with zipfile.ZipFile(io.BytesIO(content)) as archive:
                 return any(one.lower().endswith(".urdf") for one in archive.namelist())
     return False
-
-
-def _unpacked(path: Path) -> Path:
-    """The one URDF of an archive, unpacked beside it together with its meshes."""
-    found = sorted(unpacked(path, UNPACKED, LARGEST_UNPACKED, MAX_FILES).rglob("*.[uU][rR][dD][fF]"))
-    if len(found) != 1:
-        names = ", ".join(one.name for one in found[:5]) or "none"
-        raise FileError(f"must hold one URDF with its meshes; found {names}", path=path.name)
-    return found[0]
 
 
 @cache
@@ -313,5 +309,6 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
-    checked = (note for note in begun.robot.notes if note.startswith(("it fits:", "change:")))
+    told = "it fits:", "change:", "left open:", "errors at"
+    checked = (note.partition(";")[0] for note in begun.robot.notes if note.startswith(told))
     return begun.with_message(Severity.INFO, "; ".join([text, *checked]))

@@ -188,7 +188,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         around = nearby_poses(robot, session.plate.region, CHECK_POSES + self.more, rng=rng, measured=near)
         seen = simulate(actual, Motion(around), instrument=instrument, rng=rng)
         checks = seen.take(np.arange(CHECK_POSES))
-        rows = rows.joined(seen.take(np.arange(CHECK_POSES, len(seen))))
+        rows = rows.joined(replace(seen.take(np.arange(CHECK_POSES, len(seen))), row=np.arange(self.more)))
         name = f"Virtual arm {self.seed}"
         rows = replace(rows, source=name)
         length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])

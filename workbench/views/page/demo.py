@@ -153,8 +153,8 @@ class Demo:
         self._worker.submit(command)
 
     def _leave(self) -> None:
-        """Release any target, remove the caption, and lay over the scene what its end took away."""
-        last: list[AbstractCommand] = [DropTarget(CLIENT), SetCaption("")]
+        """Take back a drag under way, remove the caption, and lay over the scene what its end took away."""
+        last: list[AbstractCommand] = [DropTarget(CLIENT, back=True), SetCaption("")]
         if self.is_finished:
             last.append(SetOverlay(replace(self._worker.session.choices.overlay, **FULL)))
         for command in last:

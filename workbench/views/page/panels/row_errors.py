@@ -53,10 +53,15 @@ class RowErrorsPanel(AbstractPanel):
 
 
 def exclude(session: Session) -> LeaveRowsOut | None:
-    """Leaves the shown row out, or takes it back; None for a row that is only for checking."""
+    """Leaves the shown row out, or takes it back; None for a row that is only for checking, and for the worst
+    one where it doesn't stand out."""
     loaded, number = session.measurements.loaded, _number(session)
-    if loaded is None or session.results.is_empty or number not in loaded.dataset.row:
+    rows = session.results.comparison
+    if loaded is None or session.results.is_empty or rows is None or number not in loaded.dataset.row:
         return None
+    out, is_worst = session.measurements.left_out, session.results.row == rows.worst[0]
+    if is_worst and number not in out and not rows.set_apart[session.results.row]:
+        return None  # shown because it has to be one, not because anybody doubts it
     return LeaveRowsOut(tuple(sorted(session.measurements.left_out ^ {number})))
 
 
