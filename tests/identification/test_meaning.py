@@ -122,6 +122,10 @@ def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none(f
         assert any(
             mentions(note, f"what slides is in {'m' if factor == 1.0 else 'mm'}") for note in read.notes
         )
+        for angle in (1.0, np.pi / 180.0):  # in the file deg or rad, read as deg
+            q = np.where([1, 1, 0, 1], angle, np.pi / 180.0) * rows.q
+            as_deg = replace(rows, q=q, missing_units="J1: rad or deg", joint_units=("deg",) * 4)
+            np.testing.assert_allclose(as_read(robot, as_deg)[1].q, data.q, atol=1e-12)
     with refuses(UnitError, "m or mm for q3"):
         as_read(robot, replace(shown, position=data.position[::-1], missing_units="J1: rad or deg"))
 

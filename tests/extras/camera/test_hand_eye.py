@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 import pytest
 from refusals import refuses
+from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
 from workbench.base.errors import DataError, FileError, OptionError
@@ -322,6 +323,15 @@ def test_arrays_of_opencv(tmp_path, vectors):
     assert len([note for note in found.notes if note.endswith("read as mm")]) == 2
     np.savez(tmp_path / "poses.npz", A=hands, B=seen)
     assert off(handeye(tmp_path / "poses.npz")) == pytest.approx(off(found), rel=1e-3)
+    cells = np.empty((2, 1, len(hands)), object)
+    for k, both in enumerate(zip(hands, seen, strict=True)):
+        cells[0, 0, k], cells[1, 0, k] = both
+    savemat(tmp_path / "cells.mat", {"bTg": cells[0], "cTw": cells[1]})
+    turns, ways = (np.moveaxis(each, 0, -1) for each in (seen[:, :3, :3], seen[:, :3, 3]))
+    of_target = {"R_target2cam": turns, "t_target2cam": ways}
+    savemat(tmp_path / "pages.mat", {"T_gripper2base": np.moveaxis(hands, 0, -1), **of_target})
+    for name in ("cells.mat", "pages.mat"):
+        assert off(handeye(tmp_path / name)) == pytest.approx(off(found), rel=1e-3)
     hands, seen = pairs(mounted="world")
     np.savez(tmp_path / "inverse.npz", T_base2gripper=np.linalg.inv(hands), T_target2cam=seen)
     assert handeye(tmp_path / "inverse.npz").mounted is Mount.WORLD

@@ -36,9 +36,11 @@ from workbench.identification.meaning.conventions import turning_alike
 MAX_PAIRS = 300
 """Of two trajectories no more pairs are taken."""
 SEEN = re.compile(
-    r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|chess|aruco|^c[PM]o$", re.I
+    r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|chess|aruco|^c[PMTH][otw]$", re.I
 )
-MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$|^[rf][PM]e$", re.I)
+MOVED = re.compile(
+    r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$|^[rf][PM]e$|^b[TH][eg]$", re.I
+)
 VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 """OpenCV's names of what a camera sees, where nothing else says whose they are."""
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
@@ -53,7 +55,7 @@ JOINT, NO_QUATERNION = (
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
 _OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
-_ASKED = r"|(?:^|_)(?:[rf][PM]e|c[PM]o)_|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
+_ASKED = r"|(?:^|_)(?:[rf][PM]e|b[TH][eg]|c[PMTH][otw])_|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
 DIRECT, INVERSE = (
     re.compile(rf"(?:^|_)(?:{_OF_IN.format(*both)})(?![a-z]){more}", re.I)
     for *both, more in ((_HOLDER, _HELD, _ASKED), (_HELD, _HOLDER, ""))

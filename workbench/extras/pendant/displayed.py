@@ -81,29 +81,29 @@ class Displayed:
         joint, length, angle = self.units
         other, convention = {"deg": "rad", "rad": "deg"}, reading.convention or Convention()
         joint = joint if reading.unit == 1.0 else other[joint]
-        angle = angle if convention.factor == 1.0 else other[angle]
-        units = (joint, length, angle * (convention.kind is not None))
-        return DisplayMeaning(units, convention.name, replace(reading, unit=1.0).changes)
+        angle = (angle if convention.factor == 1.0 else other[angle]) if convention.kind else ""
+        changes = replace(reading, unit=1.0).changes
+        return DisplayMeaning(joint, length, angle or None, convention.name, changes)
 
 
 class DisplayMeaning(NamedTuple):
-    """What is shown.
+    """What is shown: units of joints, positions and angles, None for what are no angles.
 
     Args:
-        units: Of joints, positions and angles; no unit for what are no angles.
         changes: What else is read otherwise than the arm's model says, such as the sign of a joint.
     """
 
-    units: tuple[str, str, str]
+    joints: str
+    positions: str
+    angles: str | None
     orientation: str
     changes: tuple[str, ...] = ()
 
     @property
     def assumptions(self) -> tuple[str, str, str]:
         """`joints in deg`, `positions in mm`, `rotation vector (UR) in rad`."""
-        joints, lengths, angles = self.units
-        turned = f" in {angles}" if angles else ""
-        return f"joints in {joints}", f"positions in {lengths}", f"{self.orientation}{turned}"
+        turned = f" in {self.angles}" if self.angles else ""
+        return f"joints in {self.joints}", f"positions in {self.positions}", f"{self.orientation}{turned}"
 
 
 def read_display(

@@ -137,22 +137,14 @@ class Extraction(AbstractShown):
 
     def json(self) -> Json:
         """The result as plain data, with the identification under its own schema."""
-        joints, lengths, angles = self.meaning.units
+        is_set = {"tool_set": bool(self.run.frames.tool), "base_set": bool(self.run.frames.base)}
         return document(
             SCHEMA,
             robot=self.run.nominal_robot.name,
             **reading_json(self.run.data, self.run.nominal_robot),
             verdict=self.verdict,
             message=self.sentence,
-            display={
-                "joints": joints,
-                "positions": lengths,
-                "angles": angles or None,
-                "orientation": self.meaning.orientation,
-                "changes": list(self.meaning.changes),
-                "tool_set": bool(self.run.frames.tool),
-                "base_set": bool(self.run.frames.base),
-            },
+            display=self.meaning._asdict() | is_set,
             nominal=validation_json(self.run.nominal),
             extracted=validation_json(self.run.best),
             left={"nominal": self.left[0], "extracted": self.left[1]},

@@ -167,15 +167,20 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
 
 def with_units(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
-    slides, nearest = np.array(sliding(robot), bool), None
-    scales = (1.0, 1e-3) if slides.any() and data.joints == robot.dof else (1.0,)
-    for is_turned, scale in product((True, False)[: 1 + (data.rotation is not None)], scales):
-        rows = data if scale == 1.0 else replace(data, q=data.q * np.where(slides, scale, 1.0))
+    said, nearest = np.array(data.joint_units or ("",) * data.joints), None
+    slides = np.isin(said, ("", "rad", "deg")) & (data.joints == robot.dof and sliding(robot))
+    numbers = np.where(said == "deg", np.rad2deg(data.q), data.q)  # a slide of 71 mm is no angle
+    angles, scales = {"": data.q}, {"m": 1.0, "mm": 1e-3} if slides.any() else {"": 1.0}
+    if slides.any() and np.abs(numbers[:, ~slides]).max(initial=0.0) <= 2.0 * np.pi and "deg" in said:
+        angles[", what turns in rad"] = numbers
+    for is_turned, turns, unit in product((True, False)[: 1 + (data.rotation is not None)], angles, scales):
+        units = tuple(np.where(slides, unit, said).tolist()) if data.joint_units else ()
+        rows = replace(data, q=np.where(slides, numbers * scales[unit], angles[turns]), joint_units=units)
         meaning = understood(robot, rows if is_turned else replace(rows, rotation=None, written=None))[1]
         nearest = nearest or meaning
         if meaning is not None and meaning.is_found and not meaning.best.other:
-            note = f"what slides is in {'m' if scale == 1.0 else 'mm'}, as the rows tell"
-            return _with_notes(as_told(rows, meaning), *[note] * (len(scales) - 1))
+            told = f"what slides is in {unit}{turns}, as the rows tell"
+            return _with_notes(as_told(rows, meaning), *[told] * bool(unit))
     raise _unread_units(robot, data, nearest)
 
 
