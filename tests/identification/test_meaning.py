@@ -130,6 +130,16 @@ def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none(f
         as_read(robot, replace(shown, position=data.position[::-1], missing_units="J1: rad or deg"))
 
 
+def test_rows_shifted_by_one_against_the_joints_are_told():
+    robot, data = measured("puma", with_rotation=False)
+    rows = np.arange(len(data) - 1)
+    whole = replace(data.take(rows + 1), q=data.q[rows])
+    assert mentions(arm_match(robot, whole).text, "joints of the row after", "shift joints or places")
+    kept = np.delete(np.arange(len(data)), 20)  # a place of row 20 is missing
+    part = replace(data.take(kept), q=data.q[rows])
+    assert mentions(arm_match(robot, part).text, "those after them don't", "joints of the row after")
+
+
 def test_a_coupling_is_told_by_joints_that_move_alone_though_some_signs_are_not():
     robot, data = measured("puma", with_rotation=False, seed=5, alone=0.0)
     shown = replace(data, q=data.q - data.q[:, [1]] * E[2])
