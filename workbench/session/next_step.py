@@ -289,10 +289,9 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
 
 def _inverted(how: str, match: ArmMatch) -> str:
     """A reading that only inverts joints names all of them, as its own name has the first alone."""
-    reading = match.meaning and match.meaning.choices[how]
-    joints = [re.fullmatch(r"joint (\d+) = -q\1", c) for c in reading.changes] if reading else []
-    is_short = len(joints) < 2 or None in joints
-    return how if is_short else f"joints {', '.join(found[1] for found in joints if found)} inverted"
+    changes = match.meaning.choices[how].changes if match.meaning else ()
+    joints = re.findall(r"joint (\d+) = -q\1(?=;|$)", "; ".join(changes))
+    return f"joints {', '.join(joints)} inverted" if 1 < len(joints) == len(changes) else how
 
 
 def _change_to(match: ArmMatch) -> Action:

@@ -69,8 +69,7 @@ class ArmMatch:
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Other readings that make the rows this arm's, as `as_read` takes them: `found`, or each by name, of
-        mirrored frames, which hardly an instrument has, last."""
+        """Other readings that make the rows this arm's: `found`, or each by name, mirrored frames last."""
         found = self.meaning.choices if self.meaning and not self.rival and self.meaning.is_misread else {}
         return tuple(sorted(found, key=lambda how: found[how].mirrored))
 
@@ -155,18 +154,17 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
         why = f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)})"
         remedies = "measure orientations too, or correct positions alone"
         raise OptionError(f"{why}; {remedies}", option="positions_only")
-    place = bool(positions_only)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     skipped = [e.name for e in calibrated.effects if not e.moves_arm]
     notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]
-    if not place and not usable.sees_rotation:
+    if not positions_only and not usable.sees_rotation:
         why = "no measured orientation confirms it"
         notes.append(f"orientations of the path are met by the model only: {why}")
     here, arm = Frame(), usable.robot
     return ComparedArms(
         calibrated=arm.with_effects(*effects).with_frames(base=here),
         nominal=nominal.with_frames(base=here, tool=arm.tool),
-        task=Task.POSITION if place else Task.default(nominal.dof),
+        task=Task.POSITION if positions_only else Task.default(nominal.dof),
         expected=expected_error(calibrated, usable.left),
         notes=[*away_text("arm used", calibrated, usable.left, len(usable.q)), *usable.notes, *notes],
     )

@@ -143,8 +143,15 @@ class LoadModel(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
-        model = self.model()
-        return _on_plate(model, session) if isinstance(model, Plate) else start_with(model, session)
+        if not isinstance(model := self.model(), Plate):
+            return start_with(model, session)
+        return replace(  # measurements of the same arm, and what was found from them, stay
+            start(session.robot, model, is_given=True, noise=instrument_for(session, model)),
+            choices=session.choices,
+            measurements=session.measurements,
+            results=session.results,
+            parts=session.with_parts(GoesWith.MEASUREMENTS).parts,
+        )
 
     def model(self) -> Robot | Plate:
         """What the file holds."""
@@ -202,17 +209,6 @@ def _uploads() -> str:
     folder = tempfile.mkdtemp(prefix="workbench-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
-
-
-def _on_plate(plate: Plate, session: Session) -> Session:
-    """A session on another plate; measurements of the same arm, and what was found from them, stay."""
-    return replace(
-        start(session.robot, plate, is_given=True, noise=instrument_for(session, plate)),
-        choices=session.choices,
-        measurements=session.measurements,
-        results=session.results,
-        parts=session.with_parts(GoesWith.MEASUREMENTS).parts,
-    )
 
 
 NO_MESHES = (

@@ -115,11 +115,7 @@ class MoveTarget(AbstractChange):
 
 
 class DropTarget(AbstractChange):
-    """End a client's drag, also where the client has disconnected.
-
-    Args:
-        back: Whether the target goes back to where it was, as if nobody had dragged it.
-    """
+    """End a client's drag, also where it has disconnected; `back` as if nobody had dragged the target."""
 
     title = "Release the target"
 

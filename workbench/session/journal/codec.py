@@ -86,10 +86,8 @@ def encode_result(result: Any, before: Session) -> tuple[dict[str, str] | None, 
 
 
 def decode_result(stored: Mapping[str, Any] | None, load: Load) -> bytes | None:
-    """The file of what a task computed; None if it is to be computed again.
-
-    Recordings of November 2026 hold in the line itself which plate a search found.
-    """
+    """The file of what a task computed; None if it is to be computed again. Recordings of November 2026
+    say in the line itself which plate a search found."""
     with contextlib.suppress(*MALFORMED, WorkbenchError, LostFile):
         if stored is not None and "plate" in stored:
             return records.pack((stored, record(Plate, stored["plate"]), ""), {"plate": stored})

@@ -65,7 +65,7 @@ RULES = f"""
   text-align: center; font-size: 19px; line-height: 1.4; pointer-events: none }}
 [{CAPTION}] > div {{ background: color-mix(in srgb, var(--mantine-color-body) 96%, transparent);
   color: var(--mantine-color-text); padding: 8px 16px }}
-[{CAPTION}] > [data-testid="caption"] {{ min-height: 2.8em }}
+[{CAPTION}] > [data-testid="caption"] {{ box-sizing: content-box; min-height: 2.8em }}
 [{CAPTION}] > .figure {{ font-size: 30px; font-weight: 650; padding-bottom: 0;
   font-variant-numeric: tabular-nums }}
 [{CAPTION}] > a {{ display: inline-block; margin-top: 10px; padding: 5px 16px; border-radius: 4px;

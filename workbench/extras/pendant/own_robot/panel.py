@@ -1,6 +1,5 @@
 """One's own robot on the page, by its table or its file, checked against typed poses."""
 
-import re
 from collections.abc import Callable
 from functools import partial
 
@@ -14,7 +13,6 @@ from workbench.session.export import robot_toml
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 HOW = """One joint a line below the headings, such as
@@ -24,11 +22,10 @@ Poses tell units, signs, zeros and convention: three or more from the pendant (f
 0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90
 or six or more measured rows below their headings, of any tool in any frame."""
 OWN = "own-robot.csv"
-CONVENTIONS = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
 
 
-def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> tuple[Callable[..., LoadModel], list[Control]]:
-    """Fields for a table and poses, and what opens the robot; returns them after what opens a file likewise."""
+def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes], LoadModel]:
+    """Fields for a table and poses, and what opens the robot; returns what opens a file likewise."""
     gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
     table = panel.line("DH table", "Of your robot; without one, poses check the open robot.", multiline=True)
     hint = "Joint positions = x, y, z and three angles, one a line; or a table of measured rows."
@@ -50,8 +47,9 @@ def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> tuple[Callable[..., 
         return checked(OWN, f"{said}{table.typed}".encode())
 
     hint = "Start over with the arm of this table. Poses check it, and tell its convention if it isn't known."
-    panel.buttons("Open as", {name: partial(opened, own) for name, own in CONVENTIONS.items()}, hint)
-    return checked, [table, poses]
+    ways = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
+    panel.buttons("Open as", {name: partial(opened, own) for name, own in ways.items()}, hint)
+    return checked
 
 
 class OwnRobotPanel(AbstractPanel):
@@ -64,15 +62,16 @@ class OwnRobotPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Your own robot", expand_by_default=False):
-            checked, self._fields = build_table(self, gui)
+            checked = build_table(self, gui)
             label, hint = ("… or its file", "Its table (.csv) or description, which has to give these poses.")
             self.upload(label, checked, hint, endings=".csv,.urdf,.xml,.toml", maximum=LARGEST_MODEL)
             self.download("This robot (TOML)", robot_toml, "The robot as it is now, before any calibration.")
 
     def show(self, session: Session) -> None:
-        """What was typed for the robot that is open, on the start card too."""
+        """What was typed for the robot that is open, on the start card too, with its convention."""
         opened = (e.command for e in reversed(self._worker.journal) if isinstance(e.command, LoadModel))
         if (last := next(opened, None)) is not None and last.name == OWN:
-            table = re.sub(r"\A# convention.*\n", "", last.content.decode())
-            for field, words in zip(self._fields, (table, "\n".join(last.poses)), strict=True):
+            for field, words in zip(
+                self._controls, (last.content.decode(), "\n".join(last.poses)), strict=False
+            ):
                 set_value(field.control, words)
