@@ -118,6 +118,7 @@ def met(kind, seed):
         slow("sagging-tool", 0, "the direction of gravity in the frame of the tool", 1.05),
         slow("bent-link", 1, r"a step between rows \d+ and \d+, in the arm's constants.* A correction", 1.05),
         slow("warming", 0, "in the arm's lengths", 1.05),
+        ("fading", 1_200_017, "its change over time", 1.05),
         ("pull", 6002, "a pull on the tool, as by a hose, in joints 2, 3", 1.05),
         slow("without-zero-step", 13, "", 1.05),
         slow("without-backlash-load", 14, "", 1.05),
