@@ -60,6 +60,12 @@ def test_a_table_with_a_wrong_length_is_put_right(run, tmp_path):
     assert off.mean() < 1e-4
 
 
+def test_zeros_that_a_program_wrote_behind_are_no_digits(run, tmp_path):
+    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 30))
+    write([f"{float(cell):.5f}" for cell in row] for row in rows)
+    assert wb.extract("ur5e", "read.csv").verdict is ModelVerdict.EXTRACTED
+
+
 @pytest.mark.parametrize(
     ("arm", "style"), [*(slow("iiwa7", s) for s in STYLES), ("so101", "x y z"), ("so101", "x, y, z, w")]
 )
