@@ -193,8 +193,8 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
         parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
-        known = implausible_text(self.doubts(run)), self.scale, self.computed, self.harm, self.missed, parted
-        doubts = self.identifiability.refused or "; ".join(filter(None, known))
+        known = implausible_text(self.doubts(run)), self.sister, self.scale, self.computed, self.harm
+        doubts = self.identifiability.refused or "; ".join(filter(None, (*known, self.missed, parted)))
         return {"": doubts, **worse} if doubts else worse
 
     @property

@@ -66,12 +66,14 @@ def test_readings_of_the_sister_arm_set_no_frames(run, tmp_path):
     form("ur10", hidden("ur10e", tmp_path / "hidden.toml", length=3e-4, angle=3e-4))
     status, out, err = run("extract", "form.csv", "--robot", "ur10", "--save", "mine.toml")
     assert mentions(err, "ur10e", "mine.toml is not written")
-    assert (status, Path("mine.toml").exists(), "frame is set" in out, "tool is set" in out) == (
-        2,
-        False,
-        False,
-        False,
-    )
+    assert (status, Path("mine.toml").exists()) == (2, False)
+    assert not mentions(out, "is set")
+
+
+def test_zeros_that_a_program_wrote_behind_are_no_digits(run, tmp_path):
+    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 30))
+    write([f"{float(cell):.5f}" for cell in row] for row in rows)
+    assert wb.extract("ur5e", "read.csv").verdict is ModelVerdict.EXTRACTED
 
 
 @pytest.mark.parametrize(

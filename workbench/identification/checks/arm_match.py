@@ -26,7 +26,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.meaning.as_read import understood
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import zeros_fitted
-from workbench.identification.meaning.read_rows import other_arm
+from workbench.identification.meaning.read_rows import SISTER_MOVED, other_arm
 from workbench.identification.meaning.search import CLEAR
 
 COMPARED_POSES = 60
@@ -34,8 +34,6 @@ COMPARED_POSES = 60
 SAME_ARM, SAME_ARM_SHARE = 0.015, 0.05
 """Distances [m, and share of the reach] of an arm from its nominal model beyond which it is another one: if a
 third arm fits, and anyhow."""
-SISTER_MOVED = 3e-3
-"""Change of a length [m] beyond which another arm's table may be nearer."""
 FIXED = 1e-3
 """Share of the largest change below which a length was not found, as those that the tool takes."""
 

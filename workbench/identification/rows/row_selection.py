@@ -287,19 +287,16 @@ def scale_fixing_length(
 
 
 def placed(data: Dataset, known: Collection[str]) -> np.ndarray:
-    """Rows whose anchor or contact has a known place, and all rows of other observations.
+    """Rows whose anchor or contact has a known place, and all rows that are compared with nothing of these.
 
     Args:
         known: Names of known coordinates.
     """
-    keep = np.ones(len(data), bool)
-    for kind, labels, word in (
-        (DistanceObservation, data.anchor, "anchor"),
-        (ContactObservation, data.contact, "contact"),
-        (PlaneObservation, data.contact, "contact"),
-    ):
-        applies = carried(data).get(kind)
-        if applies is not None and labels is not None:
-            there = np.array([f"{word}[{label}].x" in known for label in labels])
-            keep &= ~applies | there
+    keep, left = np.ones((2, len(data)), bool)
+    places = {DistanceObservation: "anchor", ContactObservation: "contact", PlaneObservation: "contact"}
+    for kind, rows in carried(data).items():
+        if word := places.get(kind, ""):
+            own = np.flatnonzero(rows & left)
+            keep[own] = [f"{word}[{label}].x" in known for label in getattr(data, word)[own]]
+        left &= ~rows
     return keep
