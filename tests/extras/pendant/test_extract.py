@@ -64,10 +64,11 @@ def test_a_table_with_a_wrong_length_is_put_right(run, tmp_path):
 def test_readings_of_the_sister_arm_set_no_frames(run, tmp_path):
     """A UR10's larger shoulder height would pass for a user frame, its longer flange for a tool."""
     form("ur10", hidden("ur10e", tmp_path / "hidden.toml", length=3e-4, angle=3e-4))
-    status, out, err = run("extract", "form.csv", "--robot", "ur10", "--save", "mine.toml")
-    assert mentions(err, "ur10e", "mine.toml is not written")
-    assert (status, Path("mine.toml").exists()) == (2, False)
-    assert not mentions(out, "is set")
+    for how, status in ("auto", 1), ("given", 2):
+        asked = ("--robot", "ur10", "--save", "mine.toml", "--reading", how)
+        done, out, err = run("extract", "form.csv", *asked)
+        assert (done, mentions(err, "ur10e"), Path("mine.toml").exists()) == (status, True, False)
+        assert not mentions(out, "is set")
 
 
 def test_zeros_that_a_program_wrote_behind_are_no_digits(run, tmp_path):
