@@ -18,8 +18,7 @@ def rows_of(seed, count=100, noise=5e-5, turn=2e-4):
     rng = np.random.default_rng(seed)
     arm = generator.aria().perturbed(rng, length=1e-3, angle=1e-3)
     q = arm.random(rng, count)
-    position, rotation = arm.measure(q, rng, noise, turn)
-    return Dataset(q=q, row=np.arange(count), position=position, rotation=rotation)
+    return Dataset(q, *arm.measure(q, rng, noise, turn))
 
 
 def wrong(rows, row, off):

@@ -48,7 +48,7 @@ def near_readings(robot: Robot, data: Dataset) -> RowMeaning | None:
     if data.joints != robot.dof or (rows := usable(data)) is None:
         return None
     search = ReadingSearch(robot, data=rows)
-    (signs,) = search.arms[0].coupled
+    signs = search.arms[0].every(*search.arms[0].couplings)
     near = [replace(RowReading.plain(robot), w=w) for w in signs.w[signs.cost <= 2.0 * SIGN]]
     search.found = [search.plain(), *search.place(near)]
     return ranked(search, None)
