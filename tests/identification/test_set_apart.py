@@ -101,6 +101,13 @@ def test_base_and_tool_of_an_evaluation_are_those_of_the_other_rows():
     assert [each.warnings and "row 7" in each.warnings[0] for each in (found, clean)] == [True, ()]
 
 
+def test_a_moved_session_is_named_as_a_whole_where_errors_are_computed():
+    rows = wrong(wrong(rows_of(7, 60), slice(20, 40), 0.05), 3, 0.1)
+    moved, lone = evaluate("aria", replace(rows, session=np.repeat(list("ABC"), 20))).warnings[:2]
+    assert moved.startswith("session 'B': base or tool moved, 87.7 mm")
+    assert lone.startswith("row 3 (175 mm")
+
+
 def test_clean_rows_are_left_alone():
     fits = (identify(load_robot("aria"), rows_of(seed), algorithms=("opt2",)) for seed in range(20))
     assert sum(len(fit.outliers) for fit in fits) <= 2  # one in a hundred fits

@@ -298,8 +298,7 @@ def placed(data: Dataset, known: Collection[str]) -> np.ndarray:
         (ContactObservation, data.contact, "contact"),
         (PlaneObservation, data.contact, "contact"),
     ):
-        applies = carried(data).get(kind)
-        if applies is not None and labels is not None:
+        if labels is not None and (applies := carried(data).get(kind)) is not None:
             there = np.array([f"{word}[{label}].x" in known for label in labels])
             keep &= ~applies | there
     return keep
