@@ -25,7 +25,7 @@ from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.as_read import understood
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import zeros_fitted
+from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.read_rows import SISTER_MOVED, other_arm
 from workbench.identification.meaning.search import CLEAR
 
@@ -117,9 +117,10 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
     low, high = nominal.bare.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
     flange = tool_poses(calibrated.bare, Motion(q))
-    data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
-    off = zeros_fitted(nominal, data)
-    rival = other_arm(nominal, data, off / CLEAR) if off > SAME_ARM else None
+    seen, inner = (flange[:, :3, 3], flange[:, :3, :3]), range(1, nominal.dof - 1)
+    at = place(nominal.bare, q[None], *(part[None] for part in seen), zeros=inner, robust=False)
+    off = float(np.sqrt((at.error**2).mean()))
+    rival = other_arm(nominal, Dataset(q, *seen), off / CLEAR) if off > SAME_ARM else None
     if rival or off > SAME_ARM_SHARE * nominal.reach:
         fits = f" ({rival.robot.name} fits)" if rival else ""
         where = f"'{nominal.name}' is {in_mm(off)} off the calibrated '{calibrated.name}'"
