@@ -43,7 +43,7 @@ BUDGETS = {
     "data": 5_048,
     "plate": 4_700,
     "identification": 8_794,
-    "diagnosis": 6_600,
+    "diagnosis": 6_598,
     "exports": 588,
     "session": 6_171,
     "views": 6_845,
