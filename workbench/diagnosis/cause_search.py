@@ -51,7 +51,7 @@ from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.rows.row_selection import held_as_marked
+from workbench.identification.rows.row_selection import as_marked
 from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
@@ -250,7 +250,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
         if event.is_step and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
     undecided = dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED)
-    return held_as_marked(ready, ready.held_out_data.kept_out(undecided))
+    return as_marked(ready, ready.held_out_data.kept_out(undecided))
 
 
 def _at_rest(drivers: DriverEvidence, rows: Dataset) -> Dataset | None:
