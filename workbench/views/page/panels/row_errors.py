@@ -59,7 +59,7 @@ def exclude(session: Session) -> LeaveRowsOut | None:
     if now.loaded is None or session.results.is_empty or rows is None:
         return None
     number = int(rows.number[row])
-    worst = np.nan_to_num(rows.stage_errors).argmax(0)
+    worst = np.nan_to_num(rows.stage_errors[:, 1:]).argmax(0)
     is_doubted = number in now.left_out or rows.set_apart[row] or row not in worst
     is_doubted = is_doubted and number in now.loaded.dataset.row
     return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_doubted else None
