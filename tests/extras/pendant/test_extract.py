@@ -63,7 +63,9 @@ def test_a_table_with_a_wrong_length_is_put_right(run, tmp_path):
 
 def test_readings_of_the_sister_arm_set_no_frames(run, tmp_path):
     """A UR10's larger shoulder height would pass for a user frame, its longer flange for a tool."""
-    form("ur10", hidden("ur10e", tmp_path / "hidden.toml", length=3e-4, angle=3e-4))
+    actual = hidden("ur10e", tmp_path / "hidden.toml", length=3e-4, angle=3e-4)
+    head = ",".join([*(f"q{k}[deg]" for k in range(1, 7)), "x[mm],y[mm],z[mm],rx[rad],ry[rad],rz[rad]"])
+    write(lines(actual, 0.3 * random_joints("ur10", 30)), "form.csv", head)
     for how, status in ("auto", 1), ("given", 2):
         asked = ("--robot", "ur10", "--save", "mine.toml", "--reading", how)
         done, out, err = run("extract", "form.csv", *asked)
