@@ -13,6 +13,7 @@ xarm_ros2; robots/fr3/kinematics.yaml of franka_description.
 
 import hashlib
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -90,7 +91,11 @@ class KinematicsYaml(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from self.advice
-        same = [name for name in built_in_robots() if _is_same(job.robot, load_robot(name))]
+        same = list[str]()
+        for name in built_in_robots():
+            with suppress(WorkbenchError):
+                require_same_arm(job.robot, load_robot(name))
+                same.append(name)
         if same and not any(name.startswith(self.arms) for name in same):
             yield f"by its geometry this arm is '{same[0]}', another maker's than that of {self.name}"
         if not self.flange:
@@ -146,14 +151,6 @@ class KinematicsYaml(AbstractForm):
                 )
             poses.append(se3.pose(se3.rpy_to_matrix(values[3:]), values[:3]))
         return poses
-
-
-def _is_same(robot: Robot, other: Robot) -> bool:
-    try:
-        require_same_arm(robot, other)
-    except WorkbenchError:
-        return False
-    return True
 
 
 def _nested(text: str) -> dict:
