@@ -39,7 +39,7 @@ BUDGETS = {
     "root": 251,
     "base": 2_109,
     "report": 800,
-    "arm": 8_722,
+    "arm": 8_723,
     "data": 5_048,
     "plate": 4_700,
     "identification": 8_773,
