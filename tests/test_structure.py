@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_723,
     "data": 5_048,
     "plate": 4_700,
-    "identification": 8_773,
+    "identification": 8_726,
     "diagnosis": 6_626,
     "exports": 588,
     "session": 6_171,
@@ -61,7 +61,7 @@ BUDGETS = {
     "extras/reproduce": 88,
     "extras/review": 266,
     "extras/service": 1_149,
-    "extras/trajectories": 875,
+    "extras/trajectories": 909,
     "extras/workshop": 846,
     "tests": 38_437,
 }

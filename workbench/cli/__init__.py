@@ -41,8 +41,8 @@ app = typer.Typer(
 
 
 COLLECTED_EVERY = 700_000
-"""Allocations between two garbage collections: more than imports, compilation and a small diagnosis make, since
-commands create little garbage."""
+"""Allocations between two garbage collections: more than imports, compilation and a small diagnosis make,
+since commands create little garbage."""
 USUALLY = gc.get_threshold()
 """Thresholds of the older generations."""
 
