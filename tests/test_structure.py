@@ -61,7 +61,7 @@ BUDGETS = {
     "extras/reproduce": 88,
     "extras/review": 266,
     "extras/service": 1_149,
-    "extras/trajectories": 875,
+    "extras/trajectories": 909,
     "extras/workshop": 846,
     "tests": 38_467,
 }
