@@ -150,6 +150,7 @@ def test_a_packed_table_is_read_as_it_is(file, tmp_path):
 
 def test_fits_know_whether_the_instrument_is_levelled(first):
     session = done(first, MeasureVirtualArm(3, more=20))
+    assert np.sort(session.results.comparison.number).tolist() == list(range(70))  # no number is left out
     for levelled in (False, True):
         found = done(session, SetLevelled(levelled), Identify(("opt2",)), Diagnose())
         assert found.results.identification.best.fit.problem.frames.levelled is levelled

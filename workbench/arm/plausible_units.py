@@ -11,19 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from workbench.arm import chain as chains
-from workbench.arm.frame import Frame
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import UNUSUAL_REACH, JointKind, Robot
 from workbench.base.errors import RobotError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Vector3
 
-MAX_DISTANCE, UNUSUAL_DISTANCE = 60.0, 15.0
-"""Distances of the tool from the base that are impossible, and unusual [m]."""
+MAX_DISTANCE = 60.0
+"""Distance of the tool from the base that is impossible [m]."""
 USUAL_REACH = 1.0
 """Reach of a typical arm [m], which decides between units."""
 UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
-CHECKED_POSES = 16
 TURN = 2.0 * np.pi
 ROUNDING = 1e-9
 
@@ -37,8 +34,7 @@ def with_plausible_units(robot: Robot) -> Robot:
                 f"{e.name} is {e.value:g} rad, {abs(e.value) / TURN:.1f} turns, which looks like degrees; "
                 f"give radians, {np.deg2rad(e.value):.6g}"
             )
-    far = _distance(robot) if robot.reach > UNUSUAL_DISTANCE else 0.0
-    if far <= UNUSUAL_DISTANCE:
+    if (far := robot.reach) <= UNUSUAL_REACH:
         return robot
     unit, size = min(UNITS.items(), key=lambda u: abs(np.log(far * u[1] / USUAL_REACH)))
     text = f"its tool is up to {far:.4g} m from its base, which in {unit} would be {far * size:.3g} m"
@@ -62,16 +58,6 @@ def rpy_of(reader: AbstractTableReader, value: Any, what: str) -> Vector3:
         radians = np.deg2rad(rpy).round(6).tolist()
         raise reader.fail(f"{what} {rpy.tolist()} looks like degrees; give radians, {radians}")
     return rpy
-
-
-def _distance(robot: Robot) -> float:
-    """Maximum distance of the tool from the base over a few joint positions [m]."""
-    limits = [j.limits if np.isfinite(j.limits).all() else (0.0, 0.0) for j in robot.moving]
-    turns = [j.kind is JointKind.REVOLUTE for j in robot.moving]
-    low, high = np.where(turns, [[-np.pi], [np.pi]], np.transpose(limits))
-    q = np.random.default_rng(0).uniform(low, high, (CHECKED_POSES, robot.dof))
-    chain = robot.with_effects().with_frames(base=Frame()).chain
-    return float(np.linalg.norm(chains.poses(chain, q)[:, :3, 3], axis=1).max())
 
 
 def _lengths(robot: Robot) -> list[tuple[str, float]]:

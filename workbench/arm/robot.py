@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.calibration_record import Calibration
-from workbench.arm.chain import Chain, Element
+from workbench.arm.chain import Chain, Element, poses
 from workbench.arm.effects import AbstractEffect, extrapolation_notes
 from workbench.arm.effects.effect import check_together, flattened, turned, with_insertions
 from workbench.arm.frame import BASE, TOOL, Frame, revised
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 MAX_JOINTS = 50
 """Maximum number of moving joints, to bound computing times."""
+UNUSUAL_REACH, CHECKED_POSES = 15.0, 16
+"""Sum of an arm's lengths [m] beyond which some cancel, and poses that tell its reach then."""
 
 
 @dataclass(frozen=True)
@@ -235,17 +237,26 @@ class Robot:
 
     @cached_property
     def reach(self) -> float:
-        """Sum of the arm's lengths [m]: an upper bound of its reach, used as its scale."""
+        """Sum of the arm's lengths [m]: an upper bound of its reach, used as its scale.
+
+        A sum beyond any arm, as of offsets along nearly parallel axes that cancel, is none: then it is the
+        maximum distance of the tool from the base over a few joint positions.
+        """
         reach = float(np.linalg.norm(self.tool.xyz))
         for e in self.elements:
             if e.matrix is not None:
                 reach += float(np.linalg.norm(e.matrix[:3, 3]))
             elif not e.axis.turns:
                 reach += abs(e.value)
-        for joint in self.moving:
-            if joint.kind is JointKind.PRISMATIC:
-                reach += float(np.nanmax(np.abs(np.where(np.isfinite(joint.limits), joint.limits, 0.0))))
-        return reach
+        limits = np.where(np.isfinite(self.limits), self.limits, 0.0).reshape(-1, 2)
+        slides = np.array([j.kind is JointKind.PRISMATIC for j in self.moving], bool)
+        reach += float(np.abs(limits[slides]).max(1).sum())
+        if reach <= UNUSUAL_REACH:
+            return reach
+        low, high = np.where(slides, limits.T, [[-np.pi], [np.pi]])
+        q = np.random.default_rng(0).uniform(low, high, (CHECKED_POSES, self.dof))
+        chain = self.with_effects().with_frames(base=Frame()).chain
+        return float(np.linalg.norm(poses(chain, q)[:, :3, 3], axis=1).max())
 
     @cached_property
     def default_free(self) -> tuple[str, ...]:

@@ -75,6 +75,8 @@ def evaluate(
         how = "took no part in base and tool" if fit_frames else "included in these errors"
         said.append(set_apart(tuple(map(Outlier, *columns)), others, used, how))
     doubt, is_foreign = doubt_of(robot, used.take(~far), others, fitted)
-    is_nominal = robot.calibration is None and not said and not doubt
-    said += filter(None, [doubt, computed_text(robot, others, data) if is_nominal else ""])
-    return Evaluation(robot, used, errors, notes, tuple(said), doubt if is_foreign else "")
+    rival = next((note for note in notes if note.startswith("the arm is ")), "")
+    notes = tuple(note for note in notes if note != rival)
+    is_nominal = robot.calibration is None and not said and not doubt and not rival
+    said += filter(None, [doubt, rival, computed_text(robot, others, data) if is_nominal else ""])
+    return Evaluation(robot, used, errors, notes, tuple(said), rival or doubt * is_foreign)

@@ -96,13 +96,8 @@ def facts_of(dataset: Dataset) -> tuple[tuple[str, str], ...]:
     facts = [
         ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
         ("Joints", f"{dataset.joints}"),
-        ("Measured", observation_text(dataset)),
+        ("Measured", ", ".join(n for n in OBSERVATIONS if getattr(dataset, n) is not None) or "nothing"),
     ]
     if len(dataset.sessions) > 1:
         facts.append(("Sessions", ", ".join(dataset.sessions)))
     return tuple(facts)
-
-
-def observation_text(dataset: Dataset) -> str:
-    """What the instrument measured, in words."""
-    return ", ".join(name for name in OBSERVATIONS if getattr(dataset, name) is not None) or "nothing"

@@ -104,6 +104,8 @@ def test_polar_coordinates_are_places(vertical, tmp_path):
     (tmp_path / "a.csv").write_text(f"q1[deg],Hz[deg],{vertical},D[mm]\n0,90,{down},2000\n")
     seen = read_measurements(tmp_path / "a.csv").position[0]
     assert seen == pytest.approx([0.0, 1.0, np.sqrt(3.0)], abs=1e-9)
+    (tmp_path / "a.csv").write_text(f"q1[deg],Hz[gon],{vertical},D[mm]\n0,100,{down},2000\n")
+    assert read_measurements(tmp_path / "a.csv").position[0] == pytest.approx(seen * [1, -1, 1], abs=1e-9)
     (tmp_path / "a.csv").write_text("q1[deg],azimuth,zenith,distance[mm]\n0,90,60,2000\n")
     with refuses(FileError, "the unit is missing", "azimuth[deg]"):
         read_measurements(tmp_path / "a.csv")

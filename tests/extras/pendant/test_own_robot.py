@@ -178,6 +178,12 @@ def test_tables_as_people_write_them(tmp_path):
     assert as_in_papers == [[0.0, 89.2, 0.0, 90.0], [-90.0, 0.0, -425.0, 0.0]]
     assert (table.lengths, table.angles, table.conventions) == (("mm",), ("deg",), ("dh", "craig"))
     assert table.rows[1] == {"type": "revolute"} | dict.fromkeys(CONSTANTS, 0.0) | {"a": -425.0}
+    for head in (
+        "i,θ(i) [deg],d(i) [mm],a i-1 (mm),alpha(i-1)",
+        "Joint,Angle [deg],Offset [mm],Length,Twist",
+    ):
+        path.write_text(f"{head}\n1,0,89.2,0,90\n2,-90,0,-425,0\nLength: along x\n")
+        assert [[row[name] for name in CONSTANTS[:4]] for row in read_joint_table(path).rows] == as_in_papers
     path.write_text("theta_deg,d_mm,a_mm,alpha_deg\n1,89.2,0,2\n")
     assert (read_joint_table(path).lengths, read_joint_table(path).angles) == (("mm",), ("deg",))
     for text in ("theta,d,a\n0,0,0\n", "", "theta[mm],d,a,alpha\n0,0,0,0\n", "theta,d,a,alpha\n0,x,0,0\n"):
@@ -227,9 +233,46 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     path.write_text("theta,offset,d,a,alpha\nq1,5,0,1,0\n5,6,0,1,0\n")
     with refuses(FileError, "line 3", "theta is 5 and 6"):
         read_joint_table(path)
-    for name, text in (("a.yaml", "joint_1: [0, 0.05, 0.5, 0]\n"), ("a.m", "L(1) = Link([0 0.1 0 pi/2])\n")):
-        (tmp_path / name).write_text(text)
-        refused([name, "theta, d, a, alpha"], "new", tmp_path / name, "--out", tmp_path / "o.toml")
+    (tmp_path / "a.yaml").write_text("joint_1: [0, 0.05, 0.5, 0]\n")
+    refused(["a.yaml", "theta, d, a, alpha"], "new", tmp_path / "a.yaml", "--out", tmp_path / "o.toml")
+
+
+def test_tables_without_names_or_with_some_constants_left_out_are_told_by_poses(tmp_path):
+    """Rows of four numbers in any order; `Link`, whose theta or zeros are left out; all of one arm."""
+    arm = [(0.4, 0.025, -1, 0), (0, 0.455, 0, -1), (0, 0.035, -1, 0), (0.42, 0, 1, 0), (0, 0, -1, 0)]
+    arm += [(0.08, 0, 0, 0)]  # d, a [m], alpha, theta in quarter turns
+    files = {
+        "t.py": [
+            f"RevoluteDH(d={d}, {f'a={a}, ' * bool(a)}alpha={s} * np.pi / 2, offset={z}*pi/2),  # a=1"
+            for d, a, s, z in arm
+        ],
+        "t.m": [f"L1 = Link([0 {d} {a} {s}*pi/2 0 {z}*pi/2]);" for d, a, s, z in arm],
+        "t.yaml": ["dh:", *(f"  - [{a}, {s * 90}, {d}, {z * 90}]" for d, a, s, z in arm)],
+        "t.txt": [f"{k} {d} {a} {s * 1.5708} {z * 1.5708}" for k, (d, a, s, z) in enumerate(arm, 1)],
+        "t.csv": ["d,a,alpha", *(f"{d},{a},{s * 90}" for d, a, s, _ in arm)],
+    }
+    rows = np.array([(z * np.pi / 2, d, a, s * np.pi / 2) for d, a, s, z in arm])
+    q = np.random.default_rng(5).uniform(-1.5, 1.5, (12, 6))
+    for name, lines in files.items():
+        (path := tmp_path / name).write_text("\n".join([*lines, ""]))
+        poses = frames(rows, q)[-1]
+        table = read_joint_table(path)
+        found = find_convention(table_readings(**table._asdict()), exactly(q, poses))
+        np.testing.assert_allclose(tool_poses(found.robot.bare, Motion(q)), poses, atol=1e-4, err_msg=name)
+        assert name == "t.py" or ("columns" in found.assumptions[0]) == (name in ("t.yaml", "t.txt"))
+        assert (found.changes == ("joint 2 = q2 - 90°",)) == (name == "t.csv")
+
+
+def test_lengths_along_nearly_parallel_axes_that_cancel_are_metres():
+    """As in UR's calibrated tables: d2 = 439 m, d3 = -446 m; its scale is still that of the arm."""
+    d, a = (0.1805, 439.141, -446.027, 7.0603, 0.1198, 0.1157), (0.0, 0.0193, -0.5693, 0.0, 0.0, 0.0)
+    alpha, theta = (1.57015, 0.001394, 0.006938, 1.56998, -1.57039, 0.0), (0.0, 1.6023, -1.6861, 0.0837, 0, 0)
+    rows = np.column_stack([theta, d, a, alpha])
+    q = np.random.default_rng(5).uniform(-1.5, 1.5, (12, 6))
+    readings = table_readings([dict(zip(CONSTANTS, row, strict=False)) for row in rows.tolist()])
+    found = find_convention(readings, exactly(q, frames(rows, q)[-1]))
+    assert found.assumptions == ("standard DH", "lengths in m", "angles in rad", *found.assumptions[3:])
+    assert 0.5 < found.robot.reach < 2.0
 
 
 FANUC = [

@@ -31,6 +31,7 @@ from workbench.data.readers.headings import (
     normalised,
     quantities_of,
 )
+from workbench.data.readers.layouts import arrays_by_layout, file_endings
 from workbench.data.readers.table import Grid, grid_of
 from workbench.data.readers.text import decode, read_text
 
@@ -76,9 +77,11 @@ def arrays_in(paths: Mapping[str, Path], owner: Callable[[str], bool] = lambda n
             stem, ending = "/".join(filter(None, (label, own))), file.suffix.lower()
             if ending in PICTURES:
                 blocks[stem, "image"] = np.array([file.name])
-            elif file == path or ending in BLOCKS:
+            elif file == path or ending in (*BLOCKS, *file_endings()):
                 with suppress(*(() if file == path else (WorkbenchError, ValueError))):
-                    found = arrays_of(read_bytes(file), file, owner, headed=bool(stem))
+                    found = arrays_by_layout(file) or arrays_of(
+                        read_bytes(file), file, owner, headed=bool(stem)
+                    )
                     blocks |= {(stem, name): block(values) for name, values in found.items()}
     return _in_rows(blocks, are_named=len(paths) > 1)
 

@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
+
 from workbench.data.readers.columns_option import IGNORED, Naming
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import TABLE_ENDINGS
@@ -47,6 +49,10 @@ class AbstractFileLayout(ABC):
     def read(self, path: Path, naming: Naming | None) -> Fields:
         """What is in it, in SI; `naming` chooses what of it, and may name its joints."""
 
+    def arrays(self, path: Path) -> dict[str, np.ndarray]:
+        """Its arrays by name, rows first; none where it isn't of arrays."""
+        return {}
+
 
 def named(table: Table, names: Mapping[str, str], *notes: str) -> Fields:
     """The columns that are said to be something, in SI; the others are left out.
@@ -67,6 +73,12 @@ def layouts() -> tuple[list[AbstractTableLayout], list[AbstractFileLayout]]:
     every = parts("layouts", (AbstractTableLayout, AbstractFileLayout))
     tables = [known for known in every if isinstance(known, AbstractTableLayout)]
     return tables, [known for known in every if isinstance(known, AbstractFileLayout)]
+
+
+def arrays_by_layout(path: Path) -> dict[str, np.ndarray]:
+    """Arrays of a file whose ending is a layout's; none of others."""
+    own = (known for known in layouts()[1] if path.suffix.lower() in known.endings)
+    return next((found for known in own if (found := known.arrays(path))), {})
 
 
 def layout_names() -> tuple[str, ...]:

@@ -27,7 +27,6 @@ from workbench.data.readers.assemble import excluded_rows
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.headings import split_ending
 from workbench.data.readers.orientation import read_orientation, written_orientation
 from workbench.data.readers.read import read_grid
 from workbench.data.readers.table import Grid, with_names
@@ -36,9 +35,11 @@ from workbench.identification.meaning.conventions import turning_alike
 MAX_PAIRS = 300
 """Of two trajectories no more pairs are taken."""
 SEEN = re.compile(
-    r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|chess|aruco|^c[PM]o$", re.I
+    r"target|marker|board|pattern|tag|object|tracking|optical|cam|sensor|chess|aruco|^c[PMTH][otw]$", re.I
 )
-MOVED = re.compile(r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$|^[rf][PM]e$", re.I)
+MOVED = re.compile(
+    r"robot|hand|gripper|effector|flange|tool|tcp|base|world|^ee$|^[rf][PM]e$|^b[TH][eg]$", re.I
+)
 VECTORS = re.compile(r"^[rt]vecs?$", re.I)
 """OpenCV's names of what a camera sees, where nothing else says whose they are."""
 LETTERS = {"A": "robot", "B": "target", "T1": "robot", "T2": "target"}
@@ -53,7 +54,7 @@ JOINT, NO_QUATERNION = (
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
 _OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
-_ASKED = r"|(?:^|_)(?:[rf][PM]e|c[PM]o)_|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
+_ASKED = r"|(?:^|_)(?:[rf][PM]e|b[TH][eg]|c[PMTH][otw])_|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
 DIRECT, INVERSE = (
     re.compile(rf"(?:^|_)(?:{_OF_IN.format(*both)})(?![a-z]){more}", re.I)
     for *both, more in ((_HOLDER, _HELD, _ASKED), (_HELD, _HOLDER, ""))
@@ -268,8 +269,8 @@ def _heading(cell: str, head: Sequence[str]) -> str:
     name, unit = parse_heading(cell)
     name, head = _GAP.sub("_", name), [_GAP.sub("_", c) for c in head]
     *before, last = name.split("_")
-    if unit is None and before and (split := split_ending(f"{before[-1]}_{last}")):
-        (last, unit), before = split, before[:-1]
+    if unit is None and before and last in ("m", "cm", "mm", "deg", "rad"):
+        *before, last, unit = *before, last
     stem, whose = name.rpartition("_")[0], int(_groups(head)[before[0]] >= MIN_GROUP) if before else 0
     first = int(f"{stem}_0" not in head)
     if last.isdigit() and int(last) - first in range(3) and f"{stem}_{first + 3}" not in head:

@@ -44,6 +44,16 @@ class Matlab(AbstractFileLayout):
         kind_of(data, path)  # refuses what only its name says
         return fields_of(with_headings(read_matlab(data, path, naming=naming)))
 
+    def arrays(self, path: Path) -> dict[str, np.ndarray]:
+        """Pages and cells one by one, and matrices with as many columns by these."""
+        found = read_arrays(read_bytes(path), path)
+        cells = {n for n, a in found.items() if a.dtype.kind == "O" and len({*map(np.shape, a.flat)}) == 1}
+        found |= {name: np.stack([*found[name].flat], axis=-1) for name in cells}
+        pages = {n: np.moveaxis(a, -1, 0) for n, a in found.items() if a.ndim == 3}
+        rows = {*map(len, pages.values())}
+        lying = {n: a.T for n, a in found.items() if a.ndim == 2 and {a.shape[1]} == rows != {len(a)}}
+        return found | pages | lying
+
 
 def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     """Matrices of a MATLAB file as cells of text: by the `columns` option, else by their own names."""

@@ -45,7 +45,7 @@ def reading_of_display(robot: Robot, shown: Displayed, how: str = "auto") -> Row
     found = read_rows(robot, shown.data)
     assert found is not None
     best, given, far = found.best, found.given, FOREIGN_MISFIT * robot.reach
-    if best.convention is None:
+    if best.convention is None and not best.other:
         raise DataError(f"{shown.data.source}: the orientation stays the same while the joints turn the tool")
     is_given = how == "given" or not found.is_found
     if given and is_given and given.rotation < FITS_TURN and given.position < far:
@@ -78,7 +78,7 @@ def _in_convention(robot: Robot, shown: Displayed, reading: RowReading) -> RowRe
         tools = se3.matrix_to_rotvec(np.array([w.tool[:3, :3].T @ reading.tool[:3, :3] for w in ways]))
         if np.linalg.norm(tools, axis=1).max() < TURNED:
             return reading
-    ways.sort(key=lambda w: (len({*shown.meaning(w).units[::2]}), w.cost))  # angles as joints
+    ways.sort(key=lambda w: ((m := shown.meaning(w)).angles != m.joints, w.cost))  # angles as joints
     named = [kind.text for kind in ORIENTATIONS if kind.name == shown.named]
     told = [w for w in ways if w.convention and w.convention.name in named]
     if not told and turned > KEPT:

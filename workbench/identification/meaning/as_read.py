@@ -12,7 +12,7 @@ from workbench.arm.joint_units import sliding, sliding_numbers
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, UnitError
-from workbench.base.wording import in_mm, plural
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import (
@@ -21,9 +21,9 @@ from workbench.identification.meaning.nominal_fit import (
     with_tool_points,
     with_wires,
 )
-from workbench.identification.meaning.read_rows import other_arm, read_rows
+from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import RowReading
-from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
+from workbench.identification.meaning.search import STILL, ReadingSearch
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 from workbench.identification.rows.row_selection import without
 
@@ -96,7 +96,7 @@ def _as_read(
     if meaning.is_misread:
         sentence = f"{meaning.text(bare=bool(robot.effects))}; {meaning.remedy}"
         if meaning.best.other and notes_rival:
-            return robot, _with_notes(data, sentence)
+            return robot, _with_notes(data, sentence.rpartition(", or ")[0])
         if meaning.best.other or (accepted := meaning.accepted(how)) is None:
             raise DataError(f"{data.source}: {sentence}")
         arm = None if keeps_arm else accepted.on(robot)
@@ -111,11 +111,7 @@ def _as_read(
         raise DataError(f"{data.source}: {meaning.text()}; {meaning.remedy}{unread}")
     if not meaning.is_found:
         return robot, _with_notes(data, meaning.text(), *filter(None, [meaning.cure]))
-    notes, off, some = _unconfirmed(data), given.position, usable(data) if meaning.tried else None
-    if some is not None and (rival := other_arm(robot, some, off / CLEAR)) is not None:
-        found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
-        notes += (f"{found} to {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
-    return robot, _with_notes(data, *notes)
+    return robot, _with_notes(data, *_unconfirmed(data))
 
 
 def with_own_columns(robot: Robot, data: Dataset) -> Dataset:
@@ -167,15 +163,20 @@ def _with_orientation(robot: Robot, data: Dataset) -> Dataset:
 
 def with_units(robot: Robot, data: Dataset) -> Dataset:
     """The rows in the units that they tell, if need be without orientations; what slides is in m or mm."""
-    slides, nearest = np.array(sliding(robot), bool), None
-    scales = (1.0, 1e-3) if slides.any() and data.joints == robot.dof else (1.0,)
-    for is_turned, scale in product((True, False)[: 1 + (data.rotation is not None)], scales):
-        rows = data if scale == 1.0 else replace(data, q=data.q * np.where(slides, scale, 1.0))
+    said, nearest = np.array(data.joint_units or ("",) * data.joints), None
+    slides = np.isin(said, ("", "rad", "deg")) & (data.joints == robot.dof and sliding(robot))
+    numbers = np.where(said == "deg", np.rad2deg(data.q), data.q)  # a slide of 71 mm is no angle
+    angles, scales = {"": data.q}, {"m": 1.0, "mm": 1e-3} if slides.any() else {"": 1.0}
+    if slides.any() and np.abs(numbers[:, ~slides]).max(initial=0.0) <= 2.0 * np.pi and "deg" in said:
+        angles[", what turns in rad"] = numbers
+    for is_turned, turns, unit in product((True, False)[: 1 + (data.rotation is not None)], angles, scales):
+        units = tuple(np.where(slides, unit, said).tolist()) if data.joint_units else ()
+        rows = replace(data, q=np.where(slides, numbers * scales[unit], angles[turns]), joint_units=units)
         meaning = understood(robot, rows if is_turned else replace(rows, rotation=None, written=None))[1]
         nearest = nearest or meaning
         if meaning is not None and meaning.is_found and not meaning.best.other:
-            note = f"what slides is in {'m' if scale == 1.0 else 'mm'}, as the rows tell"
-            return _with_notes(as_told(rows, meaning), *[note] * (len(scales) - 1))
+            told = f"what slides is in {unit}{turns}, as the rows tell"
+            return _with_notes(as_told(rows, meaning), *[told] * bool(unit))
     raise _unread_units(robot, data, nearest)
 
 

@@ -287,18 +287,16 @@ def scale_fixing_length(
 
 
 def placed(data: Dataset, known: Collection[str]) -> np.ndarray:
-    """Rows whose anchor or contact has a known place, and all rows of other observations.
+    """Rows whose anchor or contact has a known place, and all rows that are compared with nothing of these.
 
     Args:
         known: Names of known coordinates.
     """
-    keep = np.ones(len(data), bool)
-    for kind, labels, word in (
-        (DistanceObservation, data.anchor, "anchor"),
-        (ContactObservation, data.contact, "contact"),
-        (PlaneObservation, data.contact, "contact"),
-    ):
-        if labels is not None and (applies := carried(data).get(kind)) is not None:
-            there = np.array([f"{word}[{label}].x" in known for label in labels])
-            keep &= ~applies | there
+    keep, left = np.ones((2, len(data)), bool)
+    places = {DistanceObservation: "anchor", ContactObservation: "contact", PlaneObservation: "contact"}
+    for kind, rows in carried(data).items():
+        if (labels := data.column(places.get(kind, ""))) is not None:  # without any all are of one anchor
+            own = np.flatnonzero(rows & left)
+            keep[own] = [f"{places[kind]}[{label}].x" in known for label in labels[own]]
+        left &= ~rows
     return keep

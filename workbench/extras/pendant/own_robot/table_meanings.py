@@ -1,21 +1,21 @@
 """Joint tables: what stands in their files, and what it may mean, in conventions and units.
 
 Denavit–Hartenberg constants of a joint stand in each row, with units in the headings or without, or behind
-their names, joint by joint, as in JSON and YAML.
+their names, joint by joint, as in JSON, YAML and programs. Four numbers a joint without names may stand in
+any order, which poses tell.
 """
 
 import re
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, permutations, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from workbench.arm.conventions import CONSTANTS
-from workbench.arm.frame import Frame
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.arguments import checked_arguments
@@ -29,20 +29,28 @@ from workbench.extras.pendant.displayed import SIZES
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 NAMES |= {"sigma": "type"}
-"""Other headings of the constants."""
+TEXTBOOK = {"length": "a", "offset": "d", "angle": "theta"}
+"""Other headings of the constants, and those of a table that has all of these."""
 KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k): str(k) for k in JointKind}
 KINDS |= {"0": "revolute", "1": "prismatic"}
-KEYED = re.compile(r"([^\W\d]\w*)(?:[\"']?\s*:|[\"']\s*,)[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}()][^\n,{}()]*)")
-"""A key and what stands behind it in JSON, YAML and MATLAB's `Link('d', 0.4)`."""
+KEYED = re.compile(r"([^\W\d]\w*)(?:[\"']?\s*[:=]|[\"']\s*,)[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}()][^\n,{}()]*)")
+"""A key and what stands behind it in JSON, YAML, `Link('d', 0.4)` of MATLAB and `RevoluteDH(d=0.4)`."""
+LINK = re.compile(r"\b(?:Link|DHLink|Revolute\w*|(Prismatic)\w*)\s*\(((?:[^()]|\([^()]*\))*)\)")
+LINK_ORDER = (*CONSTANTS[:4], "sigma", "offset")
+"""A joint of Corke's toolboxes, in which what is 0 may be left out, and the order without names."""
+UNSAID = re.compile(r"(?m)(?:^|\s)[#%].*|\b(?:np|numpy|math|sympy)\.|\s+(?=[*/])|(?<=[*/])\s+")
+"""Comments, and what may be left out of `2 * np.pi / 3`."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
 ENDING, WORD = re.compile(r"[_ ](deg|rad|mm|m)$", re.I), re.compile(r"[a-zα-ω]*$")
 """A unit behind a name, as in `theta_deg`, and a heading's last word."""
-INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
+INDEX = re.compile(r"[ _({]*i(?:[-−]1)?[)}]*$|_prev$")
 """Of a constant in a paper, as in `alpha_{i-1}`."""
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
+FourNumbers = tuple[float, float, float, float]
+TITLES = {"dh": "standard DH", "craig": "modified DH (Craig)"}
 WANTED = "write a table (.csv) with the headings theta, d, a, alpha and a line for each joint"
 
 
@@ -50,13 +58,13 @@ class JointTable(NamedTuple):
     """A table as it stands in its file.
 
     Args:
-        rows: `type` and constants of every joint, in the file's units.
+        rows: `type` and constants of every joint, in the file's units; four numbers where they have no names.
         conventions: That it may be of: its own where the file says it.
         lengths: Units of d and a that may be meant.
         angles: The same for the angles.
     """
 
-    rows: tuple[dict[str, Any], ...]
+    rows: tuple[dict[str, Any], ...] | tuple[FourNumbers, ...]
     conventions: tuple[str, ...]
     lengths: tuple[str, ...]
     angles: tuple[str, ...]
@@ -69,13 +77,17 @@ def read_joint_table(path: Path | str) -> JointTable:
     if len(grid.rows) < 2:
         raise grid.error(f"names no constants of joints; {WANTED}")
     first = [cells[0] for cells in grid.rows]
-    if {*CONSTANTS[:4]} <= {*_constants(first)}:  # a line for each constant
+    if {*CONSTANTS[:4]} <= {*_constants(first)} - {*_constants(grid.rows[0])}:  # a line for each constant
         grid = grid_of(first, [cells[1:] for cells in grid.rows], source=grid.source)
     names = _constants(grid.rows[0])
     stands = [(parse_heading(ENDING.sub(r"[\1]", cell)).unit or "").lower() for cell in grid.rows[0]]
-    if missing := [name for name in CONSTANTS[:4] if name not in names]:
+    if missing := [name for name in ("d", "a", "alpha") if name not in names]:
+        if nameless := _nameless(grid.rows):
+            return JointTable(nameless, stated[:1] or ("dh", "craig"), LENGTHS, ANGLES)
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
-    filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
+    filled = [
+        (k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(_number(c) is not None for c in cells)
+    ]
     rows = [_row([*zip(names, cells, strict=False)], grid, k) for k, cells in filled]
     units = {name: UNITS.get(unit, unit) for name, unit in zip(names, stands, strict=True) if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
@@ -85,13 +97,25 @@ def read_joint_table(path: Path | str) -> JointTable:
 
 
 def _grid(path: Path) -> Grid:
-    if path.suffix.lower() not in (".json", ".yaml", ".yml", ".m"):
+    if path.suffix.lower() not in (".json", ".yaml", ".yml", ".m", ".py"):
         return read_grid(path)
     found: dict[str, list[str]] = defaultdict(list)
-    for key, value in KEYED.findall(re.sub(r"(?m)(^|\s)#.*", "", decode(read_bytes(path), path)[0])):
+    text = UNSAID.sub("", decode(read_bytes(path), path)[0])
+    links = [
+        {"sigma": "1" if slides else "0", **dict.fromkeys(CONSTANTS[:4], "0")}
+        | (dict(KEYED.findall(own)) or dict(zip(LINK_ORDER, re.findall(r"[^\s,\[\]]+", own), strict=False)))
+        for slides, own in LINK.findall(text)
+    ]
+    found |= {key: [own.get(key, "0") for own in links] for key in dict.fromkeys(chain(*links))}
+    for key, value in [] if links else KEYED.findall(text):
         found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
     names = dict(zip(found, _constants(list(found)), strict=True))
     found = {key: own for key, own in found.items() if names[key] in (*CONSTANTS, "type")}
+    if not {*names.values()} & {*CONSTANTS}:
+        blocks = (re.split(r"\n" if len(b.split()) > 5 else "\0", b) for b in re.split(r"[\[\](){};]", text))
+        rows = [re.findall(r"[^\s,]+", line) for block in blocks for line in block]
+        rows = [row for row in rows if _nameless([row] * 2)]
+        return Grid(source=str(path), rows=rows, lines=[*range(1, len(rows) + 1)])
     if len({*map(len, found.values())}) > 1:
         for key in [key for key in found if names[key] == "type" and KINDS.keys().isdisjoint(found[key])]:
             del found[key]  # of something else
@@ -101,13 +125,25 @@ def _grid(path: Path) -> Grid:
     return grid_of(list(found), found.values(), source=str(path))
 
 
+def _nameless(rows: Sequence[Sequence[str]]) -> tuple[FourNumbers, ...]:
+    """Four numbers a joint, behind its name, its number or neither; none of other cells."""
+    numbers = [[n for n in map(_number, filter(None, row)) if n is not None] for row in rows if any(row)]
+    is_counted = all(row[:1] == [k] and len(row) == 5 for k, row in enumerate(numbers, 1))
+    whole = [
+        (a, b, c, d) for a, b, c, d in (row[is_counted:] for row in numbers if len(row) == 4 + is_counted)
+    ]
+    return tuple(whole) if len(whole) == len(numbers) > 1 else ()
+
+
 def _constants(headings: Sequence[str]) -> list[str]:
     """Constants under headings, by their last words where none is called so alone; others as they stand."""
     bare = (
         parse_heading(ENDING.sub(r"[\1]", text)).name.lower().removesuffix("_offset") for text in headings
     )
-    alone = [NAMES.get(name, name) for name in (INDEX.sub("", name) for name in bare)]
-    last = [NAMES.get(word, word) for word in (WORD.findall(name)[0] for name in alone)]
+    plain = [INDEX.sub("", name) for name in bare]
+    words = [WORD.findall(name)[0] for name in plain]
+    names = NAMES | TEXTBOOK if TEXTBOOK.keys() <= {*words} else NAMES
+    alone, last = ([names.get(text, text) for text in texts] for texts in (plain, words))
     is_told = [word not in alone and last.count(word) == 1 for word in last]
     return [word if told else name for name, word, told in zip(alone, last, is_told, strict=True)]
 
@@ -171,7 +207,7 @@ def _numbers(row: dict, number: int) -> dict:
 
 @checked_arguments()
 def table_readings(
-    rows: Sequence[dict],
+    rows: Sequence[dict] | Sequence[FourNumbers],
     *,
     conventions: Sequence[str] = ("dh", "craig"),
     lengths: Sequence[str] = ("m", "mm"),
@@ -181,39 +217,51 @@ def table_readings(
     """What a joint table may mean.
 
     Args:
-        rows: `theta`, `d`, `a`, `alpha` (`beta`, `type`) of every joint, as numbers stand there.
+        rows: `theta`, `d`, `a`, `alpha` (`beta`, `type`) of every joint, as numbers stand there; or four
+            numbers of each in any order.
         conventions: That may be meant.
         lengths: Units that may be meant, the likeliest first.
         angles: The same for angles.
     """
     if unknown := [unit for unit in (*lengths, *angles) if unit not in SIZES]:
         raise OptionError(f"unknown unit '{unknown[0]}'; choose from {', '.join(SIZES)}")
-    titles = {"dh": "standard DH", "craig": "modified DH (Craig)"}
-    rows = [_numbers(row, number) for number, row in enumerate(rows, start=1)]
-    lengths = possible(lengths, [row.get(key, 0.0) for row in rows for key in ("d", "a")])
-    angles = possible(angles, [row.get(key, 0.0) for row in rows for key in ("theta", "alpha", "beta")])
-    out, refused = list[TableReading](), list[FileError]()
-    for convention, length, angle in product(conventions, lengths, angles):
-        sizes = dict.fromkeys(CONSTANTS, SIZES[angle]) | dict.fromkeys(("d", "a"), SIZES[length])
-        scaled = [{k: v * sizes[k] if k in sizes else v for k, v in row.items()} for row in rows]
-        try:
-            robot = robot_from_rows(scaled, convention, name=name)
-        except FileError as error:  # units that no arm has
-            refused.append(error)
-            continue
-        assumed = (titles.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
-        out.append(TableReading(robot.with_frames(base=Frame(), tool=Frame()), assumed))
+    named = [_numbers(row, number) for number, row in enumerate(rows, 1) if isinstance(row, dict)]
+    orders = [()] if len(named) == len(rows) else _orders(rows)
+    out, refused = dict[tuple, TableReading](), list[FileError]()
+    for order in orders:
+        table = named or [dict(zip(order, row, strict=True)) for row in rows]
+        own = (possible(lengths, table, ("d", "a")), possible(angles, table, ("theta", "alpha", "beta")))
+        said = [f"columns {', '.join(order)}"] * bool(order)
+        said += ["theta 0"] * (not all("theta" in row for row in table))
+        for convention, length, angle in product(conventions, *own):
+            sizes = dict.fromkeys(CONSTANTS, SIZES[angle]) | dict.fromkeys(("d", "a"), SIZES[length])
+            scaled = [{k: v * sizes[k] if k in sizes else v for k, v in row.items()} for row in table]
+            try:
+                robot = robot_from_rows(scaled, convention, name=name)
+            except FileError as error:  # units that no arm has
+                refused.append(error)
+                continue
+            assumed = (", ".join([TITLES.get(convention, convention), *said]), f"lengths in {length}")
+            reading = TableReading(robot.bare, (*assumed, f"angles in {angle}"))
+            out.setdefault((convention, *(e.value for e in robot.elements)), reading)
     if refused and not out:
         raise refused[-1]
-    return out
+    return [*out.values()]
 
 
-def possible(units: Sequence[str], values: Sequence[float]) -> Sequence[str]:
-    """Those of two units in which some numbers make sense; both where either does."""
-    largest = float(np.abs(values).max()) if np.size(values) else 0.0
-    quarters = [abs(v) * 2.0 / np.pi for v in values]  # turns of tables in rad; hardly small ones in degrees
-    is_rad = any(turn > 0.5 and abs(turn - round(turn)) < 0.01 for turn in quarters)
-    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi)}
+def _orders(rows: Sequence[Any]) -> list[tuple[str, ...]]:
+    """Orders of the constants of nameless rows; alpha is of quarter turns where any column is."""
+    turns = np.array([np.array(rows) / quarter for quarter in (np.pi / 2.0, 90.0)])
+    is_right = (abs(turns - turns.round()) <= 0.01 * abs(turns)).all(1).any(0)
+    orders = [*permutations(CONSTANTS[:4])]
+    return [own for own in orders if is_right[own.index("alpha")]] or orders
+
+
+def possible(units: Sequence[str], rows: Sequence[dict], names: Sequence[str]) -> Sequence[str]:
+    """Those of two units in which some constants make sense; both where either does."""
+    values = np.abs([row.get(name, 0.0) for row in rows for name in names])
+    largest, quarters = values.max(initial=0.0), values * 2.0 / np.pi
+    is_rad = ((quarters > 0.5) & (abs(quarters - quarters.round()) < 0.01)).any()  # hardly small degrees
+    bounds = {"m": (0.0, np.inf), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi)}
     bounds["deg"] = (2.1 * np.pi if is_rad else 1e-9, np.inf)
-    kept = [u for u in units if bounds[u][0] <= largest <= bounds[u][1]]
-    return kept or units
+    return [u for u in units if bounds[u][0] <= largest <= bounds[u][1]] or units
