@@ -33,7 +33,6 @@ from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.drivers.path import path_of
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
-from workbench.diagnosis.result import harm_done
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, coefficients, drop, left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
@@ -55,8 +54,8 @@ from workbench.identification.rows.row_selection import as_marked
 from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
-LAST, MAX_WORSE = 0.25, 1.03
-"""Share of the rows that are the last ones, and how much worse than by chance a law may make their error."""
+LAST, MAX_WORSE = 0.25, 1.05
+"""Share of the rows that are the last ones, and how much worse a law that is decided may make their error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,16 +102,15 @@ class CauseSearch:
         arm = robot_with(fit, self.last.grams, model)
         return self.ready.errors_on(data, arm, fit.problem.instrument(fit.x))
 
-    def _is_over(self, model: Model, term: Term) -> bool:
+    def _is_over(self, model: Model, term: Term, worse: float) -> bool:
         """Whether the last rows are better without a law, which may have ceased; arms are saved for later."""
         data = self.last.stage.problem.data
         clock = clock_of(data)[0]
         if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
             return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
-        old, new = (self.errors(m, late) for m in (drop(model, [term]), model))
-        is_worse = new.main.mean > MAX_WORSE * old.main.mean
-        return is_worse and harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
+        old, new = (self.errors(m, late).main.mean for m in (drop(model, [term]), model))
+        return new > worse * old
 
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
@@ -129,7 +127,7 @@ class CauseSearch:
         if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
             return drop(model, lost)
         kept = drivers.lasting(unsure := undecided(drivers))
-        if gone := [t for t in kept if self._is_over(kept, t)]:
+        if gone := [t for t in kept if self._is_over(kept, t, 1.0 if t in unsure else MAX_WORSE)]:
             return drop(kept, gone)
         nameless = [*filter(is_nameless, kept)]
         fewer = (drop(kept, some) for some in (nameless, [*nameless, *unsure]) if len(kept) == len(model))
