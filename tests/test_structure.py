@@ -43,7 +43,7 @@ BUDGETS = {
     "data": 5_073,
     "plate": 4_700,
     "identification": 8_804,
-    "diagnosis": 6_596,
+    "diagnosis": 6_598,
     "exports": 588,
     "session": 6_171,
     "views": 6_845,

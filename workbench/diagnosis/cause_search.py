@@ -33,6 +33,7 @@ from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.drivers.path import path_of
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
+from workbench.diagnosis.result import harm_done
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, coefficients, drop, left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
@@ -109,8 +110,9 @@ class CauseSearch:
         if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
             return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
-        old, new = (self.errors(m, late).main.mean for m in (drop(model, [term]), model))
-        return new > worse * old
+        old, new = (self.errors(m, late) for m in (drop(model, [term]), model))
+        is_harm = harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
+        return is_harm or new.main.mean > worse * old.main.mean
 
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
