@@ -46,7 +46,7 @@ BUDGETS = {
     "diagnosis": 6_600,
     "exports": 588,
     "session": 6_163,
-    "views": 6_838,
+    "views": 6_840,
     "cli": 1_352,
     "extras": 1,
     "extras/camera": 3_466,

@@ -59,8 +59,10 @@ def exclude(session: Session) -> LeaveRowsOut | None:
     if now.loaded is None or session.results.is_empty or rows is None:
         return None
     number = int(rows.number[row])
-    worst = np.nan_to_num(rows.stage_errors[:, 1:]).argmax(0)
-    is_doubted = number in now.left_out or rows.set_apart[row] or row not in worst
+    fitted = np.nan_to_num(rows.stage_errors[:, 1:], nan=-1.0)
+    is_doubted = (
+        number in now.left_out or rows.set_apart[row] or (fitted[row] < np.maximum(fitted.max(0), 0.0)).all()
+    )
     is_doubted = is_doubted and number in now.loaded.dataset.row
     return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_doubted else None
 
