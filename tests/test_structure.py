@@ -50,7 +50,7 @@ BUDGETS = {
     "cli": 1_352,
     "extras": 1,
     "extras/camera": 3_466,
-    "extras/controllers": 695,
+    "extras/controllers": 708,
     "extras/hobby": 719,
     "extras/katana": 998,
     "extras/live": 1_026,

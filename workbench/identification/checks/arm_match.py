@@ -109,15 +109,21 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
         given = f"'{calibrated.name}' has {calibrated.dof} joints, the nominal one"
         text = f"the calibrated arm {given} '{nominal.name}' {nominal.dof}; give the arm that was calibrated"
         raise ShapeError(text, expected=calibrated.dof, found=nominal.dof)
-    low, high = nominal.bare.search_limits.T
-    q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
-    flange = tool_poses(calibrated.bare, Motion(q))
-    seen, inner = (flange[:, :3, 3], flange[:, :3, :3]), range(1, nominal.dof - 1)
-    at = place(nominal.bare, q[None], *(part[None] for part in seen), zeros=inner, robust=False)
-    off = float(np.sqrt((at.error**2).mean()))
-    rival = other_arm(nominal, Dataset(q, *seen), off / CLEAR) if off > SAME_ARM else None
+    data, off = misfit(calibrated, nominal)
+    rival = other_arm(nominal, data, off / CLEAR) if off > SAME_ARM else None
     if rival or off > SAME_ARM_SHARE * nominal.reach:
         fits = f" ({rival.robot.name} fits)" if rival else ""
         where = f"'{nominal.name}' is {in_mm(off)} off the calibrated '{calibrated.name}'"
         how = "it is another arm; give the nominal model of the one that was calibrated"
         raise RobotError(f"{where} after the best base, tool and joint zeros{fits}: {how}")
+
+
+def misfit(calibrated: Robot, nominal: Robot) -> tuple[Dataset, float]:
+    """Poses of an arm, and its distance [m] there from another with the best base, tool and joint zeros."""
+    low, high = nominal.bare.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
+    flange = tool_poses(calibrated.bare, Motion(q))
+    data = Dataset(q, flange[:, :3, 3], flange[:, :3, :3], source=calibrated.name)
+    seen, inner = (flange[:, :3, 3], flange[:, :3, :3]), range(1, nominal.dof - 1)
+    at = place(nominal.bare, q[None], *(part[None] for part in seen), zeros=inner, robust=False)
+    return data, float(np.sqrt((at.error**2).mean()))
