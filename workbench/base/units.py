@@ -53,6 +53,9 @@ ALIASES = {
     "gon": "grade",
     "sec": "second",
     "Zoll": "inch",
+    **dict.fromkeys(("grados", "Grados", "gradi", "degrés", "degré", "град", "度"), "degree"),
+    **dict.fromkeys(("radianes", "radianti", "рад", "弧度"), "radian"),
+    **dict(zip(("мм", "м", "毫米", "厘米", "米", "英寸"), ("mm", "m", "mm", "cm", "m", "inch"), strict=True)),
     **dict.fromkeys(("℃", "C", "Celsius"), "degC"),
     "F": "degF",
     "-": "",
@@ -67,7 +70,9 @@ REMARKS = {
 _TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
 _BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
-_UNIT_IN_TEXT = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|(?:\s/\s*|(?:\s+in|,)\s+)(?P<b>\S+))\s*")
+_UNIT_IN_TEXT = re.compile(
+    r"(?P<name>.+?)\s*(?:[(\uff08](?P<a>[^()]+?)[)\uff09]|(?:\s/\s*|(?:\s+in|,)\s+)(?P<b>\S+))\s*"
+)
 
 
 class Heading(NamedTuple):
