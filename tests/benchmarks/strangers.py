@@ -100,6 +100,13 @@ def sticking(v):
     return seen(v, v.state.q - lag)
 
 
+def fading(v):
+    """Play of a joint closes while it is measured."""
+    joint = np.eye(v.arm.dof)[v.rng.permutation(v.arm.dof - 1)[0] + 1]
+    play = v.rng.uniform(6e-4, 1.5e-3) * (1.0 - v.late)[:, None] * joint
+    return seen(v, v.state.q - play * v.state.direction)
+
+
 def hysteresis(v):
     """Friction in proportion to the load: play that opens with it."""
     load = np.abs(straight_moments(v.arm, v.state)[:, 1:3, 2])
@@ -119,13 +126,13 @@ def bent_link(v):
     """A collision changes two constants of one link half-way."""
     table, link = v.arm.table.copy(), int(v.rng.integers(1, 4))
     table[link, 2:4] += v.rng.uniform(5e-4, 1e-3) * v.rng.choice([-1.0, 1.0], 2)
-    return _later(v, seen(replace_arm(v, table)))
+    return _later(v, seen(replace(v, arm=replace(v.arm, table=table))))
 
 
 def another_arm(v):
     """Rows of another arm of the same make from some row on."""
     table = v.arm.table + 1e-3 * v.rng.uniform(-1, 1, v.arm.table.shape) * v.arm.proper()
-    return _later(v, seen(replace_arm(v, table)))
+    return _later(v, seen(replace(v, arm=replace(v.arm, table=table))))
 
 
 def knocked(v):
@@ -158,15 +165,14 @@ def grown_link(v):
     """One link alone grows with the temperature."""
     plain, table, link = seen(v), v.arm.table.copy(), int(v.rng.integers(1, 4))
     table[link, 1 + int(np.abs(table[link, 2]) > np.abs(table[link, 1]))] += 2e-5
-    return plain + (v.state.temperature - 20.0)[:, None, None] * (seen(replace_arm(v, table)) - plain)
+    grown = seen(replace(v, arm=replace(v.arm, table=table))) - plain
+    return plain + (v.state.temperature - 20.0)[:, None, None] * grown
 
 
 def ceiling(v):
     """Soft joints of an arm that hangs from the ceiling, which its file doesn't say."""
     soft = [v.drawn("joint-compliance", joint=j) for j in (1, 2)]
-    arm, v.arm = v.arm, replace(v.arm, gravity=-v.arm.gravity)
-    out, v.arm = poses(v.arm, soft, v.state), arm
-    return out
+    return poses(replace(v.arm, gravity=-v.arm.gravity), soft, v.state)
 
 
 def creeping(v):
@@ -226,15 +232,6 @@ def by_law(name, v):
     return seen(v, effects=[v.drawn(*name)] if isinstance(name, tuple) else [v.drawn(name)])
 
 
-def quantised(v):
-    """Positions to the last tenth of a millimetre."""
-    return seen(v)
-
-
-def replace_arm(v, table):
-    return replace(v, arm=replace(v.arm, table=table))
-
-
 def _later(v, other):
     """The rows as they are, and as the other from some row on."""
     out, row = seen(v), int(ROWS * v.rng.uniform(0.35, 0.65))
@@ -253,6 +250,7 @@ STRANGERS = {
     "settling": Stranger(settling, "motion"),
     "sticking": Stranger(sticking, "motion"),
     "hysteresis": Stranger(hysteresis, "motion"),
+    "fading": Stranger(fading, "motion", ("backlash",)),
     "wind-up": Stranger(partial(by_law, "wind-up"), "motion"),
     "hardening": Stranger(partial(by_law, "hardening drive"), "load", SOFT),
     "belt": Stranger(partial(by_law, "belt stretch"), "load", SOFT),
@@ -272,7 +270,7 @@ STRANGERS = {
     "sight": Stranger(sight, "place"),
     "pull": Stranger(pulled, "place"),
     "payload": Stranger(payload_between, "time", SOFT),
-    "quantised": Stranger(quantised, ""),
+    "quantised": Stranger(seen, ""),  # positions to the last tenth of a millimetre
 } | {
     f"without-{short}": Stranger(partial(by_law, law), driver, out=out)
     for short, law, driver, out in (

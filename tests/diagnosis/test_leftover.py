@@ -93,5 +93,5 @@ def test_variances_that_floating_point_makes_indefinite_cost_infinity():
     table = _Residuals(
         rng.standard_normal((5, 3)), 1e-30 * ones, ones > 0.0, by_joint, ones[:, :1], np.zeros(3, int)
     )
-    assert _cost([table], np.array([0.0, 0.0, 0.0, 0.0, 1.0]))[0] == np.inf
-    assert np.isfinite(_cost([table], np.ones(5))[0])
+    assert _cost([table], np.eye(5), np.array([0.0, 0.0, 0.0, 0.0, 1.0]))[0] == np.inf
+    assert np.isfinite(_cost([table], np.eye(5), np.ones(5))[0])

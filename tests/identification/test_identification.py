@@ -99,6 +99,15 @@ def test_markers_find_a_base_wherever_it_is(name, yaw):
     assert evaluate(robot, Dataset(q=q, markers=markers), fit_frames=True).errors.position_mm.max < 1e-3
 
 
+def test_contacts_beside_their_known_places_are_held_out_as_points(arm):
+    """They are no contacts then: held out rows were ignored, as if no fitted row used them."""
+    rows = distances(arm, np.random.default_rng(5), 60)
+    seen = arm.pose(rows.q)[:, :3, 3] + 5e-5 * np.random.default_rng(1).standard_normal((60, 3))
+    run = identify(load_robot("aria"), Dataset(q=rows.q, position=seen, contact=rows.anchor))
+    assert len(run.held_out_data) == 12
+    assert run.best.held_out.position_mm.mean < 0.2
+
+
 def touching(arm, rng):
     """Joint positions, half of their ranges around the middle, that touch one of three places exactly."""
     q, names = [], []

@@ -13,7 +13,7 @@ from refusals import mentions, refuses
 from scipy.spatial.transform import Rotation
 from slow import slow
 
-from workbench import Dataset, Frame, Robot, evaluate, identify, load_plate, load_robot, measure_plate
+from workbench import Dataset, Frame, Robot, evaluate, identify, load_plate, load_robot, measure_plate, rezero
 from workbench.arm.inverse.solve import Task, follow_many
 from workbench.arm.signs_and_offsets import with_couplings
 from workbench.base.errors import DataError, OptionError, UnitError
@@ -130,6 +130,16 @@ def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none(f
         as_read(robot, replace(shown, position=data.position[::-1], missing_units="J1: rad or deg"))
 
 
+def test_rows_shifted_by_one_against_the_joints_are_told():
+    robot, data = measured("puma", with_rotation=False)
+    rows = np.arange(len(data) - 1)
+    whole = replace(data.take(rows + 1), q=data.q[rows])
+    assert mentions(arm_match(robot, whole).text, "joints of the row after", "shift joints or places")
+    kept = np.delete(np.arange(len(data)), 20)  # a place of row 20 is missing
+    part = replace(data.take(kept), q=data.q[rows])
+    assert mentions(arm_match(robot, part).text, "those after them don't", "joints of the row after")
+
+
 def test_a_coupling_is_told_by_joints_that_move_alone_though_some_signs_are_not():
     robot, data = measured("puma", with_rotation=False, seed=5, alone=0.0)
     shown = replace(data, q=data.q - data.q[:, [1]] * E[2])
@@ -226,8 +236,7 @@ def test_a_near_twin_a_free_frame_and_two_rows_are_told():
     arm, twin, small = map(load_robot, ("ur10e", "ur10", "ur5e"))
     rows = Dataset(q=q, position=arm.predict(q)[:, :3, 3] + [2.0, 0.0, 0.0])
     found = evaluate(twin, rows)
-    assert mentions(found.notes[-1], "UR10e fits to", "choose the robot 'ur10e'")
-    assert mentions(found.warnings[0], "--frames fit")
+    assert mentions(found.foreign, "the arm is UR10e", "choose the robot 'ur10e'")
     held = arm.with_frames(base=Frame(), tool=Frame())  # as of a file with free = false
     assert all("computed" in evaluate(each, rows, fit_frames=True).warnings[-1] for each in (arm, held))
     with refuses(DataError, "correct [base] in its file"):
@@ -241,9 +250,13 @@ def test_a_near_twin_a_free_frame_and_two_rows_are_told():
     assert mentions(evaluate(arm, rows.take(np.arange(2)), fit_frames=True).warnings[0], "2 rows can't tell")
     made = virtual_arm(arm, rng=np.random.default_rng(2))
     seen = replace(rows, position=made.predict(q)[:, :3, 3])
-    said = [[w for w in identify(a, seen).warnings if "lengths found" in w] for a in (arm, twin)]
-    assert not said[0]
-    assert mentions(said[1][0], "those of 'ur10e'", "choose the robot")
+    near = virtual_arm(arm, rng=np.random.default_rng(2), errors=(3e-4, 3e-4))
+    runs = [identify(a, seen, reading=how) for a, how in ((arm, "auto"), (twin, "given"))]
+    reasons = [run.robot.calibration.refused.get("", "") for run in runs]
+    assert ["lengths found are those of 'ur10e'" in reason for reason in reasons] == [False, True]
+    for use in (identify, rezero):
+        with refuses(DataError, "the arm is UR10e", "choose the robot 'ur10e'"):
+            use(twin, replace(rows, position=near.predict(q)[:, :3, 3]))
 
 
 def test_a_frozen_reading_is_named_and_its_rows_can_be_excluded():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench import Dataset, Frame, evaluate, identify, load_robot
+from workbench import Dataset, Frame, evaluate, identify, load_robot, read_measurements
 from workbench.base.errors import OptionError
 from workbench.base.types import Freedom
 from workbench.identification.report.results_json import identification_json
@@ -50,6 +50,20 @@ def test_labels_are_points_of_the_tool_where_the_rows_say_so(apart, count):
     found = identify(robot, replace(rows, position=places, rotation=None, point=names))
     assert (found.data.markers is not None) == (apart > 0.0), found.notes
     assert found.best.held_out.position_mm.median < 0.3
+
+
+@pytest.mark.parametrize("first", [1, 101])
+def test_rows_have_the_numbers_that_their_file_gives_them(first):
+    table = wrong(rows_of(1, 60), 37, 0.1).to_frame().assign(Nr=np.arange(first, first + 60).astype(str))
+    rows, number = read_measurements(table), 37 if first == 1 else first + 37
+    found, shown = identify("aria", rows, exclude=[number + 2]), evaluate("aria", rows)
+    assert [row.row for row in found.outliers] == [number]
+    assert dict(found.excluded) == {number: "gross outlier", number + 2: "by hand"}
+    for text in (*found.warnings[:1], shown.warnings[0]):
+        assert f"row {number} (" in text
+        assert ("as in its 'Nr'" in text) == (first > 1)
+    with refuses(OptionError, "can't exclude row 400", f"{rows.row[0]} … {rows.row[-1]}"):
+        evaluate("aria", rows, exclude=[400])
 
 
 @pytest.mark.parametrize("off", [(0.3, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, -0.002)])

@@ -33,6 +33,7 @@ from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.drivers.path import path_of
 from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
+from workbench.diagnosis.result import harm_done
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, coefficients, drop, left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
@@ -50,12 +51,12 @@ from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.rows.row_selection import held_as_marked
+from workbench.identification.rows.row_selection import as_marked
 from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
-LAST, MAX_WORSE = 0.25, 1.05
-"""Share of the rows that are the last ones, and how much worse a law may make their error."""
+LAST = 0.25
+"""Share of the rows that are the last ones, which a law may not make worse."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,15 +109,16 @@ class CauseSearch:
         if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
             return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
-        arms = (robot_with(fit, self.last.grams, m) for m in (model, drop(model, [term])))
-        new, old = (self.ready.errors_on(late, arm, fit.problem.instrument(fit.x)).main.mean for arm in arms)
-        return new > MAX_WORSE * old
+        arms = (robot_with(fit, self.last.grams, m) for m in (drop(model, [term]), model))
+        old, new = (self.ready.errors_on(late, arm, fit.problem.instrument(fit.x)) for arm in arms)
+        return harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
 
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
 
         The arm after a warm-up that any smooth function of the time explains as well is that function beyond
-        its rows, which nobody knows. What has no name must predict the rows that judge it.
+        its rows, which nobody knows. What has no name, or no law that wins, must predict the rows that judge
+        it.
         """
         model, drivers = self.last.model, self.drivers
         if not model or drivers is None:
@@ -125,12 +127,14 @@ class CauseSearch:
         caps = [challenge.cap for challenge in drivers.challenges([(t,) for t in warm])]
         if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
             return drop(model, lost)
-        kept = drivers.lasting(undecided(drivers))
+        kept = drivers.lasting(unsure := undecided(drivers))
         if gone := [t for t in kept if self._is_over(kept, t)]:
             return drop(kept, gone)
-        named = drop(kept, [*filter(is_nameless, kept)])
-        is_better = len(kept) < len(model) or self.errors(named).main.mean > self.after.judged.main.mean
-        return kept if is_better else named
+        nameless = [*filter(is_nameless, kept)]
+        fewer = (drop(kept, some) for some in (nameless, [*nameless, *unsure]) if len(kept) == len(model))
+        left = {m: self.errors(m).main.mean for m in fewer if len(m) < len(model)}
+        best = min(left, key=left.__getitem__, default=kept)
+        return kept if left.get(best, np.inf) > self.after.judged.main.mean else best
 
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
@@ -245,7 +249,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
         if event.is_step and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
     undecided = dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED)
-    return held_as_marked(ready, ready.held_out_data.kept_out(undecided))
+    return as_marked(ready, ready.held_out_data.kept_out(undecided))
 
 
 def _at_rest(drivers: DriverEvidence, rows: Dataset) -> Dataset | None:

@@ -12,7 +12,7 @@ from workbench.base.types import Freedom
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.measuring_order import with_drivers
 from workbench.data.plausibility import checked
-from workbench.identification.errors.row_errors import instrument_places, row_errors
+from workbench.identification.errors.row_errors import UNKNOWN, instrument_places, row_errors
 from workbench.identification.fit_choices import Excluded
 from workbench.identification.frames import choose_frames, doubt_of
 from workbench.identification.meaning.as_read import as_read
@@ -49,25 +49,27 @@ def evaluate(
     if fit_frames:
         held = {k: f for k in ("base", "tool") if (f := getattr(robot, k)).free is Freedom.FIXED}
         arm = robot.with_frames(**{k: replace(f, free=Freedom.AUTO) for k, f in held.items()})
-    choice, fitted, places, more = None, 0, dict[str, float](), np.zeros(len(used), bool)
+    choice, fitted, far = None, 0, np.zeros(len(used), bool)
+    errors = UNKNOWN if fit_frames else row_errors(robot, used)
     while True:  # until all gross outliers take no part in base and tool
-        far = more
         if fit_frames:
             choice = choose_frames(arm, some := used.take(~far), free=())
-            places = instrument_places(choice.robot, some)
-        errors = row_errors(choice.robot if choice else arm, used, known=places)
+            errors = row_errors(choice.robot, used, known=instrument_places(choice.robot, some))
         others = errors.take(~far)
         more = far | (errors.position > gross_limit(1e-3 * others.position_mm.median, robot.reach))
         if (more == far).all() or more.mean() >= MAX_ACCIDENTS:
             break
+        far = more
     if choice is not None:
         robot, notes = choice.robot, (*notes, *choice.notes)
         fitted = len(choice.freedom.base) + len(choice.freedom.tool)
     if far.any():
         columns = (v[far].tolist() for v in (used.row, errors.position, errors.rotation, errors.position))
         how = "took no part in base and tool" if fit_frames else "included in these errors"
-        said.append(set_apart(tuple(map(Outlier, *columns)), others, how))
+        said.append(set_apart(tuple(map(Outlier, *columns)), others, used, how))
     doubt, is_foreign = doubt_of(robot, used.take(~far), others, fitted)
-    is_nominal = robot.calibration is None and not said and not doubt
-    said += filter(None, [doubt, computed_text(robot, others, data) if is_nominal else ""])
-    return Evaluation(robot, used, errors, notes, tuple(said), doubt if is_foreign else "")
+    rival = next((note for note in notes if note.startswith("the arm is ")), "")
+    notes = tuple(note for note in notes if note != rival)
+    is_nominal = robot.calibration is None and not said and not doubt and not rival
+    said += filter(None, [doubt, rival, computed_text(robot, others, data) if is_nominal else ""])
+    return Evaluation(robot, used, errors, notes, tuple(said), rival or doubt * is_foreign)

@@ -59,8 +59,11 @@ DIGITS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 DIGIT_TOLERANCE, ROUNDED_RATIO = 1e-4, 1.5
 """… the tolerance on multiples of one, as a share of it, and the factor within which the largest scatter is
 what rounding makes: angles that were commanded in whole degrees scatter by far less."""
-TOLERANCE = 1e-12
-"""Relative change of the likelihood that ends its search."""
+MAX_CURVED_ROWS = 300
+"""Maximum number of rows, evenly spread, from which curvatures of the likelihood are taken."""
+TOLERANCE, MAX_STEPS, MAX_HALVINGS = 1e-6, 100, 20
+"""Change of its logarithm that ends its search, and maximum numbers of steps and of halvings of one."""
+JITTER = 1e-12
 
 
 class Readings(NamedTuple):
@@ -198,7 +201,8 @@ def _likeliest(
                 best = min(own, key=lambda a: a.cost)
                 stays = (sizes > max(sizes.min(), MIN_READING_VARIANCE)) & (own[0] is not best)
                 some = some[stays]
-            groups = list(some[:, None])
+            fewer = answer.cost + charge * count + MIN_GAIN  # the least that any of them costs
+            groups = list(some[:, None]) if groups is alike or fewer < min(a.cost for a in own) else []
         tried += own
     return min(tried, key=lambda a: a.cost)
 
@@ -261,18 +265,23 @@ def _members(scale: np.ndarray, groups: Iterable[np.ndarray], axes=TOGETHER) -> 
 
 
 def _fit(tables: Sequence[_Residuals], members: np.ndarray, stated: bool) -> _Answer:
-    """The most likely components ≥ 0."""
+    """The most likely components ≥ 0, by Fisher scoring."""
     from scipy import optimize
 
-    def cost(size: np.ndarray) -> tuple[float, np.ndarray]:
-        value, slope = _cost(tables, members @ size)
-        return value, slope @ members
-
-    start = np.where(members[:CHANNELS].any(0), 1.0, 0.1)
-    bounds = optimize.Bounds(MIN_VARIANCE_SHARE * (start == 1.0) * (not stated), np.inf)
-    precise = {"ftol": TOLERANCE, "gtol": 0.0}
-    found = optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=precise)
-    return _Answer(found.x, members @ found.x, float(found.fun))
+    size = np.where(members[:CHANNELS].any(0), 1.0, 0.1)
+    least = MIN_VARIANCE_SHARE * (size == 1.0) * (not stated)
+    value, slope, curved = _cost(tables, members, size)
+    for _ in range(MAX_STEPS):
+        scale = np.where(np.diagonal(curved) > 0.0, np.diagonal(curved), 1.0) ** -0.5
+        root = np.linalg.cholesky(scale[:, None] * curved * scale + JITTER * np.eye(len(scale)))
+        right = root.T @ ((size - least) / scale) - np.linalg.solve(root, scale * slope)
+        step = least + scale * optimize.nnls(root.T, right)[0] - size
+        shorter = (size + 0.5**k * step for k in range(MAX_HALVINGS if -slope @ step > TOLERANCE else 0))
+        tried = ((trial, *_cost(tables, members, trial)) for trial in shorter)
+        if (better := next((t for t in tried if t[1] < value), None)) is None:
+            break
+        size, value, slope, curved = better
+    return _Answer(size, members @ size, value)
 
 
 def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -292,24 +301,28 @@ def _whitened(table: _Residuals, variances: np.ndarray) -> tuple[np.ndarray, np.
     return inverse, log_det, (inverse @ table.residual[..., None])[..., 0]
 
 
-def _cost(tables: Sequence[_Residuals], variances: np.ndarray) -> tuple[float, np.ndarray]:
-    """Negative log likelihood, and its gradient in the variances; infinite for variances whose covariances
-    are indefinite in floating point."""
-    value, slope = 0.0, np.zeros(len(variances))
+def _cost(
+    tables: Sequence[_Residuals], members: np.ndarray, size: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Negative log likelihood of components, its gradient, its expected curvature from some rows; infinite
+    where covariances are indefinite in floating point."""
+    value, slope, curved = 0.0, np.zeros(len(size)), np.zeros((len(size),) * 2)
     try:
-        whitened = [_whitened(table, variances) for table in tables]
+        whitened = [_whitened(table, members @ size) for table in tables]
     except np.linalg.LinAlgError:
-        return np.inf, slope
+        return np.inf, slope, curved
     for table, (inverse, log_det, white) in zip(tables, whitened, strict=True):
-        square, count, room = (white**2).sum(1), table.live.sum(1), table.room
-        value += 0.5 * float((log_det + (STUDENT_FREEDOM + count) * np.log1p(square / room)).sum())
-        weight = (STUDENT_FREEDOM + count) / (room + square)
-        columns, back = inverse @ table.by_joint, (white[:, None] @ inverse)[:, 0]
-        along = (white[:, None] @ columns)[:, 0]
-        each = (((inverse**2).sum(1) - weight[:, None] * back**2) * table.live).sum(0)
-        by_joint = (columns**2).sum((0, 1)) - weight @ along**2
-        slope += 0.5 * np.append(np.bincount(table.channel, each, CHANNELS), by_joint)
-    return value, slope
+        square, room, freedom = (white**2).sum(1), table.room, STUDENT_FREEDOM + table.live.sum(1)
+        value += 0.5 * float((log_det + freedom * np.log1p(square / room)).sum())
+        sides = np.concatenate([inverse * table.live[:, None], inverse @ table.by_joint], axis=2)
+        along, own = (white[:, None] @ sides)[:, 0], (sides**2).sum(1)
+        of = members[[*table.channel, *range(CHANNELS, len(members))]]
+        slope += 0.5 * (own.sum(0) - (freedom / (room + square)) @ along**2) @ of
+        few = slice(None, None, -(-len(white) // MAX_CURVED_ROWS))
+        inner, share = sides[few].transpose(0, 2, 1) @ sides[few], 1.0 / (freedom[few, None] + 2.0)
+        both = np.tensordot(freedom[few] * share[:, 0], inner**2, 1) - (own[few] * share).T @ own[few]
+        curved += 0.5 * len(white) / len(inner) * (of.T @ both @ of)
+    return value, slope, curved
 
 
 def check_joint_noise(noise: Noise | None, joints: int) -> None:

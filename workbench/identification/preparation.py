@@ -39,10 +39,10 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds, of_rows
 from workbench.identification.rows.row_selection import (
     AbstractSplit,
+    as_marked,
     check_enough,
     check_sessions,
     choose_rows,
-    held_as_marked,
     hold_out,
     marked,
     placed,
@@ -184,7 +184,8 @@ def prepare(
     if Sessions(choices.frames) is not Sessions.SHARED:
         check_sessions(rows.train_data)
     own = preparation_of(rows.train_data)
-    rows = _exclude_unsuited(rows, own.suited(robot, rows.train_data))
+    suited = own.suited(robot, rows.train_data)
+    rows = as_marked(rows, suited, "train").noted(*(note for note in suited.notes if note not in rows.notes))
     progress(0.25, "deciding whether base and tool are free")
     frames = choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     rows = rows.noted(*frames.notes)
@@ -211,7 +212,7 @@ def prepare(
         notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
         if (lost := marked(comparable)) and not rows.is_one_file:
             notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
-        rows = held_as_marked(rows, comparable).noted(*notes)
+        rows = as_marked(rows, comparable).noted(*notes)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
     is_own = frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED
     new = tuple(n for n in rows.held_out_data.sessions if is_own and n not in rows.train_data.sessions)
@@ -273,19 +274,6 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
     )
 
 
-def _exclude_unsuited(rows: _Split, suited: Dataset) -> _Split:
-    """The rows that are suitable for their kind of reading; the others are excluded."""
-    if suited is rows.train_data:
-        return rows
-    return replace(
-        rows,
-        train_data=suited.take(suited.included),
-        train_rows=rows.train_rows[suited.included],
-        excluded=(*rows.excluded, *marked(suited)),
-        notes=(*rows.notes, *(note for note in suited.notes if note not in rows.notes)),
-    )
-
-
 def _check_known_places(data: Dataset, choices: FitChoices) -> None:
     """Raise if a place is said to be known that no row uses."""
     used = [rows for rows in (data, choices.held_out) if isinstance(rows, Dataset)] if choices.known else ()
@@ -314,7 +302,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
     lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)
-    return held_as_marked(rows, data.kept_out(lost)).noted(*notes)
+    return as_marked(rows, data.kept_out(lost)).noted(*notes)
 
 
 def _with_noise(

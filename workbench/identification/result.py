@@ -193,8 +193,8 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
         parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
-        known = implausible_text(self.doubts(run)), self.scale, self.computed, self.harm, self.missed, parted
-        doubts = self.identifiability.refused or "; ".join(filter(None, known))
+        known = implausible_text(self.doubts(run)), self.sister, self.scale, self.computed, self.harm
+        doubts = self.identifiability.refused or "; ".join(filter(None, (*known, self.missed, parted)))
         return {"": doubts, **worse} if doubts else worse
 
     @property
@@ -229,6 +229,13 @@ class Identification(AbstractReported, AbstractSplit):
     def scale(self) -> str:
         """That the instrument's scale is off rather than all lengths of the arm; empty if it isn't."""
         return instrument_scale(self.aligned, self.data.take(self.train_rows))
+
+    @property
+    def sister(self) -> str:
+        """That the lengths found are another built-in arm's; empty if they aren't."""
+        found = zip(self.best.fit.parameters, self.best.fit.x.tolist(), self.best.fit.std, strict=True)
+        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
+        return sister(self.nominal_robot, lengths)
 
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""
@@ -272,13 +279,11 @@ class Identification(AbstractReported, AbstractSplit):
         if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:
             yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
-            yield set_apart(self.outliers, after)
+            yield set_apart(self.outliers, after, self.data)
             yield self.missed
         yield self.foreign
         yield implausible_text(best.implausible)
-        found = zip(best.fit.parameters, best.fit.x.tolist(), best.fit.std, strict=True)
-        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
-        yield sister(self.nominal_robot, lengths)
+        yield self.sister
         for run in self.runs.values():
             if not run.fit.outcome.ok:
                 yield f"{run.fit.algorithm.title}: {run.fit.outcome}"
@@ -357,9 +362,9 @@ def implausible_text(doubts: tuple[str, ...]) -> str:
 
 
 @beside("the note on outliers", "")
-def set_apart(outliers: tuple[Outlier, ...], others: Errors, how: str = "excluded") -> str:
+def set_apart(outliers: tuple[Outlier, ...], others: Errors, data: Dataset, how: str = "excluded") -> str:
     """Which rows were excluded as outliers, or how else they were set apart, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
     typical = f"; the others' median error: {others.text('median')}" if others.text("median") else ""
-    return f"{rows} {shown} {how}{typical}; measure {them} again, or correct the file (rows count from 0)"
+    return f"{rows} {shown} {how}{typical}; measure {them} again, or correct the file ({data.counted})"

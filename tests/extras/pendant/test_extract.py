@@ -47,17 +47,36 @@ def test_thirty_poses_from_the_pendant_give_the_model_of_my_ur5e(run, tmp_path):
 
 def test_a_table_with_a_wrong_length_is_put_right(run, tmp_path):
     """The convention, Euler angles named rx, ry, rz, isn't open where the arm is 30 mm off its table."""
+    actual = wb.load_robot(hidden("ur5e", tmp_path / "hidden.toml"))
+    longer = {"joint3.a": float(actual.values("joint3.a")[0]) + 0.03}
+    actual.with_values(longer).save(tmp_path / "hidden.toml")
     write(
-        lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 30), style="x y z"),
+        lines(tmp_path / "hidden.toml", random_joints("ur5e", 30), style="x y z"),
         head="Base (°),Shoulder (°),Elbow (°),Wrist 1 (°),Wrist 2 (°),Wrist 3 (°),x[mm],y[mm],z[mm],rx,ry,rz",
     )
-    nominal = wb.load_robot("ur5e")
-    nominal.with_values({"joint3.a": float(nominal.values("joint3.a")[0]) + 0.03}).save("wrong.toml")
-    found = wb.extract(wb.load_robot("wrong.toml"), Path("read.csv"))
+    found = wb.extract("ur5e", Path("read.csv"))
     assert found.verdict is ModelVerdict.EXTRACTED
     found.robot.save("mine.toml")
     off = model_error(Path("mine.toml"), tmp_path / "hidden.toml", random_joints("ur5e", 100))
     assert off.mean() < 1e-4
+
+
+def test_readings_of_the_sister_arm_set_no_frames(run, tmp_path):
+    """A UR10's larger shoulder height would pass for a user frame, its longer flange for a tool."""
+    actual = hidden("ur10e", tmp_path / "hidden.toml", length=3e-4, angle=3e-4)
+    head = ",".join([*(f"q{k}[deg]" for k in range(1, 7)), "x[mm],y[mm],z[mm],rx[rad],ry[rad],rz[rad]"])
+    write(lines(actual, 0.3 * random_joints("ur10", 30)), "form.csv", head)
+    for how, status in ("auto", 1), ("given", 2):
+        asked = ("--robot", "ur10", "--save", "mine.toml", "--reading", how)
+        done, out, err = run("extract", "form.csv", *asked)
+        assert (done, mentions(err, "ur10e"), Path("mine.toml").exists()) == (status, True, False)
+        assert not mentions(out, "is set")
+
+
+def test_zeros_that_a_program_wrote_behind_are_no_digits(run, tmp_path):
+    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 30))
+    write([f"{float(cell):.5f}" for cell in row] for row in rows)
+    assert wb.extract("ur5e", "read.csv").verdict is ModelVerdict.EXTRACTED
 
 
 @pytest.mark.parametrize(

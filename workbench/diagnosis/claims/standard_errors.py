@@ -10,7 +10,7 @@ over the G places. The larger one is used, with at least `MIN_PLACES` places.
 Source: Liang, Zeger, Longitudinal data analysis using generalized linear models, Biometrika 73(1), 1986.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,27 +33,17 @@ MIN_ROWS = 1.5
 """Minimum mean number of rows per place; below it rows count as independent."""
 
 
-class StandardErrors(Mapping[str, float]):
+class StandardErrors(dict[str, float]):
     """Of the saved arm's unknowns by name [SI]."""
 
     def __init__(self, fit: Fit):
-        self._places = {name: i for i, name in enumerate(fit.problem.names)}
-        self._covariance, self._ratio = fit.covariance, dependence(fit)
-        self._std = fit.std * self._ratio
-
-    def __getitem__(self, name: str) -> float:
-        return float(self._std[self._places[name]])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
+        self._fit, self._ratio = fit, dependence(fit)
+        super().__init__(fit.problem.named(fit.std * self._ratio))
 
     def covariance(self, names: Sequence[str]) -> Float[np.ndarray, "k k"]:
         """Covariance of some unknowns [SI²], consistent with these standard errors."""
-        mine = [self._places[n] for n in names]
-        return self._covariance[np.ix_(mine, mine)] * np.outer(self._ratio[mine], self._ratio[mine])
+        mine = [self._fit.problem.names.index(n) for n in names]
+        return self._fit.covariance[np.ix_(mine, mine)] * np.outer(self._ratio[mine], self._ratio[mine])
 
 
 def dependence(fit: Fit) -> Float[np.ndarray, " p"]:

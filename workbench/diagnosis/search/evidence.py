@@ -387,16 +387,16 @@ def curved(
     return block
 
 
-def hessian(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def hessian(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Columns that a model uses, geometry first, the prior precision of the others, its cost's Hessian."""
-    own, precision = own_columns(grams, model, inertia=inertia)
+    own, precision = own_columns(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     return used, precision, curved(grams, among(grams.total, used), precision)
 
 
-def own_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of a model's coefficients, with or without masses that act through it, and their precision."""
-    inertial = [n for t in model for n in grams.inertia.get(t.candidate.names, ()) if inertia]
+def own_columns(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of a model's coefficients, and of masses that act through it, and their precision."""
+    inertial = [n for t in model for n in grams.inertia.get(t.candidate.names, ())]
     precisions = [*(precision_of(grams, t) for t in model), np.diag(_known(grams, inertial))]
     columns = grams.columns([*(n for t in model for n in t.candidate.names), *inertial])
     return columns, linalg.block_diag(*precisions)

@@ -1,6 +1,7 @@
 """Joint nonlinear fit of geometry and accepted effects."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -11,7 +12,7 @@ from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.backlash_flanks import search_flanks
-from workbench.diagnosis.search.evidence import Model, coefficients, hessian, precision_of, solve, solver_of
+from workbench.diagnosis.search.evidence import Model, coefficients, precision_of, solve, solver_of
 from workbench.diagnosis.search.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended
@@ -26,8 +27,6 @@ MAX_STEPS = 60
 """Maximum number of steps of a fit …"""
 MAX_LAST_STEPS = 600
 """… and of the final one: with balls in sockets, rotations of the base are weakly observable."""
-MANY_ELEMENTS = 10_000_000
-"""Number of elements of a Jacobian above which masses are fixed and the candidates' inner products serve."""
 STEP_LENGTHS = (1.0, 0.3, 0.1)
 """Step lengths that are tried."""
 MAX_CHORD_STEPS = 6
@@ -47,7 +46,7 @@ DAMPING = 1e-14
 """First damping of a fit: it begins where the linear solution expects its end, and more would hold weakly
 observable directions back."""
 STEP_TOLERANCE = 1e-3
-"""The search ends when the predicted step is below this many standard errors."""
+"""Fits but the final one end when the predicted step is below this many standard errors of an unknown."""
 
 
 def refit(
@@ -78,8 +77,6 @@ def refit(
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
     names = [n for t in model for n in t.candidate.names]
     built = problem.again(robot=robot, data=data, effects=names, inertia=needs_inertia(robot))
-    if is_huge := built.size * len(built.names) > MANY_ELEMENTS:
-        built = built.again(inertia=False)
     built = built.with_deviation(CONSTANT_SIGMA)
     if grams is not None and model:
         built = _expected(built, grams, model, FLAT if is_final else 1.0)
@@ -89,10 +86,11 @@ def refit(
     if holds and any(p.unit == "kg" for p in built.parameters):
         rigid = problem.again(robot=problem.robot.with_effects()) if own else problem
         built = _held(built, rigid, starts[-1])
-    algorithm, held = Opt2(limit=MAX_LAST_STEPS if is_final else MAX_STEPS, damping=DAMPING), built
+    algorithm, held = Opt2(limit=MAX_LAST_STEPS, damping=DAMPING), built
+    if not is_final:
+        algorithm = replace(algorithm, limit=MAX_STEPS, tolerance=STEP_TOLERANCE * len(built.names) ** 0.5)
     if grams is not None and large(built):
-        known = _by_grams(built, grams, model) if is_huge else _by_jacobian(built, here, grams)
-        search = _chord(built, here, *known)
+        search = _chord(built, here, grams)
     else:
         built, search = search_flanks(algorithm, built, here)
     if built is held:  # unobservable combinations are reported without that prior
@@ -107,8 +105,7 @@ def needs_inertia(robot: Robot) -> bool:
 
 def large(problem: Problem) -> bool:
     """Whether fits of a problem are slow, so that few are made."""
-    elements = problem.size * len(problem.names)
-    return elements > MANY_ELEMENTS or elements * len(problem.names) > noises.MAX_QUICK_PRODUCTS
+    return problem.size * len(problem.names) ** 2 > noises.MAX_QUICK_PRODUCTS
 
 
 def linear_answer(fit: Fit, grams: Grams, model: Model) -> dict[str, float]:
@@ -136,45 +133,28 @@ def robot_with(fit: Fit, grams: Grams, model: Model) -> Robot:
     return arm.with_effects(*own, *(t.candidate.effect.sized(answer) for t in model))
 
 
-def _by_grams(problem: Problem, grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Moves of the unknowns by steps, and the Hessian in these, from the candidates' inner products."""
-    names = [n for t in model for n in t.candidate.names]
-    into = np.zeros((len(problem.names), grams.geometry + len(names)))
-    into[[p.is_plain for p in problem.parameters], : grams.geometry] = grams.basis
-    rows = [problem.names.index(n) for n in names]
-    into[rows, grams.geometry + np.arange(len(names))] = 1.0 / grams.scales(names)
-    return into, hessian(grams, model, inertia=False)[-1]
-
-
-def _by_jacobian(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> tuple[np.ndarray, np.ndarray]:
-    """The same in the unknowns themselves, with the geometry's prior as in the inner products."""
+def _chord(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> SearchOutcome:
+    """Gauss–Newton with a fixed Hessian, that of the geometry as in the inner products: only the gradient is
+    recomputed."""
     curvature = inner_products(problem, x)[:-1, :-1]
     plain = np.flatnonzero([p.is_plain for p in problem.parameters])
     curvature[plain, plain] += np.broadcast_to(grams.reach, len(plain)) ** -2.0
-    return np.eye(len(x)), curvature
-
-
-def _chord(problem: Problem, x: np.ndarray, into: np.ndarray, curvature: np.ndarray) -> SearchOutcome:
-    """Gauss–Newton with a fixed Hessian: only the gradient is recomputed."""
     solve_for = solver_of(curvature)
     cost, gradient = problem.cost_and_gradient(x)
     history = [cost]
     if not np.isfinite(cost):
         return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
     for _ in range(MAX_CHORD_STEPS):
-        step = -solve_for(into.T @ gradient)
+        step = -solve_for(gradient)
         if np.sqrt(step @ curvature @ step / len(step)) < STEP_TOLERANCE:
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
-        for shorter in STEP_LENGTHS:
-            new, slope = problem.cost_and_gradient(x + shorter * (into @ step))
-            if new < cost:
-                break
-        else:
-            promised = -float(step @ (into.T @ gradient))
+        trials = (x + shorter * step for shorter in STEP_LENGTHS)
+        if (new := next((y for y in trials if 0.5 * (problem.residual(y) ** 2).sum() < cost), None)) is None:
+            promised = -float(step @ gradient)
             return SearchOutcome(x, ended(promised, history, problem.count), tuple(history))
-        x, cost, gradient = x + shorter * (into @ step), new, slope
+        x, (cost, gradient) = new, problem.cost_and_gradient(new)
         history.append(cost)
     return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
 

@@ -18,11 +18,13 @@ from typing import final
 
 import numpy as np
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.joint_frames import JointFrames
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError
+from workbench.base.assets import built_in_robots
+from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job, tool_note
@@ -46,6 +48,7 @@ class KinematicsYaml(AbstractForm):
         inner: Key between a joint and its numbers; empty for none.
         flange: Whether a last entry holds the flange.
         hashed: Whether a hash tells the driver which arm the file belongs to.
+        arms: How names of the maker's built-in arms begin.
         advice: What to know before it is used.
     """
 
@@ -57,6 +60,7 @@ class KinematicsYaml(AbstractForm):
     inner: str = ""
     flange: bool = False
     hashed: bool = False
+    arms: tuple[str, ...] = ()
     advice: tuple[str, ...] = ()
     ending = ".yaml"
 
@@ -86,6 +90,9 @@ class KinematicsYaml(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from self.advice
+        same = [name for name in built_in_robots() if _is_same(job.robot, load_robot(name))]
+        if same and not any(name.startswith(self.arms) for name in same):
+            yield f"by its geometry this arm is '{same[0]}', another maker's than that of {self.name}"
         if not self.flange:
             yield from tool_note(self._tool(job).pose)
 
@@ -141,6 +148,14 @@ class KinematicsYaml(AbstractForm):
         return poses
 
 
+def _is_same(robot: Robot, other: Robot) -> bool:
+    try:
+        require_same_arm(robot, other)
+    except WorkbenchError:
+        return False
+    return True
+
+
 def _nested(text: str) -> dict:
     """Mappings within mappings by indentation: all of YAML that these files use."""
     root: dict = {}
@@ -165,6 +180,7 @@ UR = KinematicsYaml(
     dofs=(6,),
     head="kinematics",
     hashed=True,
+    arms=("ur",),
     advice=(
         "the driver compares the hash with the controller's and warns if they differ; to avoid this, use "
         "the hash in the file that ur_calibration read from this arm",
@@ -178,6 +194,7 @@ XARM = replace(
     joints=NUMBERED,
     dofs=(5, 6, 7),
     hashed=False,
+    arms=("xarm",),
     advice=("save it as user/xarm6_kinematics_SUFFIX.yaml, with the model's name, for kinematics_suffix",),
 )
 FRANKA = KinematicsYaml(
@@ -185,5 +202,6 @@ FRANKA = KinematicsYaml(
     title="kinematics.yaml of franka_description",
     dofs=(7,),
     inner="kinematic",
+    arms=("panda", "fr3"),
     flange=True,
 )

@@ -131,12 +131,12 @@ def read_display(
     if data.rotation is None or data.written is None:
         raise table.error(f"no orientation was found; {WHAT}")
     known = {c.key: c for c in interpret_columns(table)}
-    joints = [known[f"q{k + 1}"] for k in range(robot.dof)]
     same = {name := data.written.name, name[::-1].lower()}  # of columns in reverse
     entries = [known[key] for form in FORMS if form.convention in same for key in form.keys]
     turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
+    joints, xyz = ([known[key] for key in keys] for keys in ([f"q{k + 1}" for k in range(robot.dof)], "xyz"))
     data, stood = _chosen(data, data.included)
-    shown = [_block(table, own, data.row) for own in (joints, [known[axis] for axis in "xyz"], turn)]
+    shown = [_block(table, own, data.row) for own in (joints, xyz, turn)]
     return displayed(robot, shown, data.source, data.row, name * is_named, stood)
 
 
@@ -173,7 +173,7 @@ def _chosen(data: Dataset, mask: Bool[np.ndarray, " rows"]) -> tuple[Dataset, li
     parts = [part for part in (rows[stood], rows[~stood]) if len(part)]
     few = [part[:: -(-len(part) * len(parts) // MAX_READINGS)] for part in parts]
     chosen = np.sort(np.concatenate([rows[:0], *few]))
-    return data.take(chosen), np.isin(chosen, rows[stood]).tolist()
+    return replace(data.take(chosen), row=chosen, counter=""), np.isin(chosen, rows[stood]).tolist()
 
 
 def typed(texts: Iterable[str], robot: Robot) -> Displayed:
@@ -254,9 +254,8 @@ def _block(table: Table, columns: Sequence[TableColumn], rows: np.ndarray) -> Sh
     said = next((c for c in known if c and c.quantity is not Quantity.NUMBER), None)
     names = ("mm", "m") if said and said.quantity is Quantity.LENGTH else ("deg", "rad")
     unit = names[not np.isclose(SIZES[names[0]], said.scale)] if said else ""
-    return Shown(
-        numbers, _last_digits(cells, numbers), unit, np.array([c.scale if c else np.nan for c in known])
-    )
+    scales = np.array([c.scale if c else np.nan for c in known])
+    return Shown(numbers, _last_digits(cells, numbers), unit, scales)
 
 
 def _told(values: Float[np.ndarray, "rows k"], unit: str, sizes: Sequence) -> Shown:
@@ -269,10 +268,12 @@ def _told(values: Float[np.ndarray, "rows k"], unit: str, sizes: Sequence) -> Sh
 
 
 def _last_digits(cells: np.ndarray, numbers: Float[np.ndarray, "rows k"]) -> Float[np.ndarray, "rows k"]:
-    """Value of each number's last digit, where all are printed with as many decimals, or digits in all."""
-    decimals = digits = 0
+    """Value of each number's last digit, where all are printed with as many decimals, or digits in all; those
+    that are zero in every cell were not shown, unless all are commanded ones, whole or halves."""
+    is_shown, decimals, digits = not np.allclose(2.0 * numbers, np.round(2.0 * numbers)), 0, 0
     for cell in cells.ravel():
         mantissa, _, power = cell.lower().strip().replace(",", ".").partition("e")
+        mantissa = mantissa.rstrip("0") if is_shown and "." in mantissa else mantissa
         decimals = max(decimals, len(mantissa.partition(".")[2]) - int(power or 0))
         digits = max(digits, len(mantissa.lstrip("+-\u22120.").replace(".", "")))
     with np.errstate(divide="ignore"):

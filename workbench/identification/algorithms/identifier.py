@@ -76,7 +76,12 @@ outcome with which the search ends."""
 
 
 def descend(
-    problem: Problem, step: Step, *, limit: int = 100, begin: Float[np.ndarray, " p"] | None = None
+    problem: Problem,
+    step: Step,
+    *,
+    limit: int = 100,
+    begin: Float[np.ndarray, " p"] | None = None,
+    tolerance: float = STEP_TOLERANCE,
 ) -> SearchOutcome:
     """Take at most so many steps, from the problem's start or from a given x."""
     x = (problem.start if begin is None else begin).copy()
@@ -87,7 +92,7 @@ def descend(
             why = Outcome.CANCELLED if is_finite else Outcome.DIVERGED
             return SearchOutcome(x, why, tuple(history))
         factor = factor_of(problem, at)
-        if has_converged(factor, factor.predicted_decrease(), problem.count):
+        if has_converged(factor, factor.predicted_decrease(), problem.count, tolerance):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history), factor)
         found = step(x, at, factor, history[-1])
         if found is None:
@@ -122,13 +127,13 @@ def factor_of(problem: Problem, at: LinearisedProblem) -> Factor:
     return factorise([(at.residual, at.jacobian)], problem.units)
 
 
-def has_converged(factor: Factor, decrease: float, size: int) -> bool:
+def has_converged(factor: Factor, decrease: float, size: int, tolerance: float = STEP_TOLERANCE) -> bool:
     """Whether the predicted decrease of |r|² is negligible against the noise.
 
     A step of s standard errors predicts a decrease of s² times the residual variance.
     """
     variance = factor.residual_square / max(size - factor.rank, 1)
-    return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
+    return decrease <= max(tolerance**2 * variance, RESIDUAL_FLOOR**2 * size)
 
 
 def ended(promised: float, history: list[float], size: int) -> Outcome:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.identification.algorithms.identifier import (
+    STEP_TOLERANCE,
     AbstractIdentifier,
     SearchOutcome,
     descend,
@@ -30,11 +31,13 @@ class Opt2(AbstractIdentifier):
         limit: Maximum number of accepted steps.
         rejections: Maximum number of rejected steps in a row.
         damping: First λ, relative to the largest squared singular value of the whitened Jacobian.
+        tolerance: Predicted step at which it ends [standard errors].
     """
 
     limit: int = 200
     rejections: int = 30
     damping: float = 1e-8
+    tolerance: float = STEP_TOLERANCE
     name = "opt2"
     title = "OPT2"
     summary = "Levenberg–Marquardt least squares: converges from farther away."
@@ -60,4 +63,4 @@ class Opt2(AbstractIdentifier):
                 damping, growth = damping * growth, growth * 2.0
             return None
 
-        return descend(problem, damped, limit=self.limit, begin=begin)
+        return descend(problem, damped, limit=self.limit, begin=begin, tolerance=self.tolerance)

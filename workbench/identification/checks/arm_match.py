@@ -26,7 +26,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.meaning.as_read import understood
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import zeros_fitted
-from workbench.identification.meaning.read_rows import other_arm
+from workbench.identification.meaning.read_rows import SISTER_MOVED, other_arm
 from workbench.identification.meaning.search import CLEAR
 
 COMPARED_POSES = 60
@@ -34,8 +34,6 @@ COMPARED_POSES = 60
 SAME_ARM, SAME_ARM_SHARE = 0.015, 0.05
 """Distances [m, and share of the reach] of an arm from its nominal model beyond which it is another one: if a
 third arm fits, and anyhow."""
-SISTER_MOVED = 3e-3
-"""Change of a length [m] beyond which another arm's table may be nearer."""
 FIXED = 1e-3
 """Share of the largest change below which a length was not found, as those that the tool takes."""
 
@@ -69,9 +67,9 @@ class ArmMatch:
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Other readings that make the rows this arm's, as `as_read` takes them: `found`, or each by name."""
-        is_told = self.meaning is not None and not self.rival and self.meaning.is_misread
-        return (*self.meaning.choices,) if self.meaning and is_told else ()
+        """Other readings that make the rows this arm's: `found`, or each by name, mirrored frames last."""
+        found = self.meaning.choices if self.meaning and not self.rival and self.meaning.is_misread else {}
+        return tuple(sorted(found, key=lambda how: found[how].mirrored))
 
     @property
     def text(self) -> str:
@@ -79,6 +77,7 @@ class ArmMatch:
         rows, arm = self.joints
         has = f", which has {arm} joints, not {rows}" if rows != arm else ""
         wrong = f"these rows don't fit {self.robot}{has}"
+        wrong = f"these rows fit {self.robot} only if read otherwise" if self.readings else wrong
         what = f"'{self.rival}'" if self.rival else "that was measured"
         do = self.meaning.remedy if self.meaning and rows == arm else f"choose the robot {what}"
         return f"{wrong}: {do}{f' ({self.meaning.text()})' if self.meaning else ''}"
@@ -153,18 +152,17 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
         why = f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)})"
         remedies = "measure orientations too, or correct positions alone"
         raise OptionError(f"{why}; {remedies}", option="positions_only")
-    place = bool(positions_only)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     skipped = [e.name for e in calibrated.effects if not e.moves_arm]
     notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]
-    if not place and not usable.sees_rotation:
+    if not positions_only and not usable.sees_rotation:
         why = "no measured orientation confirms it"
         notes.append(f"orientations of the path are met by the model only: {why}")
     here, arm = Frame(), usable.robot
     return ComparedArms(
         calibrated=arm.with_effects(*effects).with_frames(base=here),
         nominal=nominal.with_frames(base=here, tool=arm.tool),
-        task=Task.POSITION if place else Task.default(nominal.dof),
+        task=Task.POSITION if positions_only else Task.default(nominal.dof),
         expected=expected_error(calibrated, usable.left),
         notes=[*away_text("arm used", calibrated, usable.left, len(usable.q)), *usable.notes, *notes],
     )

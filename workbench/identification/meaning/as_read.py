@@ -12,7 +12,7 @@ from workbench.arm.joint_units import sliding, sliding_numbers
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, UnitError
-from workbench.base.wording import in_mm, plural
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import (
@@ -21,9 +21,9 @@ from workbench.identification.meaning.nominal_fit import (
     with_tool_points,
     with_wires,
 )
-from workbench.identification.meaning.read_rows import other_arm, read_rows
+from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import RowReading
-from workbench.identification.meaning.search import CLEAR, STILL, ReadingSearch
+from workbench.identification.meaning.search import STILL, ReadingSearch
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable, without_still_turns
 from workbench.identification.rows.row_selection import without
 
@@ -96,7 +96,7 @@ def _as_read(
     if meaning.is_misread:
         sentence = f"{meaning.text(bare=bool(robot.effects))}; {meaning.remedy}"
         if meaning.best.other and notes_rival:
-            return robot, _with_notes(data, sentence)
+            return robot, _with_notes(data, sentence.rpartition(", or ")[0])
         if meaning.best.other or (accepted := meaning.accepted(how)) is None:
             raise DataError(f"{data.source}: {sentence}")
         arm = None if keeps_arm else accepted.on(robot)
@@ -111,11 +111,7 @@ def _as_read(
         raise DataError(f"{data.source}: {meaning.text()}; {meaning.remedy}{unread}")
     if not meaning.is_found:
         return robot, _with_notes(data, meaning.text(), *filter(None, [meaning.cure]))
-    notes, off, some = _unconfirmed(data), given.position, usable(data) if meaning.tried else None
-    if some is not None and (rival := other_arm(robot, some, off / CLEAR)) is not None:
-        found = f"{rival.robot.name} fits to {in_mm(rival.position)} with the best base and tool, this arm"
-        notes += (f"{found} to {in_mm(off)}; choose the robot '{rival.other}' if it was measured",)
-    return robot, _with_notes(data, *notes)
+    return robot, _with_notes(data, *_unconfirmed(data))
 
 
 def with_own_columns(robot: Robot, data: Dataset) -> Dataset:

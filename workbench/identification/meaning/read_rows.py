@@ -10,12 +10,14 @@ from workbench.data.dataset import Dataset
 from workbench.identification.meaning.families import FAMILIES, OTHER_ARMS, Rows
 from workbench.identification.meaning.meaning import RowMeaning, ranked
 from workbench.identification.meaning.reading import FITS, GOOD, NARROW, RowReading
-from workbench.identification.meaning.search import FEW_POINTS, SURE, ReadingSearch
+from workbench.identification.meaning.search import CLEAR, FEW_POINTS, SURE, ReadingSearch
 from workbench.identification.meaning.unexplained import explained
 from workbench.identification.meaning.usable_rows import few_each, usable, without_still_turns
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
+SISTER_MOVED = 3e-3
+"""Distance of rows, and change of a length [m], from which on another arm's table may be nearer."""
 
 
 def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeaning | None:
@@ -27,8 +29,13 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
         likely: Whether only signs, couplings and zeros are tried, of an arm that is known to be this one.
     """
     data = without_still_turns(robot, data)
-    meaning = _searched(robot, data, likely)
-    return meaning if meaning is None or likely or data.missing_units else explained(robot, data, meaning)
+    if (meaning := _searched(robot, data, likely)) is None or data.missing_units:
+        return meaning
+    off, is_asked = meaning.best.position, meaning.best.is_plain and OTHER_ARMS.name not in meaning.tried
+    rows = usable(data) if is_asked and off > SISTER_MOVED else None
+    if rows is not None and (rival := other_arm(robot, rows, off / CLEAR)) is not None:
+        return RowMeaning(best=rival, plain=meaning.plain, tried=meaning.tried)
+    return meaning if likely else explained(robot, data, meaning)
 
 
 def _searched(robot: Robot, data: Dataset, likely: bool) -> RowMeaning | None:

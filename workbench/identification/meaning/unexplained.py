@@ -35,6 +35,7 @@ STEPS, UNIT = 30, 1e-4
 ALIKE = 1.3
 """Ratio of misfits within which other constants are named as well."""
 MOVED = "name what was moved in between in a column 'session', or correct the rows"
+SHIFTED = "shift joints or places by one row, or add the row that is missing"
 Told = dict[str, Any]
 """Fields of a meaning that an explanation gives; empty: it doesn't explain the rows."""
 
@@ -81,6 +82,21 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     return {"told": text, "cure": cure}
 
 
+def _by_one_row(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
+    """That all fit with the joints of the row before, or after."""
+    return {"told": told, "cure": SHIFTED} if (told := _shift(robot, rows)) else {}
+
+
+def _shift(robot: Robot, rows: Dataset) -> str:
+    """`with the joints of the row before they fit to 1.5 mm`, if they do; else empty."""
+    some = np.arange(len(rows) - 1)
+    for mine, joints, where in ((some + 1, some, "before"), (some, some + 1, "after")):
+        moved = replace(rows.take(mine), q=rows.q[joints])
+        if len(some) >= MIN_PART and _fits(robot, moved):
+            return f"with the joints of the row {where} they fit to {in_mm(_misfit(robot, moved))}"
+    return ""
+
+
 def _most(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     """`12 rows (10–21) don't fit the others, which the arm fits to 2.6 mm`, if it fits most."""
     off = np.zeros(len(located))
@@ -118,6 +134,8 @@ def _in_order(robot: Robot, data: Dataset, meaning: RowMeaning) -> Told:
         if len(found) > 1 or (found and len(rows)):
             end = f", those {where} them don't" if len(rows) else " with another base or tool"
             other = _most(robot, data, meaning) if len(rows) else {}
+            if shift := _shift(robot, rows.take(np.argsort(rows.row))):
+                other = {"told": f"data rows {', '.join(found)}{end}: {shift}", "cure": SHIFTED}
             return other or {"told": f"data rows {', '.join(found)}{end}", "cure": MOVED}
     return {}
 
@@ -177,5 +195,5 @@ def _one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     return {"told": f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"}
 
 
-EXPLANATIONS = (_by_column, _positions_alone, _in_order, _most, _one_constant)
+EXPLANATIONS = (_by_column, _positions_alone, _by_one_row, _in_order, _most, _one_constant)
 """All in their order; rows that are found, of which some stand off, are asked of their columns alone."""
