@@ -219,17 +219,15 @@ def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):
 
 
 POSTURES = np.random.default_rng(7).uniform(-1, 1, (12, 9)).round(4) + np.repeat([0, 2], [6, 3])
-
-
-def named_table(path, *heads, labels=()):
-    """Rows under strangers' headings; the last columns hold words."""
-    rows = (",".join([*map(str, row[: len(heads) - len(labels)]), *(own[k] for own in labels)])
-            for k, row in enumerate(POSTURES))  # fmt: skip
-    path.write_text("\n".join([",".join(heads), *rows]))
-    return path
-
-
 JOINTS = [f"q{k}[rad]" for k in range(1, 7)]
+
+
+def named_table(path, *heads, words=()):
+    """Rows under strangers' headings, words in the last column."""
+    rows = np.hstack([POSTURES, POSTURES[:, 6:]]).astype(str).tolist()
+    ends = [[*row[: len(heads) - bool(words)], *words[k : k + 1]] for k, row in enumerate(rows)]
+    path.write_text("\n".join(map(",".join, [heads, *ends])))
+    return path
 
 
 @pytest.mark.parametrize(
@@ -238,57 +236,51 @@ JOINTS = [f"q{k}[rad]" for k in range(1, 7)]
         ([*(f"关节{k}(弧度)" for k in range(1, 7)), *(f"{a}坐标(毫米)" for a in "XYZ")], "position"),
         ([*(f"Unión {k} [radianes]" for k in range(6)), *(f"Posición {a} [mm]" for a in "XYZ")], "position"),
         ([*(f"Glied {k} [rad]" for k in range(1, 7)), *(f"measured_mm_{a}" for a in "xyz")], "position"),
-        ([*JOINTS, "P1.X (mm)", "P1.Y (mm)", "P1.Z (mm)"], "position"),
-        ([*JOINTS, "Length_mm"], "distance"),
+        ([*JOINTS, *(f"P{k}.{a} (mm)" for k in (1, 2) for a in "XYZ")], None),
+        ([*JOINTS, "Length_mm", "Ball"], "distance"),
     ],
-)  # fmt: skip
+)
 def test_headings_of_any_language_are_told_by_units_and_each_other(tmp_path, heads, seen):
-    data = read_measurements(named_table(tmp_path / "t.csv", *heads))
+    words = [*"ABC"] * 4 if "Ball" in heads else ()
+    path = named_table(tmp_path / "t.csv", *heads, words=words)
+    if seen is None:  # of one point, or of a controller and an instrument
+        with refuses(DataError, "x=P1.X,y=P1.Y,z=P1.Z"):
+            read_measurements(path)
+        return
+    data = read_measurements(path)
     assert data.q == pytest.approx(POSTURES[:, :6])
     read = np.reshape(getattr(data, seen), (12, -1))
     assert read == pytest.approx(1e-3 * POSTURES[:, 6 : 6 + read.shape[1]])
-
-
-def test_a_lone_length_is_from_the_anchors_that_words_name(tmp_path):
-    balls = ["A", "B", "C"] * 4
-    data = read_measurements(named_table(tmp_path / "t.csv", *JOINTS, "Length_mm", "Ball", labels=[balls]))
-    assert (data.anchor.tolist(), data.distance[0]) == (balls, pytest.approx(1e-3 * POSTURES[0, 6]))
+    assert not words or data.anchor.tolist() == words
 
 
 @pytest.mark.parametrize(
-    ("heads", "joints"),
+    "heads",
     [
-        ([*JOINTS, "aX", "aY", "aZ"], 6),
-        ([*JOINTS, "one", "two", "three"], 6),
-        ([*JOINTS, "reading"], 6),
-        ([*JOINTS, *(f"{cam} {a} [mm]" for cam in ("left", "right") for a in "XYZ")], 6),
-        (["one", "two", "three", "four", "five", "six", "x[mm]", "y[mm]", "z[mm]"], 6),
-        (["E1", *(f"A{k}" for k in range(1, 6)), "x[mm]", "y[mm]", "z[mm]"], 6),
+        ([*JOINTS, "aX", "aY", "aZ"]),
+        ([*JOINTS, "one", "two", "three"]),
+        ([*JOINTS, "reading"]),
+        ([*JOINTS, *(f"{cam} {a} [mm]" for cam in ("left", "right") for a in "XYZ")]),
+        (["one", "two", "three", "four", "five", "six", "x[mm]", "y[mm]", "z[mm]"]),
+        (["E1", *(f"A{k}" for k in range(1, 6)), "x[mm]", "y[mm]", "z[mm]"]),
     ],
-)  # fmt: skip
-def test_who_follows_an_advice_is_not_refused_again(tmp_path, heads, joints):
-    path = named_table(tmp_path / "t.csv", *heads[:9])
-    if len(heads) > 9:  # wider than the rows
-        path.write_text("\n".join([",".join(heads), *(",".join(map(str, [*r, *r[6:9]])) for r in POSTURES)]))
+)
+def test_who_follows_an_advice_is_not_refused_again(tmp_path, heads):
+    path = named_table(tmp_path / "t.csv", *heads)
     with pytest.raises(WorkbenchError) as refused:
-        read_measurements(path, joints=joints)
+        read_measurements(path, joints=6)
     advice = re.findall(r"'([^' ]*=[^']*)'", str(refused.value).partition("columns=")[2])
     assert advice
     for columns in advice:
-        assert read_measurements(path, joints=joints, columns=columns).included.all()
+        assert read_measurements(path, joints=6, columns=columns).included.all()
 
 
-def test_an_option_takes_the_unit_of_the_heading(tmp_path):
-    path = named_table(tmp_path / "t.csv", *JOINTS, "Length_mm", "Width_mm")
+def test_options_take_units_of_headings_and_seconds_since_1970_are_a_time(tmp_path):
+    stamps = ["1691406519419"] * 12
+    path = named_table(tmp_path / "t.csv", *JOINTS, "Length_mm", "Width_mm", "time", words=stamps)
     data = read_measurements(path, columns="distance=Length_mm")
     assert data.distance == pytest.approx(1e-3 * POSTURES[:, 6])
-
-
-def test_seconds_since_1970_are_a_time(tmp_path):
-    path = named_table(
-        tmp_path / "t.csv", *JOINTS, "x[mm]", "y[mm]", "z[mm]", "time", labels=[["1691406519419"] * 12]
-    )
-    assert read_measurements(path).time == pytest.approx(1691406519.419)
+    assert data.time == pytest.approx(1691406519.419)
 
 
 def test_a_column_that_is_empty_in_every_row_is_none(tmp_path):
@@ -297,45 +289,18 @@ def test_a_column_that_is_empty_in_every_row_is_none(tmp_path):
     assert data.position == pytest.approx(1e-3 * POSTURES[:, 6:])
 
 
-YAML = """'{0}593701755':
-  camera_joints: []
-  pose:
-    qw: 1.0
-    qx: 0.0
-    qy: 0.0
-    qz: 0.0
-    x: 0.{0}
-    y: 0.2
-    z: 0.3
-  target_joints:
-  - 0.{0}
-  - 0.5
-"""
-
-
 def test_yaml_of_joints_and_poses_is_read_row_by_row(tmp_path):
-    (tmp_path / "m.yaml").write_text("".join(YAML.format(k) for k in range(1, 7)))
-    data = read_measurements(tmp_path / "m.yaml")
-    assert (data.q.tolist(), data.position[:, 0].tolist()) == (
-        [[k / 10, 0.5] for k in range(1, 7)],
-        [k / 10 for k in range(1, 7)],
-    )
+    pose = "{{qw: 1, qx: 0, qy: 0, qz: 0, x: 0.{0}, y: 0.2, z: 0.3}}"
+    row = f"'{{0}}593701755':\n  camera_joints: []\n  pose: {pose}\n  target_joints:\n  - 0.{{0}}\n  - 0.5\n"
+    (tmp_path / "m.yaml").write_text("".join(row.format(k) for k in range(1, 7)))
+    data, tenths = read_measurements(tmp_path / "m.yaml"), [k / 10 for k in range(1, 7)]
+    assert (data.q[:, 0].tolist(), data.position[:, 0].tolist()) == (tenths, tenths)
+    (tmp_path / "q.yaml").write_text("\n".join(f"angles_{k}:\n- {k}\n- 0\n- 0" for k in (3, 1, 2)))
+    assert read_fields(tmp_path / "q.yaml").values["q1"].tolist() == [1, 2, 3]
     (tmp_path / "real").mkdir()
+    turn = "\n".join(f"- - {a}\n  - {b}\n  - {c}\n  - {d}" for a, b, c, d in np.eye(4))
     for k, (*q, x, y, z) in enumerate(POSTURES.tolist()):
-        turn = "\n".join(f"- - {a}\n  - {b}\n  - {c}\n  - {d}" for a, b, c, d in np.eye(4))
         text = f"image_shape:\n- 480\n- 640\n- 3\njoint_values: {q}\nr_mtx:\n{turn}\nt_vec: {[x, y, z]}\n"
         (tmp_path / "real" / f"picture_{k:02d}.yaml").write_text(text)
     data = read_measurements(tmp_path / "real")
     assert (data.q.shape, data.position.shape, data.rotation.shape) == ((12, 6), (12, 3), (12, 3, 3))
-
-
-def test_rows_of_yaml_stand_in_the_order_of_their_numbers(tmp_path):
-    (tmp_path / "q.yaml").write_text("\n".join(f"angles_{k}:\n- {k}\n- 0\n- 0" for k in (3, 1, 2)))
-    assert read_fields(tmp_path / "q.yaml").values["q1"].tolist() == [1, 2, 3]
-
-
-@pytest.mark.parametrize("text", ["[mounting]\ndelta_theta = [ 1e-8, 0]", "# UR\n[DH]\na = [0, -0.425]"])
-def test_files_of_a_ur_controller_are_named(tmp_path, text):
-    (tmp_path / "ur.conf").write_text(text)
-    with refuses(FileError, "UR controller", "--for ur-calibration"):
-        read_measurements(tmp_path / "ur.conf")

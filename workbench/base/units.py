@@ -45,17 +45,14 @@ EXAMPLES = {
 # Spellings that the registry does not know, or knows as something else ('Nm' as number-metre, 'Grad' as
 # gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
 ALIASES = {
-    **dict.fromkeys(("Grad", "Deg", "DEG"), "degree"),
-    **dict.fromkeys(("Rad", "RAD"), "radian"),
+    **dict.fromkeys(("Grad", "Deg", "DEG", "grados", "Grados", "gradi", "degrés", "degré", "度"), "degree"),
+    **dict.fromkeys(("Rad", "RAD", "radianes", "radianti", "弧度"), "radian"),
     "rev": "turn",
     "MM": "mm",
     "px": "pixel",
     "gon": "grade",
     "sec": "second",
-    "Zoll": "inch",
-    **dict.fromkeys(("grados", "Grados", "gradi", "degrés", "degré", "град", "度"), "degree"),
-    **dict.fromkeys(("radianes", "radianti", "рад", "弧度"), "radian"),
-    **dict(zip(("мм", "м", "毫米", "厘米", "米", "英寸"), ("mm", "m", "mm", "cm", "m", "inch"), strict=True)),
+    **dict(zip(("Zoll", "毫米", "厘米", "米", "英寸"), ("inch", "mm", "cm", "m", "inch"), strict=True)),
     **dict.fromkeys(("℃", "C", "Celsius"), "degC"),
     "F": "degF",
     "-": "",
@@ -70,9 +67,7 @@ REMARKS = {
 _TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
 _BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
-_UNIT_IN_TEXT = re.compile(
-    r"(?P<name>.+?)\s*(?:[(\uff08](?P<a>[^()]+?)[)\uff09]|(?:\s/\s*|(?:\s+in|,)\s+)(?P<b>\S+))\s*"
-)
+_UNIT_IN_TEXT = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|(?:\s/\s*|(?:\s+in|,)\s+)(?P<b>\S+))\s*")
 
 
 class Heading(NamedTuple):
@@ -111,7 +106,7 @@ def parse_heading(text: str) -> Heading:
 
     'q1[deg]' and 'q1 [deg]' always; 'q1 (deg)', 'x / mm', 'x, mm', 'x in mm' where what stands there is one.
     """
-    text = text.strip()
+    text = text.strip().replace("\uff08", "(").replace("\uff09", ")")  # of Chinese
     if match := _BRACKETED.fullmatch(text):
         return Heading(match["name"].strip(), match["unit"].strip())
     if match := _UNIT_IN_TEXT.fullmatch(text):

@@ -189,7 +189,7 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
         return found
     if len(sets := _triples(lengths, has_actual=False)) == 1:
         return found | dict(zip(sets[0], "xyz", strict=True))
-    if len(lengths) == 1 and (numbers_in(columns[alone := min(lengths)].cells) > 0.0).all():
+    if len(lengths) == 1 and not (numbers_in(columns[alone := min(lengths)].cells) <= 0.0).any():
         found |= {alone: "distance"} | dict.fromkeys(words if len(words) == 1 else (), "anchor")
     return found
 

@@ -101,16 +101,7 @@ _GROUPED = re.compile(
 _UNIT_ENDING = re.compile(
     r"(.+?)[_ ](?:(mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)|(mm|deg|rad)([_ ][xyz]))"
 )
-_POINTS = (
-    "{a}{k}",
-    "{a}_{k}",
-    "p{k}{a}",
-    "p{k}_{a}",
-    "p_{k}_{a}",
-    "pt{k}_{a}",
-    "point{k}_{a}",
-    "point_{k}_{a}",
-)
+_POINTS = ["{a}{k}", "{a}_{k}", "p{k}{a}", *(f"{p}{{k}}_{{a}}" for p in ("p", "p_", "pt", "point", "point_"))]
 """How points of the tool are counted: x1, x_1, p1x, P1.X, pt_1_x …"""
 
 

@@ -43,18 +43,15 @@ def join(measured: Fields, joints: Fields) -> Fields:
     """Measurements with joints from another table."""
     mine, theirs = _names(measured), _names(joints)
     both = [key for key in LABELS if key in measured.values and key in joints.values][:1]
-    for is_exact, form, plain in ((True, str, str), (False, _number, _number), (False, _stem, str)):
-        named = {key: tuple(map(form, names)) for key, names in mine.items()}
+    for form, plain in ((str, str), (_number, _number), (_stem, str)):
         known = {key: tuple(map(plain, names)) for key, names in theirs.items()}
-        once = {key: own for key, own in known.items() if len(set(own)) == len(own) > 1}
-        pairs = [(key, key) for key in both if is_exact or key in once]
-        for key, other in pairs or product(named, once):
-            names, own = named[key], known[other]
-            most = 2 * sum(name in own for name in names) > len(
-                names
-            )  # equally many may be counted otherwise
+        once = [key for key, names in known.items() if len(set(names)) == len(names) > 1]
+        alike = [(key, key) for key in both if key in once or form is str]
+        for key, other in alike if both else product(mine, once):
+            names, own = tuple(map(form, mine[key])), known[other]
+            most = 2 * sum(name in own for name in names) > len(names)  # or counted otherwise
             is_apart = key == other and most and measured.rows != joints.rows
-            if set(names) == set(own) or is_apart or (pairs and {*names} & {*own}):
+            if set(names) == set(own) or is_apart or (both and {*names} & {*own}):
                 if form is _stem:
                     ends = [re.findall(r"\d+", name)[-1] for name in mine[key]]
                     measured = replace(measured, values={**measured.values, "point": np.array(ends)})
