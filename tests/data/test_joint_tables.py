@@ -54,3 +54,15 @@ def test_by_row_or_time(tmp_path):
         path.write_text(path.read_text().replace("point", "time"))
     data = wb.read_measurements(tmp_path / "points.csv", joint_table=tmp_path / "q.csv")
     np.testing.assert_allclose(data.q, Q)
+
+
+def test_by_the_number_in_names_and_several_points_of_a_posture(tmp_path):
+    names = [f"pose{8 - k}" for k in range(8)]
+    path = joints(tmp_path, range(8), [f"Pose_{k + 1:02d}" for k in range(8)])
+    data = wb.read_measurements(points(tmp_path, names), joint_table=path)
+    np.testing.assert_allclose(data.q, Q[::-1])
+    names = [f"P{1 + k // 2}-{1 + k % 2}" for k in range(8)]
+    path = joints(tmp_path, range(4), [f"P{k + 1}" for k in range(4)])
+    data = wb.read_measurements(points(tmp_path, names), joint_table=path)
+    np.testing.assert_allclose(data.markers.reshape(8, 3), PLACES, atol=1e-9)
+    np.testing.assert_allclose(data.q, Q[:4])

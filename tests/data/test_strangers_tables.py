@@ -1,10 +1,12 @@
 """Tables as strangers have them: reflectors in rows, reports, lists of measuring machines, programs."""
 
+import re
+
 import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench.base.errors import DataError, FileError
+from workbench.base.errors import DataError, FileError, WorkbenchError
 from workbench.data.readers import read_measurements
 from workbench.data.readers.read import read_fields
 
@@ -214,3 +216,91 @@ def test_lists_of_joints_and_of_a_boards_pose_are_columns(tmp_path):
     (tmp_path / "r.json").write_text('[{"posj": [0.1, 2], "tvec": [3, 4, 5], "rvec": [0.1, 0, 0]}]')
     data = read_measurements(tmp_path / "r.json")
     assert (data.q[0, 1], data.position[0, 2], data.written.numbers[0, 0]) == pytest.approx((2, 5, 0.1))
+
+
+POSTURES = np.random.default_rng(7).uniform(-1, 1, (12, 9)).round(4) + np.repeat([0, 2], [6, 3])
+JOINTS = [f"q{k}[rad]" for k in range(1, 7)]
+
+
+def named_table(path, *heads, words=()):
+    """Rows under strangers' headings, words in the last column."""
+    rows = np.hstack([POSTURES, POSTURES[:, 6:]]).astype(str).tolist()
+    ends = [[*row[: len(heads) - bool(words)], *words[k : k + 1]] for k, row in enumerate(rows)]
+    path.write_text("\n".join(map(",".join, [heads, *ends])))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("heads", "seen"),
+    [
+        ([*(f"关节{k}(弧度)" for k in range(1, 7)), *(f"{a}坐标(毫米)" for a in "XYZ")], "position"),
+        ([*(f"Unión {k} [radianes]" for k in range(6)), *(f"Posición {a} [mm]" for a in "XYZ")], "position"),
+        ([*(f"Glied {k} [rad]" for k in range(1, 7)), *(f"measured_mm_{a}" for a in "xyz")], "position"),
+        ([*JOINTS, *(f"P{k}.{a} (mm)" for k in (1, 2) for a in "XYZ")], None),
+        ([*JOINTS, "Length_mm", "Ball"], "distance"),
+    ],
+)
+def test_headings_of_any_language_are_told_by_units_and_each_other(tmp_path, heads, seen):
+    words = [*"ABC"] * 4 if "Ball" in heads else ()
+    path = named_table(tmp_path / "t.csv", *heads, words=words)
+    if seen is None:  # of one point, or of a controller and an instrument
+        with refuses(DataError, "x=P1.X,y=P1.Y,z=P1.Z"):
+            read_measurements(path)
+        return
+    data = read_measurements(path)
+    assert data.q == pytest.approx(POSTURES[:, :6])
+    read = np.reshape(getattr(data, seen), (12, -1))
+    assert read == pytest.approx(1e-3 * POSTURES[:, 6 : 6 + read.shape[1]])
+    assert not words or data.anchor.tolist() == words
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        ([*JOINTS, "aX", "aY", "aZ"]),
+        ([*JOINTS, "one", "two", "three"]),
+        ([*JOINTS, "reading"]),
+        ([*JOINTS, *(f"{cam} {a} [mm]" for cam in ("left", "right") for a in "XYZ")]),
+        (["one", "two", "three", "four", "five", "six", "x[mm]", "y[mm]", "z[mm]"]),
+        (["E1", *(f"A{k}" for k in range(1, 6)), "x[mm]", "y[mm]", "z[mm]"]),
+    ],
+)
+def test_who_follows_an_advice_is_not_refused_again(tmp_path, heads):
+    path = named_table(tmp_path / "t.csv", *heads)
+    with pytest.raises(WorkbenchError) as refused:
+        read_measurements(path, joints=6)
+    advice = re.findall(r"'([^' ]*=[^']*)'", str(refused.value).partition("columns=")[2])
+    assert advice
+    for columns in advice:
+        assert read_measurements(path, joints=6, columns=columns).included.all()
+
+
+def test_options_take_units_of_headings_and_seconds_since_1970_are_a_time(tmp_path):
+    stamps = ["1691406519419"] * 12
+    path = named_table(tmp_path / "t.csv", *JOINTS, "Length_mm", "Width_mm", "time", words=stamps)
+    data = read_measurements(path, columns="distance=Length_mm")
+    assert data.distance == pytest.approx(1e-3 * POSTURES[:, 6])
+    assert data.time == pytest.approx(1691406519.419)
+
+
+def test_a_column_that_is_empty_in_every_row_is_none(tmp_path):
+    (tmp_path / "t.txt").write_text("\n".join("\t".join([*map(str, row), ""]) for row in POSTURES))
+    data = read_measurements(tmp_path / "t.txt", columns="q1[rad],…,q6[rad],xyz[mm]")
+    assert data.position == pytest.approx(1e-3 * POSTURES[:, 6:])
+
+
+def test_yaml_of_joints_and_poses_is_read_row_by_row(tmp_path):
+    pose = "{{qw: 1, qx: 0, qy: 0, qz: 0, x: 0.{0}, y: 0.2, z: 0.3}}"
+    row = f"'{{0}}593701755':\n  camera_joints: []\n  pose: {pose}\n  target_joints:\n  - 0.{{0}}\n  - 0.5\n"
+    (tmp_path / "m.yaml").write_text("".join(row.format(k) for k in range(1, 7)))
+    data, tenths = read_measurements(tmp_path / "m.yaml"), [k / 10 for k in range(1, 7)]
+    assert (data.q[:, 0].tolist(), data.position[:, 0].tolist()) == (tenths, tenths)
+    (tmp_path / "q.yaml").write_text("\n".join(f"angles_{k}:\n- {k}\n- 0\n- 0" for k in (3, 1, 2)))
+    assert read_fields(tmp_path / "q.yaml").values["q1"].tolist() == [1, 2, 3]
+    (tmp_path / "real").mkdir()
+    turn = "\n".join(f"- - {a}\n  - {b}\n  - {c}\n  - {d}" for a, b, c, d in np.eye(4))
+    for k, (*q, x, y, z) in enumerate(POSTURES.tolist()):
+        text = f"image_shape:\n- 480\n- 640\n- 3\njoint_values: {q}\nr_mtx:\n{turn}\nt_vec: {[x, y, z]}\n"
+        (tmp_path / "real" / f"picture_{k:02d}.yaml").write_text(text)
+    data = read_measurements(tmp_path / "real")
+    assert (data.q.shape, data.position.shape, data.rotation.shape) == ((12, 6), (12, 3), (12, 3, 3))

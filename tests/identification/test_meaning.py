@@ -83,7 +83,7 @@ def test_orientations_are_read_in_their_convention(kind):
 @pytest.mark.parametrize(
     ("name", "with_rotation", "change", "text"),
     [
-        ("puma", False, lambda d: replace(d, position=d.position / 25.4), "inch labelled mm"),
+        ("puma", False, lambda d: replace(d, position=d.position / 25.4), "inch read as mm"),
         ("puma", False, lambda d: replace(d, position=d.position[:, [1, 0, 2]]), "left-handed"),
         ("puma", True, lambda d: replace(d, position=d.position[:, [0, 2, 1]]), "y and z are exchanged"),
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),

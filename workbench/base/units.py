@@ -45,14 +45,14 @@ EXAMPLES = {
 # Spellings that the registry does not know, or knows as something else ('Nm' as number-metre, 'Grad' as
 # gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
 ALIASES = {
-    **dict.fromkeys(("Grad", "Deg", "DEG"), "degree"),
-    **dict.fromkeys(("Rad", "RAD"), "radian"),
+    **dict.fromkeys(("Grad", "Deg", "DEG", "grados", "Grados", "gradi", "degrés", "degré", "度"), "degree"),
+    **dict.fromkeys(("Rad", "RAD", "radianes", "radianti", "弧度"), "radian"),
     "rev": "turn",
     "MM": "mm",
     "px": "pixel",
     "gon": "grade",
     "sec": "second",
-    "Zoll": "inch",
+    **dict(zip(("Zoll", "毫米", "厘米", "米", "英寸"), ("inch", "mm", "cm", "m", "inch"), strict=True)),
     **dict.fromkeys(("℃", "C", "Celsius"), "degC"),
     "F": "degF",
     "-": "",
@@ -106,7 +106,7 @@ def parse_heading(text: str) -> Heading:
 
     'q1[deg]' and 'q1 [deg]' always; 'q1 (deg)', 'x / mm', 'x, mm', 'x in mm' where what stands there is one.
     """
-    text = text.strip()
+    text = text.strip().replace("\uff08", "(").replace("\uff09", ")")  # of Chinese
     if match := _BRACKETED.fullmatch(text):
         return Heading(match["name"].strip(), match["unit"].strip())
     if match := _UNIT_IN_TEXT.fullmatch(text):

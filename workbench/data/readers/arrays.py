@@ -46,15 +46,17 @@ _OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
 """Tags of XML, read as keys are."""
 _YAML = re.compile(r"\A\{|^\W*[A-Za-z_]\w*[\"']?\s*[:=]|^[rt] +[-+\d]", re.M)  # or of Halcon
 _KEY = r"((?<!%)\b[A-Za-z_]\w*(?=[\"']?\s*[:=])|^[rt](?= +[-+\d]))"
-_TOKEN = re.compile(rf"{_KEY}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])", re.M)
-_NUMBER = re.compile(r"(^|_)\d+$")
+_COUNT = r"((?<![\w.])\d+)(?=[\"']?\s*:)"
+_TOKEN = re.compile(rf"{_KEY}|{_COUNT}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])", re.M)
+"""Keys, numbers of rows in their place, and numbers."""
+_NUMBER = re.compile(r"(?:^|_)(\d+)$")
 _NAMED = r"\b([A-Za-z_]\w*)[ \t]*[:= ][ \t]*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)[ \t]*(deg|rad|mm|m|°)?(?![\w.])"
 """A number behind its name and before its unit."""
 _COMMENT = re.compile(r"^[ \t]*(?:#|%|//|;|!).*", re.M)
 TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
 _PLACE = re.compile(r"t|translation|position", re.I)
-_JOINTS = re.compile("q|joints?|joint_(?:pose|positions|angles|states)|angles")
-_PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]vec|points?|[pt]|tcp)")
+_JOINTS = re.compile("q|angles|(\\w+_)?joints?(?:_(?:pose|positions|angles|states|values))?")
+_PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]_?vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
 _MATRICES = {(4, 4): "t", (3, 4): "t", (3, 3): "r"}
 
@@ -185,17 +187,23 @@ def _leaves(name: str, value: Any) -> dict[str, Any]:
 
 def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
     """Numbers of JSON or YAML by the keys before them, those of the pose and of its part among them."""
-    found, side, part, name = defaultdict[str, list[list[float]]](list), "", "", ""
-    for key, number in _TOKEN.findall(text):
+    found, side, part, name, at = defaultdict[str, list[tuple[int, list[float]]]](list), "", "", "", -1
+    for key, count, number in _TOKEN.findall(text):
         if key:
+            at = int(numbered[1]) if (numbered := _NUMBER.search(key)) else at
             key = _NUMBER.sub("", key)
             side, part = (key, "") if owner(key) else (side, part)
             part = key if TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
             name = "_".join(filter(None, dict.fromkeys((side, part, key))))
-            found[name].append([])
+            found[name].append((at, []))
+        elif count and name:
+            found[name].append((at := int(count), []))
         elif name:
-            found[name][-1].append(float(number))
-    whole = {name: [row for row in rows if row] for name, rows in found.items()}
+            found[name][-1][1].append(float(number))
+    for rows in found.values():
+        if len({number for number, _ in rows}) == len(rows):  # else numbers don't tell them apart
+            rows.sort(key=lambda row: row[0])
+    whole = {name: [row for _, row in rows if row] for name, rows in found.items()}
     arrays = {name: np.array(rows) for name, rows in whole.items() if len(set(map(len, rows))) == 1}
     for name in [name for name in arrays if name.endswith("cols")]:  # of OpenCV
         data, width = arrays.get(f"{name[:-4]}data", np.zeros(0)), int(arrays[name].flat[0])
@@ -203,7 +211,7 @@ def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
             arrays[f"{name[:-4]}data"] = upright(data.reshape(-1, width))
     lone = {name: upright(a.reshape(-1, 4)) for name, a in arrays.items() if len(a) == 1 and a.size % 4 == 0}
     arrays |= {name: stack for name, stack in lone.items() if stack.ndim == 3}  # a list of matrices
-    shapes = {1: (-1,), 9: (-1, 3, 3)}
+    shapes = {1: (-1,), 9: (-1, 3, 3), 16: (-1, 4, 4)}
     return {name: a.reshape(shapes.get(a.shape[1], a.shape)) for name, a in arrays.items()}
 
 
@@ -268,7 +276,7 @@ def read_arrays(path: Path) -> Grid | None:
         return None
     if [*found.arrays] == [""] and (rows := found.arrays[""]).ndim == 2:  # whose columns have no names
         return Grid(source=str(path), rows=rows.astype(str).tolist(), lines=list(range(1, len(rows) + 1)))
-    what = "these are arrays, or JSON" if path.is_file() else "these are numbered files"
+    what = "these are arrays, JSON or YAML" if path.is_file() else "these are numbered files"
     grid = table_of(found.arrays, path, what)
     lines = [0, *found.numbers] if len(found.numbers) == len(grid.rows) - 1 else grid.lines
     return replace(grid, lines=lines, notes=(*found.notes, *grid.notes))
@@ -280,6 +288,8 @@ def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     upright = {str(name): block(own) for name, own in arrays.items()}
     rows, upright = _upright(upright) if what else (max(map(len, upright.values())), upright)
     for name, array in upright.items():
+        if array.shape[1:] == (4, 4) and not array[:, :3, 3].any():  # a turn, whose place stands apart
+            array = array[:, :3, :3]
         shape = array.shape[1:-1] if array.shape[2:] == (1,) else array.shape[1:]
         is_turn = shape != (3, 3) or np.abs(np.linalg.det(array) - 1.0).max() <= 0.1
         is_lens = not is_turn and (not what or ((array[:, 2] == (0, 0, 1)) & (array[:, :1, 0] > 2.0)).all())
@@ -357,10 +367,11 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:
         return [f"{name}{f'[{said}]' if said else ''}"] if not shape else []
-    if _JOINTS.fullmatch(plain):
-        return [f"q{k + 1}{unit}" for k in range(shape[0])]
+    if joints := _JOINTS.fullmatch(plain):
+        return [f"{joints[1] or ''}q{k + 1}{unit}" for k in range(shape[0])]
     first, _, _ = plain.partition("_" if is_of_measurement(name) else "\n")
-    if shape == (3,) and any(map(_PLACES.fullmatch, (first, plain))) and not is_commanded(name):
+    is_place = any(map(_PLACES.fullmatch, (first, plain))) or meaning_of(f"{plain}_x") == "x"
+    if shape == (3,) and is_place and not is_commanded(name):
         return [f"{'r' * ('rvec' in plain)}{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]

@@ -206,12 +206,14 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
     if not numbers:
         paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
         given = remedy(", or give a table of joints (--joints)", page="")
-        more = f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1[deg]")
+        more = f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1[deg]", number=wanted or 0)
         raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …{given}{more}")
     _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and (len(numbers) < wanted or (len(numbers) > wanted and not some)):
         there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
-        how = f"choose the robot that has them{unread_text(fields.unread, f'q{numbers[-1] + 1}[deg]')}"
+        lacks, read = max(wanted - len(numbers), 0), [fields.headings[f"q{k}"] for k in numbers]
+        more = unread_text(fields.unread, f"q{numbers[-1] + 1}[deg]", number=lacks, read=read)
+        how = f"choose the robot that has them{more * (lacks > 0)}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
         raise ShapeError(text, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)

@@ -25,6 +25,7 @@ from workbench.data.readers.headings import (
     CONTROLLER,
     JOINT,
     is_commanded,
+    is_observed,
     is_of_measurement,
     is_reached,
     known_together,
@@ -35,6 +36,7 @@ from workbench.data.readers.headings import (
     quantities_of,
     split_ending,
     suits,
+    unit_apart,
 )
 from workbench.data.readers.table import NUMBER, Table
 
@@ -53,6 +55,10 @@ _DATES = ("", *(day + time for day in _DAYS for time in _TIMES), _TIMES[0], _TIM
 """Forms of dates: ISO, and those of controllers and spreadsheets; last times of an unknown day."""
 NO_DAY = 1900
 """Year of times of an unknown day."""
+UNIX = (1.2e9, 2.1e9)
+"""Times since 1970 of which we know that they are, from 2008 to 2036 [s]."""
+MIN_ANCHORED = 3
+"""Rows of each anchor, on the mean."""
 MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
 """Rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
 _REFERENCE = re.compile(r"(^|_)(ref|reference)\d*(_|$)")
@@ -115,6 +121,8 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     names = [normalised(parse_heading(text).name) for text in table.names]
     together = known_together(dict(zip(names, table.columns, strict=True)))
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
+    for index, told in _by_group(table, columns).items():
+        columns[index] = _column(table, index, told)
     if not any(c.key and quantities_of(c.key) == JOINT for c in columns):
         left = (names[c.index] for c in columns if c.key is None)
         unread = " ".join(name for name in left if not is_commanded(name))
@@ -159,19 +167,46 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     return tuple(columns)
 
 
+def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
+    """Keys of columns whose names aren't known, in whatever language, by their units and each other: angles
+    that are counted are joints, three lengths that differ in x, y, z a place, a lone one is a distance, from
+    the anchors that a lone column of words names."""
+    found, counted = dict[int, str](), defaultdict[str, dict[int, int]](dict)
+    lengths, words, keys = dict[int, str](), list[int](), [c.key for c in columns if c.key]
+    for c in (c for c in columns if c.key is None and not c.remark):
+        name, unit = unit_apart(table.names[c.index])
+        number = re.fullmatch(r"(.*\D)(\d{1,2})", normalised(name))
+        if name != IGNORED and not any(map(NUMBER.fullmatch, c.cells)):
+            words += [c.index] if MIN_ANCHORED * len({*c.cells}) <= len(c.cells) else []
+        elif unit and suits(unit, "x"):
+            lengths[c.index] = name
+        elif unit and suits(unit, "q1") and number:
+            counted[number[1]][int(number[2])] = c.index
+    runs = [own for own in counted.values() if len(own) > 2 and max(own) - min(own) + 1 == len(own)]
+    if len(runs) == 1 and "q1" not in keys:
+        found = {index: f"q{k - min(runs[0]) + 1}" for k, index in runs[0].items()}
+    if any(map(is_observed, keys)):
+        return found
+    if len(sets := _triples(lengths, has_actual=False)) == 1:
+        return found | dict(zip(sets[0], "xyz", strict=True))
+    if len(lengths) == 1 and not (numbers_in(columns[alone := min(lengths)].cells) <= 0.0).any():
+        found |= {alone: "distance"} | dict.fromkeys(words if len(words) == 1 else (), "anchor")
+    return found
+
+
 def _column(table: Table, index: int, key: str | None) -> TableColumn:
     """One column by its name and unit, or its unit ending ('x_mm'); `key` is what it means beside others."""
     text, (name, unit), remark = table.headings[index], parse_heading(table.names[index]), ""
     column = TableColumn(index=index, heading=text, cells=tuple(table.columns[index]))
     if IGNORED in (name, key):
         return column
+    split = split_ending(name, key) if key or meaning(name) is None else None
+    if split is not None and unit in (None, split[1]):
+        (name, unit), remark = split, "" if key else f"the unit of '{text}' is taken from its name"
     if key is None or not (unit is None or suits(unit, key)):
         key = meaning(name)
     if key in ("u", "v") and unit not in (None, "px"):  # an angle of a theodolite, not a pixel
         return column
-    if key is None and (split := split_ending(name)) is not None and unit in (None, split[1]):
-        name, unit = split
-        key, remark = meaning(name), f"the unit of '{text}' is taken from its name"
     if is_commanded(name) and any(map(NUMBER.fullmatch, table.columns[index])):
         return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
     if key is not None and key != normalised(name) and not remark:
@@ -189,6 +224,12 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         if doubt := _doubt_of_dates(table, column.index):
             how = f"is left out, as its {doubt}; write 2024-03-25 16:39:04"
         return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
+    if column.key == "time" and column.unit is None:
+        largest = np.fmax.reduce(numbers_in(column.cells), initial=0.0)
+        for k, unit in enumerate(("s", "ms", "us", "ns")):
+            if UNIX[0] < largest / 1e3**k < UNIX[1]:
+                how = f"'{column.heading}' is read in {unit} since 1970"
+                return replace(column, unit=unit, conversion=conversion(unit, *quantities), remark=how)
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
         has_place = column.key == "distance" and any(c.key == "x" for c in columns)
@@ -266,26 +307,40 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
 
 
-def unread_text(columns: Mapping[str, Sequence[str]], key: str) -> str:
-    """Columns that are left out, and how to say what they are; empty without any."""
+def unread_text(
+    columns: Mapping[str, Sequence[str]], key: str, *, number: int = 0, read: Sequence[str] = ()
+) -> str:
+    """Columns that are left out, by heading, and how to say what they are, from `key` on; empty without any.
+
+    Of joints `number` are lacking (0: not known), and those under the headings `read` are there.
+    """
     numbers = (n for n, own in columns.items() if any(map(NUMBER.fullmatch, own)))
     if not (unread := [name for name in numbers if meaning_of(name) != "time"]):
         return ""
-    are_places, wanted = key == "x[mm]", parse_heading(key)
+    are_places, wanted = key == "x[mm]", parse_heading(key).name
     computed = [n for n in unread if are_places and CONTROLLER.search(n) and not is_of_measurement(n)]
-    fitting = [n for n in unread if (unit := parse_heading(n).unit) is None or suits(unit, wanted.name)]
-    likely = sorted(fitting, key=lambda n: (wanted.name not in n.lower(), n in computed or is_commanded(n)))
-    if not (first := next(iter(likely), "")):
-        return f"; the columns left out ({listed(unread)}) have other units: convert them to {wanted.unit}"
-    sets = _triples(dict(enumerate(unread)), has_actual=False) if are_places else []
-    may_be = [unread[own[0]] for own in sets] if len(sets) > 1 else [first]  # a controller's, an instrument's
-    named = [*map(parse_heading, may_be)]
-    says = " or '".join(f"{wanted.name}{f'[{unit}]' * bool(unit)}={name}'" for name, unit in named)
-    says += f" or 'distance1={first}'" * (are_places and named[0][0][-1:].isdigit())
-    said = remedy(f" with columns='{says} (--columns), and so on", page=f": {CHOOSE_ON_PAGE}")
-    if first in computed:
-        return f"; '{first}' … are the controller's own, for 'workbench extract'; if measured, say so{said}"
-    return f"; or say what the columns left out are ({listed(unread)}){said}"
+    fitting = [n for n in unread if (unit := unit_apart(n)[1]) is None or suits(unit, wanted)]
+    likely = sorted(fitting, key=lambda n: n in computed or is_commanded(n))
+    left_out = listed(unread, longest=3)
+    if len(likely) < (number or 1):
+        return f"; the columns left out ({left_out}) have other units" if not likely else ""
+    if are_places:
+        sets = _triples(dict(enumerate(unread)), has_actual=False)  # a controller's, an instrument's
+        ways = [dict(zip("xyz", (unread[k] for k in own), strict=True)) for own in sets]
+        distance = f"distance{'[mm]' * (unit_apart(likely[0])[1] is None)}"
+        ways = ways or [dict(zip("xyz" if len(likely) > 2 else [distance], likely, strict=False))]
+    else:
+        own, first = likely[: number or None], int(wanted[1:])
+        orders = (
+            [own, [*own, *read]] if read and len(likely) == 1 else [own]
+        )  # or an axis that carries the arm
+        ways = [{f"q{k}": n for k, n in enumerate(o, 1 if len(o) > len(own) else first)} for o in orders]
+    says = (",".join(f"{k}={parse_heading(name).name}" for k, name in way.items()) for way in ways)
+    options = listed([*says]).replace("', '", "' or '")
+    said = remedy(f" with columns={options} (--columns)", page=f": {CHOOSE_ON_PAGE}")
+    if likely[0] in computed:
+        return f"; '{likely[0]}' … are the controller's, for 'workbench extract'; if measured, say so{said}"
+    return f"; or say what the columns left out are ({left_out}){said}"
 
 
 def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str]) -> str:

@@ -83,7 +83,9 @@ class Fields:
             return None
         if absent and missing is None:
             given, lacking = ", ".join(k for k in keys if k in self.values), ", ".join(absent)
-            raise FileError(f"{given} without {lacking}: add the column(s) {lacking}", path=self.source)
+            alone = "; heights alone tell too little: touch one plane, and name it in 'contact' (plane1)"
+            text = f"{given} without {lacking}: add the column(s) {lacking}{alone * (given == 'z')}"
+            raise FileError(text, path=self.source)
         blank = np.full(self.rows, np.nan if missing is None else missing)
         return np.stack([self.values.get(key, blank) for key in keys], axis=1)
 

@@ -22,6 +22,11 @@ PROGRAM = (
     rb"|^\s*&ACCESS|\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
 )
 """How programs of robots begin, and how they move."""
+_ARRAYS = (
+    rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)|%YAML|- \w+: *\[|"
+    rb".*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?([A-Za-z_]\w*|[\"']?\w+[\"']):( +[\"']{2})?\r?\n"
+)
+"""How arrays begin, of NumPy, JSON, YAML and OpenCV."""
 _REFUSED = (
     (
         rb"\x89PNG|\xff\xd8|GIF8|%PDF|PK\x03\x04|\x1f\x8b|7z\xbc|\xd0\xcf\x11\xe0|\x89HDF|MATLAB 7\.3|RRF",
@@ -34,8 +39,9 @@ _REFUSED = (
     ),
     (PROGRAM, "a robot's program; of programs RAPID, KRL and URScript are read by 'compensate'"),
     (
-        rb"(?s)%YAML|- \w+: *\[|.*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?[A-Za-z_]\w*:( +[\"']{2})?\r?\n",
-        f"YAML, or XML of OpenCV; {POSE_PAIRS}",
+        rb"(?ms).*?(?:^delta_theta *=|^\[DH\] *\r?$)",
+        "of a UR controller, whose arms are built in: 'workbench new ur5e --apply calibration.conf --for "
+        "ur-calibration' adds what is an arm's own",
     ),
     (
         rb"\s*<|(\s*#.*\n)*\s*(\[\[?[\w.\"' -]+\]\]?\s*[\r\n]|[\w-]+\s*=\s*[\"\[{\d.+-])",
@@ -67,8 +73,7 @@ def kind_of(data: bytes, path: Path) -> FileKind:
         return FileKind.EXCEL
     if data.startswith(b"PAR1"):
         return FileKind.PARQUET
-    arrays = rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)"
-    if re.match(arrays, data[:4000]):
+    if re.match(_ARRAYS, data[:4000]):
         return FileKind.ARRAYS
     start = data[:4000].removeprefix(b"\xef\xbb\xbf")
     found = next((what for pattern, what in _REFUSED if re.match(pattern, start)), None)

@@ -30,7 +30,7 @@ _JOINT_TEXT += "|joint(?:_states?)?_pos(?:ition)?|gelenkwinkel|achswinkel|winkel
 _JOINT_TEXT += "|giunto|asse|关节|관절"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|lage|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
-_INSTRUMENT = "tracker|leica|lt|faro|mocap|marker"
+_INSTRUMENT = "tracker|laser|leica|lt|faro|mocap|marker"
 _COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
 _COMMANDED = re.compile(rf"(^[qj]|^|_)({_COMMAND})\d*(_|$)")
 AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
@@ -98,7 +98,11 @@ SQUARE_ERROR = 0.04
 _GROUPED = re.compile(
     r"[-+]?\d{1,3}(([ '’\u202f])\d{3}(\2\d{3})*([.,]\d*)?|([.,])\d{3}(\5\d{3})*(?!\5)[.,]\d+)"
 )
-_UNIT_ENDING = re.compile(r"(.+?)[_ ](mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)")
+_UNIT_ENDING = re.compile(
+    r"(.+?)[_ ](?:(mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)|(mm|deg|rad)([_ ][xyz]))"
+)
+_POINTS = ["{a}{k}", "{a}_{k}", "p{k}{a}", *(f"{p}{{k}}_{{a}}" for p in ("p", "p_", "pt", "point", "point_"))]
+"""How points of the tool are counted: x1, x_1, p1x, P1.X, pt_1_x …"""
 
 
 def normalised(name: str) -> str:
@@ -152,9 +156,9 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
             found |= zip(group, keys, strict=True)
     if {"fx", "fy", "fz"} <= there:  # torques beside forces, not a place
         found |= dict.fromkeys(("tx", "ty", "tz"), IGNORED)
-    for mark in () if {"x", "m1x"} & {*map(meaning, there)} else ("", "_"):  # points of the tool
-        count = sum(re.fullmatch(rf"x{mark}\d+", name) is not None for name in there)
-        points = {f"{a}{mark}{k + 1}": f"m{k + 1}{a}" for k in range(count) for a in "xyz"}
+    for form in () if {"x", "m1x"} & {*map(meaning, there)} else _POINTS:  # points of the tool
+        count = next(k for k in range(len(there) + 1) if form.format(a="x", k=k + 1) not in there)
+        points = {form.format(a=a, k=k + 1): f"m{k + 1}{a}" for k in range(count) for a in "xyz"}
         if points.keys() <= there and count != 2:  # a controller's point and an instrument's
             found |= points if count > 1 else dict(zip(points, "xyz", strict=False))
     numbered = ([f"{stem}{k}" for k in range(n, n + 5)] for stem, n in product(("q", "rot_q"), (0, 1)))
@@ -251,11 +255,18 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
     return next((found for pattern, found in _QUANTITIES if re.fullmatch(pattern, key)), (Quantity.NUMBER,))
 
 
-def split_ending(name: str) -> tuple[str, str] | None:
-    """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
-    if (match := _UNIT_ENDING.fullmatch(name)) and (key := meaning(match[1])) and suits(match[2], key):
-        return match[1], match[2]
-    return None
+def unit_apart(text: str) -> tuple[str, str | None]:
+    """Name and unit of any heading, 'Length [mm]', 'Length_mm' or 'measured_mm_x'."""
+    name, unit = parse_heading(text)
+    if unit is None and (match := _UNIT_ENDING.fullmatch(name)):
+        return match[1] + (match[4] or ""), match[2] or match[3]
+    return name, unit
+
+
+def split_ending(name: str, key: str | None = None) -> tuple[str, str] | None:
+    """Name and unit of 'x_mm' or 'q1 deg', where the unit suits what the name, or `key`, means."""
+    bare, unit = unit_apart(name)
+    return (bare, unit) if unit and bare != name and suits(unit, key or meaning(bare) or "group") else None
 
 
 def suits(unit: str, key: str) -> bool:

@@ -5,6 +5,7 @@ heading of both, such as `Name` or `ID`, that names each row of the joints once 
 where their numbers of rows differ.
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,6 +19,8 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import is_observed
 from workbench.parts import parts
 
+NAMED = re.compile(r"[^\W\d_]")
+"""What names have, and numbers have not."""
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
 
@@ -39,16 +42,35 @@ class AbstractJoin(ABC):
 def join(measured: Fields, joints: Fields) -> Fields:
     """Measurements with joints from another table."""
     mine, theirs = _names(measured), _names(joints)
-    for key in LABELS:
-        if key in measured.values and key in joints.values:
-            return _by_label(measured, joints, key, mine[key], theirs[key])
-    once = {key: known for key, known in theirs.items() if len(set(known)) == len(known) > 1}
-    for (key, names), (other, known) in product(mine.items(), once.items()):
-        most = 2 * sum(name in known for name in names) > len(names)  # equally many may be counted otherwise
-        if set(names) == set(known) or (key == other and most and measured.rows != joints.rows):
-            return _by_label(measured, joints, key, names, known)
+    both = [key for key in LABELS if key in measured.values and key in joints.values][:1]
+    for form, plain in ((str, str), (_number, _number), (_stem, str)):
+        known = {key: tuple(map(plain, names)) for key, names in theirs.items()}
+        once = [key for key, names in known.items() if len(set(names)) == len(names) > 1]
+        alike = [(key, key) for key in both if key in once or form is str]
+        for key, other in alike if both else product(mine, once):
+            names, own = tuple(map(form, mine[key])), known[other]
+            most = 2 * sum(name in own for name in names) > len(names)  # or counted otherwise
+            is_apart = key == other and most and measured.rows != joints.rows
+            if set(names) == set(own) or is_apart or (both and {*names} & {*own}):
+                if form is _stem:
+                    ends = [re.findall(r"\d+", name)[-1] for name in mine[key]]
+                    measured = replace(measured, values={**measured.values, "point": np.array(ends)})
+                return _by_label(measured, joints, key, names, own)
+    for key in both:
+        return _by_label(measured, joints, key, mine[key], theirs[key])
     way = next((way for way in parts("joins", AbstractJoin) if way.applies(measured, joints)), None)
     return by_row(measured, joints) if way is None else way.join(measured, joints)
+
+
+def _number(name: str) -> str:
+    """The only number of a name: `Pose_01` and `pose1` are one."""
+    numbers = re.findall(r"\d+", name)
+    return str(int(numbers[0])) if len(numbers) == 1 and NAMED.search(name) else name
+
+
+def _stem(name: str) -> str:
+    """`P1` of `P1-2`, the second reading or reflector there."""
+    return re.sub(r"[-_. ]\d{1,2}$", "", name) if NAMED.search(name) else name
 
 
 def joined_alone(fields: Fields) -> Fields:

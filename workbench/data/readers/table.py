@@ -16,7 +16,7 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
-from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of
+from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of, split_ending, unit_apart
 
 NUMBER = re.compile(
     r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?|[-+]?(nan|inf)"
@@ -182,10 +182,14 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
     head = max(range(start), key=lambda i: (known[i], i), default=0)
+    if not any(known):  # units alone tell a row of headings, in whatever language
+        known = [sum(unit_apart(cell)[1] is not None for cell in row) for row in grid.rows[:start]]
+        head = max(range(start), key=lambda i: (known[i], i), default=0)
     if not any(known):
         if start == len(grid.rows) > 1:
             raise grid.error("it has no row of numbers: this is not a table of joints or poses")
-        found = f"none of the headings {listed(grid.rows[head])} is known" if start else "there is no header"
+        known_not = f"none of the headings {listed(grid.rows[head], longest=3)} is known"
+        found = known_not if start else "there is no header"
         option = remedy(", or say what they are with columns='q1[deg],…,-,x[mm]' (--columns)", page="")
         wanted = f"name the {len(grid.rows[-1])} columns q1[deg], …, x[mm], y[mm], z[mm] above the numbers"
         raise grid.error(f"{found}: {wanted}{option * has_option}", head)
@@ -247,7 +251,9 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
             if {theirs.name, ours.name} & {parse_heading(c).name for c in cells}:
                 wrong = "gives no known meaning, such as q1, x, roll, pitch, yaw, qw"
             raise OptionError(f"{grid.source}: '{theirs.name}={ours.name}' {wrong}")
-        said |= {c: _with_unit(side.heading(), parse_heading(c).unit or "") for c, side in named.items()}
+        for cell, side in named.items():
+            _, unit = split_ending(cell, side.name) or parse_heading(cell)
+            said[cell] = _with_unit(side.heading(), unit or "")
     taken = {key for ours in said.values() if (key := meaning(parse_heading(ours).name))}
     left = (cell for cell in cells if cell not in said and meaning(parse_heading(cell).name) in taken)
     has_joints = any(re.fullmatch(r"q\d+", key) for key in taken)

@@ -41,6 +41,8 @@ def read_text(data: bytes, path: Path) -> Grid:
     except csv.Error as error:
         raise FileError(f"the fields can't be separated ({error})", path=str(path)) from None
     numbers = [numbers[place] for place in places]
+    filled = max((k for row in rows for k, cell in enumerate(row, 1) if cell), default=0)
+    rows = [row[:filled] for row in rows]  # without columns that a separator ends in every row
     width = len(rows[0])
     head = next((a for a in above if len(a) == width or (len(keys_of(a)) > 1 and len(a) < width)), None)
     words = [name for name, cell in zip(head or (), rows[0], strict=False) if not NUMBER.fullmatch(cell)]

@@ -26,8 +26,8 @@ NARROW = 0.05
 """Maximum misfit of a changed reading as a share of how far the rows move the arm."""
 GOOD, EXOTIC = 0.006, 3.5
 """Readings more complex than the second must leave less than the first share of the reach."""
-LENGTHS = {1e-3: "mm labelled m", 1e3: "m labelled mm", 0.0254: "inch labelled m", 1e-2: "cm labelled m",
-           25.4: "inch labelled mm", 10.0: "cm labelled mm", 0.1: "mm labelled cm"}  # fmt: skip
+LENGTHS = {1e-3: "mm read as m", 1e3: "m read as mm", 0.0254: "inch read as m", 1e-2: "cm read as m",
+           25.4: "inch read as mm", 10.0: "cm read as mm", 0.1: "mm read as cm"}  # fmt: skip
 LEFT_HANDED = -np.eye(3)
 """Axes of which no more is known."""
 

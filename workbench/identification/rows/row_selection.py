@@ -17,7 +17,7 @@ from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.observations import ContactObservation, DistanceObservation, PlaneObservation
 from workbench.data.plausibility import repeated_rows
-from workbench.data.postures import pose_units, repeats, repeats_text
+from workbench.data.postures import pose_units, postures, repeats, repeats_text
 from workbench.identification.errors.row_errors import count_measured
 from workbench.identification.problem_blocks import carried, of_rows
 from workbench.plate.region import Region
@@ -155,8 +155,9 @@ def hold_out(
     count = int(labels.max(initial=-1)) + 1
     there = np.bincount(labels[stays], minlength=count) > 0
     if there.sum() < 2:
-        few = f"{int(there.sum())} poses or groups are too few to hold some out; use share 0"
-        raise DataError(f"{data.source}: {few}")
+        few = "rows of one pose or group are too few to hold some out"
+        how = "use share 0" if postures(data.q[stays]).max(initial=0) > 3 else "measure at least 5 poses"
+        raise DataError(f"{data.source}: {few}: {how}")
     weight = np.bincount(labels)
     centre = np.stack([np.bincount(labels, column) / weight for column in data.q.T], axis=1)
     centre = centre / np.maximum(np.ptp(data.q, axis=0), 1e-9)
