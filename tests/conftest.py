@@ -19,6 +19,7 @@ from xdist.scheduler import LoadFileScheduling
 
 from workbench.parts import BROKEN, EXTRAS
 
+gc.disable()  # until all is collected
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Those of OpenCV spin while they wait: a third of the processor time of every search for markers.
@@ -94,8 +95,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """What collection made stays to the end: no search for garbage looks through it."""
+    """What collection made stays to the end: no search for garbage looks through it, then or later."""
     gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -11,7 +11,7 @@ from refusals import mentions, refuses
 from scipy.optimize import brentq
 from slow import slow
 
-from workbench import Frame, Motion, Robot, load_robot, read_urdf, write_urdf
+from workbench import Motion, Robot, load_robot, read_urdf, write_urdf
 from workbench.arm.effects import EFFECTS
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics import forward
@@ -197,45 +197,6 @@ def test_a_joint_that_hangs_within_its_play_rests_at_one_of_its_flanks():
     deflected = deflect(loose, motion(down))
     assert deflected.outcome is Outcome.CONVERGED
     assert np.abs(deflected.shift).max() == pytest.approx(play, rel=1e-2)
-
-
-@pytest.mark.parametrize("arm", ["aria", "katana"])
-def test_load_effects_bend_as_the_generator_does(arms, arm):
-    """Positive coefficients give way to the load, about the axis and across it."""
-    virtual = {"aria": generator.aria, "katana": generator.katana}[arm]()
-    robot = arms[arm].with_frames(base=Frame.from_pose(virtual.base), tool=Frame.from_pose(virtual.tool))
-    q = np.random.default_rng(0).uniform(-1.0, 1.0, (20, virtual.dof))
-    c, b = np.zeros((virtual.dof, 3)), np.zeros((virtual.dof, 3))
-    c[1], b[2] = (3e-6, 3e-6, 5e-6), (0.0, 0.0, 1e-5)
-    expected = virtual.pose(q, virtual.sag(q, compliance=c, backlash=b, payload=1.5))
-    deflected = robot.with_effects(
-        EFFECTS["joint-compliance"]((1,), (5e-6,)),
-        EFFECTS["bearing-compliance"]((1,), (3e-6,)),
-        EFFECTS["backlash"]((2,), (1e-5,)),
-    )
-    motion = Motion(q, payload=np.full(20, 1.5))
-    found = forward.tool_poses(deflected, motion)
-    bend = np.abs(virtual.pose(q) - expected).max()
-    np.testing.assert_allclose(found, expected, atol=2e-3 * bend)
-
-
-def test_clearance_tips_by_its_angle_against_the_holding_moment(arms):
-    robot = arms["aria"].with_effects(EFFECTS["clearance-tilt"]((1,), (1e-3,)))
-    motion = motion_of(robot)
-    deflected = deflect(robot, motion)
-    tilt = deflected.shift[:, robot.chain.indices(["joint2.tilt_x", "joint2.tilt_y"])]
-    np.testing.assert_allclose(np.linalg.norm(tilt, axis=1), 1e-3)
-    assert ((tilt * deflected.wrenches[:, 1, 3:5]).sum(1) < 0).all()
-
-
-def test_thermal_growth_is_the_growth_of_the_arm(arms):
-    for name in ("aria", "sliding"):
-        robot = arms[name].with_frames(base=Frame.from_pose(np.eye(4)))
-        motion = motion_of(robot)
-        grown = robot.with_effects(EFFECTS["thermal-growth"]((), (1e-4,), reference=20.0))
-        factor = 1.0 + 1e-4 * (motion.temperature - 20.0)[:, None]
-        straight, warm = (forward.tool_poses(robot, Motion(motion.q)), forward.tool_poses(grown, motion))
-        np.testing.assert_allclose(warm[:, :3, 3], factor * straight[:, :3, 3], atol=1e-12)
 
 
 def test_torques_stand_in_for_masses(arms):

@@ -12,22 +12,24 @@ without one under `--alarms`. Results on judging seeds must change nothing in th
 import argparse
 import multiprocessing
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from typing import NamedTuple
 
 import beside  # noqa: F401
+import numpy as np
 from arms import UnseenError, make
 from calibration import bins, expected_error
 from cases import CASES, WITHOUT, Case
 from conditions import CONDITIONS, Conditions, under
-from counts import by_kind, share, wilson
 from judge import Judged, judge
 from morphologies import ARMS, MORPHOLOGIES, SIX
 from options import ended, run_options, some_of
 from rich.console import Console
 from rich.progress import track
+from scipy.stats import binomtest
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.report.blocks import ResultTable
@@ -102,20 +104,36 @@ def run(given) -> dict[Task, Judged]:
     return {task: judged for task, judged in zip(wanted, found, strict=True) if judged is not None}
 
 
+def by_kind(judged: Iterable[Judged]) -> dict[str, list[Judged]]:
+    """Judged diagnoses per kind, in order of appearance."""
+    out = defaultdict(list)
+    for one in judged:
+        out[one.kind].append(one)
+    return out
+
+
 def bounded(part: int, whole: int) -> str:
-    """A share with its 95 % bounds."""
-    low, high = wilson(part, whole)
-    return f"{100 * part / whole:.0f} % ({100 * low:.0f}–{100 * high:.0f})" if whole else ""
+    """A share with its 95 % bounds (Wilson's)."""
+    if not whole:
+        return ""
+    low, high = binomtest(part, whole).proportion_ci(method="wilson")
+    return f"{100 * part / whole:.0f} % ({100 * low:.0f}–{100 * high:.0f})"
 
 
 def cells(name: str, ones: Sequence[Judged]) -> tuple[str, ...]:
     """How some diagnoses came out; what the rows can't show is left out of all but the number of arms."""
     asked = [j for j in ones if j.seen]
-    s, unseen = share(asked), len(ones) - len(asked)
-    counts = (s.missed, s.false, s.failed)
+    whole, unseen = len(asked), len(ones) - len(asked)
+    errors = [j.error for j in asked if np.isfinite(j.error)] or [np.nan]
+    seconds = [j.seconds for j in asked if not j.failed] or [np.nan]
+    right, good = (bounded(sum(bool(getattr(j, name)) for j in asked), whole) for name in ("right", "good"))
+    in_class, missed, false = (
+        sum(map(count, asked))
+        for count in (lambda j: j.right_or_class, lambda j: bool(j.missed), lambda j: len(j.extra))
+    )
     return (
-        name, f"{s.cases}{f' (+{unseen})' if unseen else ''}", bounded(s.right, s.cases), str(s.in_class),
-        *map(str, counts), bounded(s.good, s.cases), f"{s.error:.2f}", f"{s.seconds:.1f}",
+        name, f"{whole}{f' (+{unseen})' if unseen else ''}", right, str(in_class), str(missed), str(false),
+        str(sum(j.failed for j in asked)), good, f"{np.median(errors):.2f}", f"{np.median(seconds):.1f}",
     )  # fmt: skip
 
 

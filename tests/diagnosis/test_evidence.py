@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import linalg, stats
+import scipy
 from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
 
 from workbench.arm.effects import Candidate
@@ -48,10 +48,10 @@ def test_free_candidates_are_judged_as_by_least_squares(name, seed):
 def restricted(table, model, covariance):
     """Log density of what no fixed column can follow (restricted likelihood), at its likeliest variance."""
     free = [t for t in model if not t.candidate.shrunk]
-    beside = linalg.null_space(np.column_stack([table.geometry, table.of(*free)]).T)
+    beside = scipy.linalg.null_space(np.column_stack([table.geometry, table.of(*free)]).T)
     seen, spread = beside.T @ table.left, beside.T @ covariance @ beside
     variance = seen @ np.linalg.solve(spread, seen) / len(seen)
-    return stats.multivariate_normal(cov=variance * spread).logpdf(seen)
+    return scipy.stats.multivariate_normal(cov=variance * spread).logpdf(seen)
 
 
 def marginal(table, terms):

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy
 from arms import SIGMA, make, states
 from conditions import CONDITIONS, under
 from draws import draw, steady
 from generator import rotation
 from laws import poses
 from problems import geometric
-from scipy import stats
 from slow import slow
 
 from workbench import Motion, tool_poses
@@ -110,8 +110,8 @@ def test_a_normal_distribution_in_place_of_flanks_is_that_of_quadrature():
     size, slope = np.array([1.0, -2.0, 0.5, 3.0]), np.array([[1.5], [1.0], [-1.0], [2.0]])
     right = np.array([0.999, 0.98, 0.01, 0.5])
     m = np.linspace(-8.0, 8.0, 20_001)
-    side = stats.norm.cdf(size[:, None] + slope * m)
-    weight = stats.norm.pdf(m) * np.prod(
+    side = scipy.stats.norm.cdf(size[:, None] + slope * m)
+    weight = scipy.stats.norm.pdf(m) * np.prod(
         right[:, None] * side + (1.0 - right[:, None]) * (1.0 - side), axis=0
     )
     total = weight.sum() * (m[1] - m[0])

@@ -8,7 +8,6 @@ from arms import TUNING, make, robot_of
 from calibration import bins, expected_error
 from cases import Named, stated
 from claims import named
-from counts import wilson
 from judge import judge
 
 from workbench.arm.effects import EFFECTS
@@ -94,13 +93,6 @@ def test_what_has_no_name_asks_for_a_better_model_and_for_no_claim(oracle):
     assert judge(case, lambda robot, data: result).right
     result.effects += (SimpleNamespace(effect=EFFECTS["backlash"]((1,))),)
     assert judge(case, lambda robot, data: result).extra == (Named("backlash", (1,), "moment"),)
-
-
-def test_bounds_of_a_share_by_hand():
-    """Brown, Cai and DasGupta's interval at 0 of 10 and 5 of 10, z = 1.96."""
-    assert wilson(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-4)
-    assert wilson(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)
-    assert wilson(0, 0) == (0.0, 1.0)
 
 
 def test_stated_odds_against_outcomes():

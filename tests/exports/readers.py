@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 import yaml
-from generator import move, turn
-from round_trip import placed
+from generator import VirtualArm, turn
+from round_trip import placed, rows_of, toml_arm
 
 Kinematics = Callable[[np.ndarray], np.ndarray]
 """Joint positions of one pose to the flange's pose in the arm's base."""
@@ -34,53 +34,25 @@ def kinematics_file(text: str, head: str, inner: str) -> Kinematics:
     return pose
 
 
-def standard_dh(rows: np.ndarray) -> Kinematics:
-    """Rows of θ, d, a, α."""
-
-    def pose(q):
-        out = np.eye(4)
-        for angle, (theta, d, a, alpha) in zip(q, rows, strict=True):
-            out = out @ turn("z", angle + theta) @ move("z", d) @ move("x", a) @ turn("x", alpha)
-        return out
-
-    return pose
-
-
 def ur_controller(text: str, nominal: np.ndarray) -> Kinematics:
     """calibration.conf added to the controller's table of θ, d, a, α."""
     deltas = {
         name: np.array([float(v) for v in re.search(rf"delta_{name} = \[(.*)\]", text)[1].split(",")])
         for name in ("theta", "d", "a", "alpha")
     }
-    return standard_dh(nominal + np.column_stack(list(deltas.values())))
+    table = np.column_stack([nominal + np.column_stack(list(deltas.values())), np.zeros(len(nominal))])
+    return lambda q: VirtualArm("dh", table).pose(q)[0]
 
 
 def spreadsheet(text: str) -> Kinematics:
     """A table of five constants a joint in the convention that its first line names."""
-    convention = text.splitlines()[0].split("convention = ")[1]
-    rows = list(csv.DictReader(io.StringIO(text.partition("\n")[2])))
-    order = {"craig": "abxzd", "craig-hayati": "abxzd"}.get(convention, "zdxab")
-
-    def pose(q):
-        out, k = np.eye(4), 0
-        for row in rows:
-            c = {n.split("[")[0]: float(v) for n, v in row.items() if "[" in n}
-            turned = slide = 0.0
-            if row["type"] != "fixed":
-                turned, slide = (q[k], 0.0) if row["type"] == "revolute" else (0.0, q[k])
-                k += 1
-            steps = {
-                "z": turn("z", c["theta"] + turned),
-                "d": move("z", c["d"] + slide),
-                "x": move("x", c["a"]),
-                "a": turn("x", c["alpha"]),
-                "b": turn("y", c["beta"]),
-            }
-            for letter in order:
-                out = out @ steps[letter]
-        return out
-
-    return pose
+    head, _, table = text.partition("\n")
+    lines = [f'convention = "{head.split("convention = ")[1].strip()}"']
+    for row in csv.DictReader(io.StringIO(table)):
+        numbers = [f"{name.partition('[')[0]} = {value}" for name, value in row.items() if "[" in name]
+        lines += ["[[joint]]", f'type = "{row["type"]}"', *numbers]
+    arm = toml_arm("\n".join(lines))
+    return lambda q: arm(rows_of(q[None]))[0][0]
 
 
 def mjcf(path: str) -> Kinematics:

@@ -128,22 +128,31 @@ def test_a_slide_that_follows_a_turn_a_little_is_told_after_the_fit():
     assert mentions(" ".join(said), "joint 3 moves along with joint 4, which leaves 26 %", "diagnose")
 
 
-@pytest.mark.parametrize("factor", [1.0, 1e3])
-def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none(factor):
+def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none():
     robot, data = measured("scara", with_rotation=True)
-    shown = replace(data, q=data.q * [1, 1, factor, 1], rotation=data.rotation[::-1].copy())
-    for rows in (shown, replace(shown, rotation=None)):
-        read = as_read(robot, replace(rows, missing_units="J1: rad or deg"))[1]
-        np.testing.assert_allclose(read.q, data.q, atol=1e-12)
-        assert any(
-            mentions(note, f"what slides is in {'m' if factor == 1.0 else 'mm'}") for note in read.notes
-        )
+    data = data.take(np.arange(15))
+    for factor, unit in ((1.0, "m"), (1e3, "mm")):
+        shown = replace(data, q=data.q * [1, 1, factor, 1], rotation=data.rotation[::-1].copy())
+        for rows in (shown, replace(shown, rotation=None)):
+            read = as_read(robot, replace(rows, missing_units="J1: rad or deg"))[1]
+            np.testing.assert_allclose(read.q, data.q, atol=1e-12)
+            assert any(mentions(note, f"what slides is in {unit}") for note in read.notes)
         for angle in (1.0, np.pi / 180.0):  # in the file deg or rad, read as deg
-            q = np.where([1, 1, 0, 1], angle, np.pi / 180.0) * rows.q
-            as_deg = replace(rows, q=q, missing_units="J1: rad or deg", joint_units=("deg",) * 4)
+            q = np.where([1, 1, 0, 1], angle, np.pi / 180.0) * shown.q
+            as_deg = replace(shown, q=q, missing_units="J1: rad or deg", joint_units=("deg",) * 4)
             np.testing.assert_allclose(as_read(robot, as_deg)[1].q, data.q, atol=1e-12)
     with refuses(UnitError, "m or mm for q3"):
         as_read(robot, replace(shown, position=data.position[::-1], missing_units="J1: rad or deg"))
+
+
+def test_rows_shifted_by_one_against_the_joints_are_told():
+    robot, data = measured("puma", with_rotation=False)
+    rows = np.arange(len(data) - 1)
+    whole = replace(data.take(rows + 1), q=data.q[rows])
+    assert mentions(arm_match(robot, whole).text, "joints of the row after", "shift joints or places")
+    kept = np.delete(np.arange(len(data)), 20)  # a place of row 20 is missing
+    part = replace(data.take(kept), q=data.q[rows])
+    assert mentions(arm_match(robot, part).text, "those after them don't", "joints of the row after")
 
 
 def test_a_coupling_is_told_by_joints_that_move_alone_though_some_signs_are_not():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from workbench import Dataset, Frame, evaluate, identify, load_robot
+from workbench import Dataset, Frame, evaluate, identify, load_robot, read_measurements
 from workbench.base.errors import OptionError
 from workbench.base.types import Freedom
 from workbench.identification.report.results_json import identification_json
@@ -18,8 +18,7 @@ def rows_of(seed, count=100, noise=5e-5, turn=2e-4):
     rng = np.random.default_rng(seed)
     arm = generator.aria().perturbed(rng, length=1e-3, angle=1e-3)
     q = arm.random(rng, count)
-    position, rotation = arm.measure(q, rng, noise, turn)
-    return Dataset(q=q, row=np.arange(count), position=position, rotation=rotation)
+    return Dataset(q, *arm.measure(q, rng, noise, turn))
 
 
 def wrong(rows, row, off):
@@ -50,6 +49,20 @@ def test_labels_are_points_of_the_tool_where_the_rows_say_so(apart, count):
     found = identify(robot, replace(rows, position=places, rotation=None, point=names))
     assert (found.data.markers is not None) == (apart > 0.0), found.notes
     assert found.best.held_out.position_mm.median < 0.3
+
+
+@pytest.mark.parametrize("first", [1, 101])
+def test_rows_have_the_numbers_that_their_file_gives_them(first):
+    table = wrong(rows_of(1, 60), 37, 0.1).to_frame().assign(Nr=np.arange(first, first + 60).astype(str))
+    rows, number = read_measurements(table), 37 if first == 1 else first + 37
+    found, shown = identify("aria", rows, exclude=[number + 2]), evaluate("aria", rows)
+    assert [row.row for row in found.outliers] == [number]
+    assert dict(found.excluded) == {number: "gross outlier", number + 2: "by hand"}
+    for text in (*found.warnings[:1], shown.warnings[0]):
+        assert f"row {number} (" in text
+        assert ("as in its 'Nr'" in text) == (first > 1)
+    with refuses(OptionError, "can't exclude row 400", f"{rows.row[0]} … {rows.row[-1]}"):
+        evaluate("aria", rows, exclude=[400])
 
 
 @pytest.mark.parametrize("off", [(0.3, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, -0.002)])
@@ -86,6 +99,13 @@ def test_base_and_tool_of_an_evaluation_are_those_of_the_other_rows():
     assert found.errors.position_mm.median == pytest.approx(clean.errors.position_mm.median, rel=0.02)
     assert found.errors.position[7] == pytest.approx(0.8 * np.sqrt(3.0), rel=0.02)
     assert [each.warnings and "row 7" in each.warnings[0] for each in (found, clean)] == [True, ()]
+
+
+def test_a_moved_session_is_named_as_a_whole_where_errors_are_computed():
+    rows = wrong(wrong(rows_of(7, 60), slice(20, 40), 0.05), 3, 0.1)
+    moved, lone = evaluate("aria", replace(rows, session=np.repeat(list("ABC"), 20))).warnings[:2]
+    assert moved.startswith("session 'B': base or tool moved, 87.7 mm")
+    assert lone.startswith("row 3 (175 mm")
 
 
 def test_clean_rows_are_left_alone():

@@ -12,7 +12,7 @@ from workbench import Region, load_plate
 from workbench.base.errors import FileError
 from workbench.plate.patterns import circle
 from workbench.plate.plate import Kind, Plate, Target
-from workbench.plate.plate_toml import built_in_plates, read_plate, write_plate
+from workbench.plate.plate_toml import read_plate, write_plate
 
 REGION = "region = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0], cube = 0.1 }\n"
 
@@ -20,17 +20,6 @@ REGION = "region = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0], cube = 0.1 }\
 def said(plate: Plate) -> str:
     """Everything that a plate says."""
     return json.dumps(asdict(plate), default=np.ndarray.tolist)
-
-
-def test_table_2_is_built_in():
-    plate = load_plate("table2")
-    assert len(plate) == 10
-    assert plate.name == "Table 2"
-    assert plate.poses.shape == (10, 4, 4)
-    assert {t.branch for t in plate.targets} == {"auto"}
-    # Rx(-150°): the tool's z axis points down, tilted towards +y
-    assert np.allclose(plate.poses[0, :3, 2], [0.0, 0.5, -np.sqrt(3) / 2])
-    assert "table2" in built_in_plates()
 
 
 def test_the_circle_reproduces_table_2_to_its_printed_millimetres():

@@ -33,9 +33,7 @@ def measured(request, tmp_path_factory):
 def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     path, name = measured
     session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
-    assert [effect.name for effect in session.results.accepted] == [name], [
-        m.text for m in session.page.messages
-    ]
+    assert [effect.name for effect in session.results.accepted] == [name], session.page.messages
     rows = session.results.comparison
     assert rows.stages == STAGES
     judged = rows.held_out if rows.held_out.any() else ~rows.held_out

@@ -72,9 +72,9 @@ def test_a_stuck_drag_says_why_and_every_reading_has_a_button(first):
     stuck = replace(unreached(first, reached=False, reason="it is too far"), drag=Drag(1, 2))
     assert "it is too far" in next_step(stuck).sentence
     rows = {"robot": "", "rival": "", "joints": (6, 6), "readings": ("a", "b", "c"), "text": "which?"}
-    match = SimpleNamespace(**rows, name="a.csv", content=b"1", columns="")
-    step, labels = _foreign(match, match), ["Read so: a", "Read so: b", "Read so: c", "Identify anyway"]
-    assert [action.label for action in (step.next, step.other, *step.more)] == labels
+    match = SimpleNamespace(**rows, meaning=None, name="a.csv", content=b"1", columns="")
+    step, labels = _foreign(match, match), ["Jog the arm", "Read so: a", "Read so: b", "Read so: c"]
+    assert [action.label for action in (step.next, step.other, *step.more)] == [*labels, "Identify anyway"]
 
 
 def unreached(session: Session, **change) -> Session:
@@ -185,9 +185,9 @@ STATES = [
     ("identified", lambda s: with_noise(s, None), "?", PLAIN, to.CAUSE, TAKE),
     ("identified", few_rows, "too few", CAREFUL, to.MORE, COMPARE),
     ("identified", with_a_wrong_row, "mm without row", CAREFUL, to.CAUSE, LeaveRowsOut),
-    ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, to.ADD, to.POSES),
-    ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, to.CORRECT, to.POSES),
-    ("diagnosed", unsure, "one of several", CAREFUL, to.ADD, to.POSES),
+    ("diagnosed", unchanged, "Joint 2 gives under load (certain)", GOOD, to.ADD, TAKE),
+    ("diagnosed", lambda s: as_diagnosed(s, causes=()), "has no name", CAREFUL, to.CORRECT, TAKE),
+    ("diagnosed", unsure, "one of several", CAREFUL, to.ADD, TAKE),
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED), "left", CAREFUL, to.POSES, TAKE),
     ("diagnosed", lambda s: as_diagnosed(s, **LOST), "", CAREFUL, to.MORE, TAKE),
     ("diagnosed", lambda s: unasked(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),
@@ -236,9 +236,9 @@ def test_what_its_buttons_do_makes_sense_there(walked):
 
 
 def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
-    titles = [stage.title for stage in stages(walked["added"])]
-    errors = [stage.error for stage in stages(walked["added"])]
-    assert titles == ["nominal", "geometry", "with effects"]
+    titles, errors = zip(*((stage.title, stage.error) for stage in stages(walked["added"])), strict=True)
+    assert titles == ("nominal", "geometry", "with effects")
+    assert errors[:2] == tuple(stage.error for stage in stages(walked["diagnosed"]))  # as before Add
     assert errors[0] > errors[1] > errors[2]
     pair = f"Mean error {compared(errors[0])} → {compared(errors[2])} mm"
     assert next_step(walked["added"]).sentence.startswith(pair)

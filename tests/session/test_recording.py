@@ -115,15 +115,16 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     assert again.choices.overlay == session.choices.overlay
 
 
-def test_plates_that_were_searched_for_are_read(record, first, tmp_path, monkeypatch):
-    found = first.plate.targets[0]
-    better = replace(
-        first.plate, targets=(replace(found, xyz=frozen(found.xyz + 0.01)), *first.plate.targets[1:])
-    )
+@pytest.mark.parametrize("is_earlier", [False, True])  # recordings of November 2026 hold it in the line
+def test_plates_that_were_searched_for_are_read(record, first, tmp_path, monkeypatch, is_earlier):
+    found, *others = first.plate.targets
+    better = replace(first.plate, targets=(replace(found, xyz=frozen(found.xyz + 0.01)), *others))
     monkeypatch.setattr(ImprovePlate, "compute", lambda self, session: (session.plate, better, "narrow"))
     run = record()
     session = run(ImprovePlate(3))
     run.worker.close()
+    plate = json.loads(json.dumps(codec._record(better, {}, "")))
+    rewrite(run.folder, 1, lambda line: line.update(result={"plate": plate, "note": ""}) if is_earlier else 0)
     monkeypatch.setattr(ImprovePlate, "compute", lambda self, session: 1 / 0)
     restored = restore(read_recording(run.folder))
     assert restored.differences == ()

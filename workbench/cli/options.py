@@ -59,7 +59,7 @@ FramesOption = Annotated[
     str, option("--frames", "Base and tool of sessions: shared, per-session, or auto (the data decide).")
 ]
 SaveOption = Annotated[Path | None, option("--save", "Write the calibrated robot here (.toml or .urdf).")]
-ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to exclude, from 0, such as 3,17.")]
+ExcludeOption = Annotated[str | None, option("--exclude", "Rows to exclude, from 0 or by Nr, such as 3,17.")]
 NoiseOption = Annotated[
     str | None,
     option("--noise", 'Standard deviations of the instrument: "0.05mm,0.01deg"; default: estimated.'),

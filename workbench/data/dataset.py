@@ -62,6 +62,7 @@ class Dataset:
         position: Measured position of the tool point [m]; NaN where a row has none.
         rotation: Measured orientation of the tool, as rotation matrices.
         row: Data row of the file, counted from 0, before anything was left out; 0, 1, … if not given.
+        counter: Heading of the file's own numbers, which `row` then holds; empty: counted as above.
         markers: Measured positions of the markers on the tool [m]; NaN where one was hidden.
         distance: Measured distance of the tool point from the row's anchor [m].
         anchor: Name of that anchor.
@@ -96,6 +97,7 @@ class Dataset:
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     _: KW_ONLY
     row: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    counter: str = ""
     markers: Float[np.ndarray, "rows markers 3"] | None = None
     distance: Float[np.ndarray, " rows"] | None = None
     anchor: Labels | None = None
@@ -180,6 +182,11 @@ class Dataset:
         if self.missing_units:
             raise UnitError(self.missing_units, unit="")
         return self
+
+    @property
+    def counted(self) -> str:
+        """What the numbers of its rows are, for messages."""
+        return f"rows as in its '{self.counter}'" if self.counter else "rows count from 0"
 
     def column(self, name: str) -> np.ndarray | None:
         return getattr(self, name) if name in self.__dataclass_fields__ else self.more.get(name)
@@ -286,6 +293,7 @@ class Dataset:
                 names = sorted({*first, *second})
                 columns[f.name] = {k: _stacked((first.get(k), second.get(k)), sizes) for k in names}
         columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
+        columns["counter"] = ""
         columns["written"] = None if self.written is None else self.written.joined(other.written)
         return replace(self, **columns)
 

@@ -51,12 +51,12 @@ from workbench.diagnosis.search.stepwise_search import group_evidence
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
-from workbench.identification.rows.row_selection import held_as_marked
+from workbench.identification.rows.row_selection import as_marked
 from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
-LAST = 0.25
-"""Share of the rows that are the last ones, which a law may not make worse."""
+LAST, MAX_WORSE = 0.25, 1.03
+"""Share of the rows that are the last ones, and how much worse than by chance a law may make their error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,23 +95,24 @@ class CauseSearch:
         """The last round, at the final fit to the fitted rows."""
         return self.rounds[-1]
 
-    def errors(self, model: Model) -> Errors:
-        """Of the geometry with a model's effects, by the linear solution at the fit, on the judging rows."""
-        fit, held_out = self.last.stage.fit, self.ready.held_out_data
-        data = held_out if len(held_out) else fit.problem.data
+    def errors(self, model: Model, rows: Dataset | None = None) -> Errors:
+        """Of the geometry with a model's effects, by the linear solution at the fit, on the judging rows or
+        others."""
+        fit = self.last.stage.fit
+        data = rows or self.ready.held_out_data or fit.problem.data
         arm = robot_with(fit, self.last.grams, model)
         return self.ready.errors_on(data, arm, fit.problem.instrument(fit.x))
 
     def _is_over(self, model: Model, term: Term) -> bool:
         """Whether the last rows are better without a law, which may have ceased; arms are saved for later."""
-        fit, data = self.last.stage.fit, self.last.stage.problem.data
+        data = self.last.stage.problem.data
         clock = clock_of(data)[0]
         if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
             return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
-        arms = (robot_with(fit, self.last.grams, m) for m in (drop(model, [term]), model))
-        old, new = (self.ready.errors_on(late, arm, fit.problem.instrument(fit.x)) for arm in arms)
-        return harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
+        old, new = (self.errors(m, late) for m in (drop(model, [term]), model))
+        is_worse = new.main.mean > MAX_WORSE * old.main.mean
+        return is_worse and harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
 
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
@@ -249,7 +250,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
         if event.is_step and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
     undecided = dict.fromkeys(np.flatnonzero(between).tolist(), UNDECIDED)
-    return held_as_marked(ready, ready.held_out_data.kept_out(undecided))
+    return as_marked(ready, ready.held_out_data.kept_out(undecided))
 
 
 def _at_rest(drivers: DriverEvidence, rows: Dataset) -> Dataset | None:

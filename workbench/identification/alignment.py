@@ -50,16 +50,15 @@ def align(
     """
     if not freedom.base and not freedom.tool:
         return robot
+    begins = starts(robot, data, freedom)
     if len(data) > 2 * MAX_ALIGNED_ROWS:
         some = data.take(spread_rows(data, MAX_ALIGNED_ROWS))
         if some.sessions == data.sessions:
-            rough = align(robot, some, freedom, noise=noise, known=known)
-            problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
-            return _with_gravity_of(robot, problem.robot_at(Opt2(limit=MAX_STEPS).search(problem).x))
+            begins = iter([align(robot, some, freedom, noise=noise, known=known)])
     best, minimum, points = robot, np.inf, data.position
     if points is not None and (len(points) < MIN_CERTAIN_ROWS or not np.isfinite(points).all()):
         points = None
-    for start in starts(robot, data, freedom):
+    for start in begins:
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
         search = Opt2(limit=MAX_STEPS).search(problem)
         if search.history[-1] < minimum:
@@ -67,13 +66,8 @@ def align(
         off = problem.physical(problem.residual(search.x))[problem.channels[0]]
         if points is not None and (off**2).sum() < UNEXPLAINED**2 * ((points - points.mean(0)) ** 2).sum():
             break  # it explains where the points lie: no other start finds another one
-    return _with_gravity_of(robot, best)
-
-
-def _with_gravity_of(given: Robot, found: Robot) -> Robot:
-    """The aligned robot with the gravity of the given one, since only frames were to be fitted."""
-    sessions = {n: replace(m, gravity=given.in_session(n).gravity) for n, m in found.sessions.items()}
-    return replace(found.under(given.gravity), sessions=sessions)
+    sessions = {n: replace(m, gravity=robot.in_session(n).gravity) for n, m in best.sessions.items()}
+    return replace(best.under(robot.gravity), sessions=sessions)  # only frames were to be fitted
 
 
 def thinned(problem: Problem) -> Problem:

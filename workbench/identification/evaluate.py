@@ -9,10 +9,11 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
+from workbench.base.wording import listed
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.measuring_order import with_drivers
 from workbench.data.plausibility import checked
-from workbench.identification.errors.row_errors import instrument_places, row_errors
+from workbench.identification.errors.row_errors import UNKNOWN, instrument_places, row_errors
 from workbench.identification.fit_choices import Excluded
 from workbench.identification.frames import choose_frames, doubt_of
 from workbench.identification.meaning.as_read import as_read
@@ -49,24 +50,30 @@ def evaluate(
     if fit_frames:
         held = {k: f for k in ("base", "tool") if (f := getattr(robot, k)).free is Freedom.FIXED}
         arm = robot.with_frames(**{k: replace(f, free=Freedom.AUTO) for k, f in held.items()})
-    choice, fitted, places, more = None, 0, dict[str, float](), np.zeros(len(used), bool)
+    choice, fitted, far = None, 0, np.zeros(len(used), bool)
+    errors = UNKNOWN if fit_frames else row_errors(robot, used)
     while True:  # until all gross outliers take no part in base and tool
-        far = more
         if fit_frames:
             choice = choose_frames(arm, some := used.take(~far), free=())
-            places = instrument_places(choice.robot, some)
-        errors = row_errors(choice.robot if choice else arm, used, known=places)
+            errors = row_errors(choice.robot, used, known=instrument_places(choice.robot, some))
         others = errors.take(~far)
         more = far | (errors.position > gross_limit(1e-3 * others.position_mm.median, robot.reach))
         if (more == far).all() or more.mean() >= MAX_ACCIDENTS:
             break
+        far = more
     if choice is not None:
         robot, notes = choice.robot, (*notes, *choice.notes)
         fitted = len(choice.freedom.base) + len(choice.freedom.tool)
-    if far.any():
-        columns = (v[far].tolist() for v in (used.row, errors.position, errors.rotation, errors.position))
+    moved = [name for name in used.sessions if far[used.in_session(name)].mean() > MAX_ACCIDENTS]
+    own = far & np.any([used.in_session(name) for name in moved], axis=0)
+    if moved:
+        off, usual = errors.take(own).text("median"), others.text("median")
+        do = "" if fit_frames else "; fit them: --frames fit"
+        said.append(f"session {listed(moved)}: base or tool moved, {off} off (the others: {usual}){do}")
+    if (lone := far & ~own).any():
+        columns = (v[lone].tolist() for v in (used.row, errors.position, errors.rotation, errors.position))
         how = "took no part in base and tool" if fit_frames else "included in these errors"
-        said.append(set_apart(tuple(map(Outlier, *columns)), others, how))
+        said.append(set_apart(tuple(map(Outlier, *columns)), others, used, how))
     doubt, is_foreign = doubt_of(robot, used.take(~far), others, fitted)
     rival = next((note for note in notes if note.startswith("the arm is ")), "")
     notes = tuple(note for note in notes if note != rival)

@@ -219,12 +219,14 @@ class _FrameTrial:
         """Whether this freer model is significantly better than the other.
 
         If the other needs corrections of the arm that can't be manufacturing errors (a tool offset appears in
-        the last joint, a base offset in the first) and this one far smaller ones, it is taken whatever the F
-        test says: with few rows, or one bad row, the test has no power.
+        the last joint, a base offset in the first) and this one far smaller ones, or the nominal arm itself
+        is far nearer with it, it is taken whatever the F test says: with few rows, one bad row, or where both
+        fits wander, the test has no power.
         """
         if other.strangeness > 1.0 and (
             self.strangeness < 0.5 * other.strangeness
             or self.expected_deviation < 0.5 * other.expected_deviation
+            or self.search.history[0] < 0.25 * other.search.history[0]
         ):
             return True
         return _chance(other, self.problem, self.factor, 2.0 * self.search.history[-1]) < SIGNIFICANCE

@@ -123,14 +123,11 @@ def _runs(
         began, decided = perf_counter(), ready.identifiability
         search = algorithm.search(problem, begin=begin)
         fit = Fit(algorithm=algorithm, problem=problem, search=search, seconds=perf_counter() - began)
-        fit = ready.scaled(fit)
-        found = ready.errors(fit.arm, fit.problem.instrument(fit.x))
-        errors, new = (found.train, found.held_out), ready.new_mountings(fit.arm)
-        if decided.is_limited:
-            fit = replace(fit, actual=decided.actual, considered=decided.considered)
-            known = observed_by(fit).tool
-            errors = (errors[0].widened(*known), errors[1].widened(*known))
-        runs[algorithm.name] = Run(*errors, fit, ready.held_out_data, new_sessions=new)
+        fit = replace(ready.scaled(fit), actual=decided.actual, considered=decided.considered)
+        found, new = ready.errors(fit.arm, fit.problem.instrument(fit.x)), ready.new_mountings(fit.arm)
+        known = observed_by(fit).tool if decided.is_limited else (0.0, 0.0)
+        train, held = (each.widened(*known) for each in (found.train, found.held_out))
+        runs[algorithm.name] = Run(train, held, fit, ready.held_out_data, new_sessions=new)
     return runs
 
 

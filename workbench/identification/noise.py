@@ -54,11 +54,9 @@ def stated(problem: Problem) -> Noise | None:
 
     NaN for rotations that were not measured; None if a component has none, or no positions were measured.
     """
-    sizes = [problem.own_sigma[mine] for mine in problem.channels[:2]]
-    if share_stated(problem) < 1.0 or not len(sizes[0]):
+    if share_stated(problem) < 1.0 or not problem.channels[0].any():
         return None
-    position, rotation = (float(np.sqrt((size**2).mean())) if len(size) else np.nan for size in sizes)
-    return Noise(position, rotation)
+    return problem.root_mean_square(problem.own_sigma)
 
 
 def from_repeats(data: Dataset) -> Noise | None:

@@ -39,10 +39,10 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds, of_rows
 from workbench.identification.rows.row_selection import (
     AbstractSplit,
+    as_marked,
     check_enough,
     check_sessions,
     choose_rows,
-    held_as_marked,
     hold_out,
     marked,
     placed,
@@ -53,6 +53,7 @@ from workbench.identification.rows.row_selection import (
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
+UNKNOWN_NOISE = "noise unknown, neither stated nor from repeated poses"
 UNLOCATED = "held out, with an anchor or contact that too few rows use"
 """Reason of held-out rows whose place can't be located."""
 MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
@@ -184,7 +185,8 @@ def prepare(
     if Sessions(choices.frames) is not Sessions.SHARED:
         check_sessions(rows.train_data)
     own = preparation_of(rows.train_data)
-    rows = _exclude_unsuited(rows, own.suited(robot, rows.train_data))
+    suited = own.suited(robot, rows.train_data)
+    rows = as_marked(rows, suited, "train").noted(*(note for note in suited.notes if note not in rows.notes))
     progress(0.25, "deciding whether base and tool are free")
     frames = choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     rows = rows.noted(*frames.notes)
@@ -211,7 +213,7 @@ def prepare(
         notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
         if (lost := marked(comparable)) and not rows.is_one_file:
             notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
-        rows = held_as_marked(rows, comparable).noted(*notes)
+        rows = as_marked(rows, comparable).noted(*notes)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
     is_own = frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED
     new = tuple(n for n in rows.held_out_data.sessions if is_own and n not in rows.train_data.sessions)
@@ -273,19 +275,6 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
     )
 
 
-def _exclude_unsuited(rows: _Split, suited: Dataset) -> _Split:
-    """The rows that are suitable for their kind of reading; the others are excluded."""
-    if suited is rows.train_data:
-        return rows
-    return replace(
-        rows,
-        train_data=suited.take(suited.included),
-        train_rows=rows.train_rows[suited.included],
-        excluded=(*rows.excluded, *marked(suited)),
-        notes=(*rows.notes, *(note for note in suited.notes if note not in rows.notes)),
-    )
-
-
 def _check_known_places(data: Dataset, choices: FitChoices) -> None:
     """Raise if a place is said to be known that no row uses."""
     used = [rows for rows in (data, choices.held_out) if isinstance(rows, Dataset)] if choices.known else ()
@@ -314,7 +303,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
     lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)
-    return held_as_marked(rows, data.kept_out(lost)).noted(*notes)
+    return as_marked(rows, data.kept_out(lost)).noted(*notes)
 
 
 def _with_noise(
@@ -345,8 +334,7 @@ def _with_noise(
     noise, problem = problem.noise, whole.with_noise(problem.noise)
     text = _noise_text(problem, noise)
     if not stated:
-        unknown = "noise unknown, neither stated nor from repeated poses"
-        return problem, f"{unknown}: the geometry leaves {text} per axis, of unknown origin", near
+        return problem, f"{UNKNOWN_NOISE}: the geometry leaves {text} per axis, of unknown origin", near
     nothing_more = (0.0, 0.0 if problem.sees_rotation else noise.rotation)
     if stated == 1.0 and noise[:2] == nothing_more:
         return problem, "noise as stated per row", near

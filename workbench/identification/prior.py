@@ -51,10 +51,6 @@ class Prior:
         shared = self.keep(lambda name: name in problem.names)
         if not shared.names:
             raise OptionError("the prior knowledge covers none of the constants identified here")
-        return problem.with_prior(shared.names, shared.values, shared.whitening)
-
-    @property
-    def whitening(self) -> Float[np.ndarray, "k k"]:
-        """W with Wᵀ W = information; zero rows along unknown directions."""
-        eigenvalue, vectors = np.linalg.eigh(self.information)
-        return (vectors * np.sqrt(np.maximum(eigenvalue, 0.0))).T
+        eigenvalue, vectors = np.linalg.eigh(shared.information)
+        whitening = (vectors * np.sqrt(np.maximum(eigenvalue, 0.0))).T  # 0 along unknown directions
+        return problem.with_prior(shared.names, shared.values, whitening)

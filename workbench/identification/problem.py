@@ -276,9 +276,11 @@ class Problem:
     def typical_noise(self) -> Noise:
         """Root mean square of all standard deviations, joint readings included; NaN for a channel without
         any."""
-        if self.data.readings is not None:
-            return self.noise
-        squares = (self.sigma[mine] ** 2 for mine in self.channels)
+        return self.noise if self.data.readings is not None else self.root_mean_square(self.sigma)
+
+    def root_mean_square(self, components: Float[np.ndarray, " m"]) -> Noise:
+        """That of some residual components, per channel; NaN for a channel without any."""
+        squares = (components[mine] ** 2 for mine in self.channels)
         position, rotation, tilt = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in squares)
         return Noise(position, rotation, tilt=tilt)
 

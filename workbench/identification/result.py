@@ -289,7 +289,7 @@ class Identification(AbstractReported, AbstractSplit):
         if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:
             yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
-            yield set_apart(self.outliers, after)
+            yield set_apart(self.outliers, after, self.data)
             yield self.missed
         yield self.foreign
         yield implausible_text(best.implausible)
@@ -373,9 +373,9 @@ def implausible_text(doubts: tuple[str, ...]) -> str:
 
 
 @beside("the note on outliers", "")
-def set_apart(outliers: tuple[Outlier, ...], others: Errors, how: str = "excluded") -> str:
+def set_apart(outliers: tuple[Outlier, ...], others: Errors, data: Dataset, how: str = "excluded") -> str:
     """Which rows were excluded as outliers, or how else they were set apart, and what to do."""
     shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
     typical = f"; the others' median error: {others.text('median')}" if others.text("median") else ""
-    return f"{rows} {shown} {how}{typical}; measure {them} again, or correct the file (rows count from 0)"
+    return f"{rows} {shown} {how}{typical}; measure {them} again, or correct the file ({data.counted})"

@@ -71,8 +71,8 @@ class Loaded:
         return next((c for c in counts if [*map(int, c.cells)] == sorted({*map(int, c.cells)})), None)
 
     def row_name(self, row: int) -> str:
-        """Number of a row, and the file's own where it has one: `16 = Nr 17`."""
-        own = self._counter
+        """Number of a row, and the file's own where that counts alike from 1: `16 = Nr 17`."""
+        own = None if self.dataset.counter else self._counter
         return f"{row}" if own is None or row >= len(own.cells) else f"{row} = {own.heading} {own.cells[row]}"
 
 
@@ -96,13 +96,8 @@ def facts_of(dataset: Dataset) -> tuple[tuple[str, str], ...]:
     facts = [
         ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
         ("Joints", f"{dataset.joints}"),
-        ("Measured", observation_text(dataset)),
+        ("Measured", ", ".join(n for n in OBSERVATIONS if getattr(dataset, n) is not None) or "nothing"),
     ]
     if len(dataset.sessions) > 1:
         facts.append(("Sessions", ", ".join(dataset.sessions)))
     return tuple(facts)
-
-
-def observation_text(dataset: Dataset) -> str:
-    """What the instrument measured, in words."""
-    return ", ".join(name for name in OBSERVATIONS if getattr(dataset, name) is not None) or "nothing"

@@ -4,6 +4,7 @@ Drag → measure → identify → diagnose → add → compare → take away; th
 the rows of a table (`ROWS`) the first that applies to the session says the step.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -74,6 +75,7 @@ BEST = Action("Back to the best plate", Tab.PLATE, RestoreBest())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm as URDF", Tab.EXPORT, save=calibrated_urdf)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
+JOG = Action("Jog the arm", Tab.ROBOT)
 OTHER_ARM = Action("Choose the robot", Tab.ROBOT)
 POSES = Action("Save the next poses (CSV)", Tab.CALIBRATE, save=next_poses_csv)
 
@@ -200,8 +202,8 @@ def _diagnosed(session: Session) -> NextStep | None:
     if found.harm is not None:
         return NextStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
-        tone = Tone.GOOD if found.is_named else Tone.CAREFUL
-        return NextStep(_promise(found, before, after), tone, ADD if found.causes else CORRECT, poses)
+        tone, other = Tone.GOOD if found.is_named else Tone.CAREFUL, TAKE if known else poses
+        return NextStep(_promise(found, before, after), tone, ADD if found.causes else CORRECT, other)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     rest = "all of it noise" if found.remaining.known_noise else "and nothing found in it"
@@ -276,11 +278,20 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> NextStep:
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify anyway", Tab.CALIBRATE, Identify(anyway=True))
     if match.readings and file is not None:
-        labels = ((how, f"Read so: {how}".removesuffix(": found")) for how in match.readings)
+        labels = (
+            (how, f"Read so: {_inverted(how, match)}".removesuffix(": found")) for how in match.readings
+        )
         choose = partial(ChooseRobot, match.robot, keep=True)
-        read = (Action(label, Tab.MEASURE, choose(reading=how)) for how, label in labels)
-        change, anyway, *more = *read, anyway
+        read = [Action(label, Tab.CALIBRATE, choose(reading=how)) for how, label in labels]
+        change, anyway, *more = *([JOG] if len(read) > 1 else []), *read, anyway
     return NextStep(f"{capital(match.text)}.", Tone.BAD, change, anyway, more=tuple(more))
+
+
+def _inverted(how: str, match: ArmMatch) -> str:
+    """A reading that only inverts joints names all of them, as its own name has the first alone."""
+    changes = match.meaning.choices[how].changes if match.meaning else ()
+    joints = re.findall(r"joint (\d+) = -q\1(?=;|$)", "; ".join(changes))
+    return f"joints {', '.join(joints)} inverted" if 1 < len(joints) == len(changes) else how
 
 
 def _change_to(match: ArmMatch) -> Action:

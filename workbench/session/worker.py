@@ -211,9 +211,8 @@ class Worker:
 
     def _merged(self, command: AbstractChange, before: Session) -> AbstractChange:
         """The command that the journal keeps; the last entry goes if this one stands for both."""
-        last = self._journal[-1] if len(self._journal) > self._kept else None
-        is_done = last is not None and last.ending is Ending.DONE
-        both = command.merged_with(last.command, before) if last is not None and is_done else None
+        last = self._journal[-1:] if len(self._journal) > self._kept else []
+        both = next((command.merged_with(e.command, before) for e in last if e.ending is Ending.DONE), None)
         if both is not None:
             self._journal.pop()
         return both or command

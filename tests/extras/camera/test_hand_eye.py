@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from generator import four
 from refusals import refuses
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
@@ -25,9 +26,7 @@ TARGET = np.array([0.5, 0.1, 0.02]), Rotation.from_euler("xyz", [180.0, 0.0, 15.
 
 
 def matrix(xyz, rotation):
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation.as_matrix(), xyz
-    return pose
+    return four(rotation.as_matrix(), xyz)
 
 
 X, Z = matrix(*CAMERA), matrix(*TARGET)
@@ -335,6 +334,25 @@ def test_arrays_of_opencv(tmp_path, vectors):
     hands, seen = pairs(mounted="world")
     np.savez(tmp_path / "inverse.npz", T_base2gripper=np.linalg.inv(hands), T_target2cam=seen)
     assert handeye(tmp_path / "inverse.npz").mounted is Mount.WORLD
+
+
+def test_lengths_in_metres_beyond_any_arm_and_rows_shifted_by_one_are_told(tmp_path):
+    hands, seen = pairs()
+    far = hands.copy()
+    far[:, :3, 3] += [30.0, -25.0, 0.0]  # of a base on a rail, in metres
+    found = handeye([far, seen])
+    assert off(found)[0] < 0.6
+    assert not any("mm" in note for note in found.notes)
+    doubt = handeye([hands[:-1], seen[1:]]).doubt
+    assert "the row after" in doubt
+    assert "shift" in doubt
+    head = [f"tcp_{a}_mm" for a in "xyz"] + [f"tcp_{a}_deg" for a in "abc"]
+    head += [f"cam_{k}{a}" for k in "tr" for a in "xyz"]
+    turns = Rotation.from_matrix(hands[:, :3, :3]).as_euler("ZYX", degrees=True)
+    sight = Rotation.from_matrix(seen[:, :3, :3]).as_rotvec()
+    rows = np.hstack([1e3 * hands[:, :3, 3], turns, seen[:, :3, 3], sight])
+    np.savetxt(tmp_path / "t.csv", rows, "%.7f", ",", header=",".join(head), comments="")
+    assert off(handeye(tmp_path / "t.csv"))[0] < 0.6
 
 
 def test_a_camera_in_the_cell_with_poses_of_the_hand_or_inverted(tmp_path):

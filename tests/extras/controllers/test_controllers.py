@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import any_joints
-from refusals import refuses
+from refusals import mentions, refuses
 
 from tests.exports import readers
 from tests.exports.test_exports import EXACT, calibrated, flanges
@@ -62,6 +62,16 @@ def test_kinematics_files_mean_the_arm_to_an_independent_reader(form, name, tmp_
     left = np.eye(4) if inner else se3.inverse(pose(np.zeros(arm.dof))) @ last.at_zero[-1]
     for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row) @ left, wanted, atol=EXACT)
+
+
+@pytest.mark.parametrize(
+    ("form", "name", "own"), [("ur-kinematics", "ar4", "ur5e"), ("xarm-kinematics", "ur5", "xarm6")]
+)
+def test_a_drivers_file_of_another_makers_arm_says_so(form, name, own, tmp_path):
+    told = export_robot(FORMS[form], tmp_path / "k.yaml", Job(robot=calibrated(name)[1]), rows=5).notes
+    assert any(mentions(note, f"'{name}'", form) for note in told)
+    told = export_robot(FORMS[form], tmp_path / "k.yaml", Job(robot=load_robot(own)), rows=5).notes
+    assert not any("another maker" in note for note in told)
 
 
 def test_ur_files_have_the_vendors_frames_and_a_hash_of_their_own(tmp_path):

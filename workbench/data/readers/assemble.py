@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
@@ -26,7 +26,7 @@ from workbench.data.readers.column_meanings import unread_text
 from workbench.data.readers.columns_option import GROUPS, Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
-from workbench.data.readers.headings import column_of, is_observed
+from workbench.data.readers.headings import column_of, is_observed, normalised
 from workbench.data.readers.joint_tables import joined_alone
 from workbench.data.readers.orientation import read_orientation, unnamed_angles, written_orientation
 
@@ -37,6 +37,8 @@ _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 _NAMED = 5
 """Rows of a kind that are named one by one."""
+COUNTERS, MAX_DIGITS = {"#", "id", "idx", "index", "no", "nr", "num", "number", "nummer", "row"}, 10
+"""Columns that count rows in the file's own way, by name, and digits from which on they don't."""
 MAX_PARTS = 12
 """Different cells of a column that may tell which rows belong together."""
 MAX_MARKERS = 20
@@ -93,6 +95,8 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     reasons = _gaps(fields, {k: v.reshape(fields.rows, -1) for k, v in observed.items() if v is not None})
     reasons = np.where(lacking.any(1), [f"lacks q{k + 1}" for k in lacking.argmax(1)], reasons)
     found = (reasons != "") & ~excluded
+    counter, row = _own_numbers(fields)
+    counts = [f"rows are numbered as in the column '{counter}'"] * bool(counter)
     given = fields.values.get("reason", np.full(fields.rows, ""))
     return Dataset(
         q=q,
@@ -106,7 +110,9 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         exclude=excluded | found if "exclude" in fields.values or found.any() else None,
         reason=np.where(found, reasons, given) if "reason" in fields.values or found.any() else None,
         source=fields.source,
-        notes=(*fields.notes, *notes, *rounded, *_row_notes(fields, excluded, found, reasons)),
+        notes=(*fields.notes, *notes, *counts, *rounded, *_row_notes(fields, row, excluded, found, reasons)),
+        row=row,
+        counter=counter,
         joint_units=joint_units(fields),
         missing_units=fields.missing_units,
         unread={k: np.array(v, object) for k, v in fields.unread.items() if 1 < len(set(v)) <= MAX_PARTS},
@@ -300,15 +306,26 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     return reasons.astype(str)
 
 
-def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray) -> tuple[str, ...]:
+def _own_numbers(fields: Fields) -> tuple[str, Int[np.ndarray, " rows"]]:
+    """The file's own numbers of its rows, ascending, with their heading; those from 0 if it has none, or one
+    that only counts the rows, too."""
+    for heading, cells in fields.unread.items():
+        if normalised(heading) in COUNTERS and all(c.isdecimal() and len(c) < MAX_DIGITS for c in cells):
+            own = np.array(cells, np.int64)
+            if (np.diff(own) > 0).all() and (own[0] > 1 or own[-1] - own[0] >= len(own)):
+                return heading, own
+    return "", np.arange(fields.rows)
+
+
+def _row_notes(fields: Fields, row: np.ndarray, excluded: Mask, found: Mask, why: np.ndarray) -> list[str]:
     """What is said of excluded rows and of labels."""
     rows = np.flatnonzero(found)
     if len(rows) and (found | excluded).all():
-        text = f"no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"
+        text = f"no row can be used: data row {row[rows[0]]} {why[rows[0]]}, and so on"
         raise DataError(f"{fields.source}: {text}")
     notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
     named = rows[:_NAMED].tolist()
-    notes += [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in named]
+    notes += [f"data row {row[k]} (line {fields.lines[k]}) {why[k]} and is excluded" for k in named]
     notes += [f"{len(rows) - _NAMED} more rows with gaps are excluded"] * (len(rows) > _NAMED)
     for key in ("session", "group"):
         if key in fields.values and (fields.values[key] == "").any():
@@ -318,4 +335,4 @@ def _row_notes(fields: Fields, excluded: Mask, found: Mask, reasons: np.ndarray)
     for key in row_drivers():
         if key in fields.values and (missing := int(np.isnan(fields.values[key]).sum())):
             notes.append(f"{plural(missing, 'row')} without {key}")
-    return tuple(notes)
+    return notes

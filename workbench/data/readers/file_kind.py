@@ -10,7 +10,7 @@ from workbench.base.remedy import remedy
 
 FileKind = Enum("FileKind", "TEXT EXCEL PARQUET ARRAYS")
 """The kinds of files that are read."""
-TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
+TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".json", ".npz", ".npy")
 """Usual endings of the names of tables."""
 TABLE = "write the table as CSV, TSV, xlsx, parquet or MATLAB v5"
 """What to do about a file that is no table."""

@@ -69,13 +69,14 @@ def separator_of(lines: list[str]) -> str:
     labels or numbers. Tabs among blanks, all of which part as many fields in every line, are blanks.
     """
     bare = [re.sub(r'"[^"]*"', '""', line).strip(" ") for line in lines[:_SAMPLE]]
-    later = len(bare) // 2  # titles and headings are apart
+    numbers = [k for k, line in enumerate(bare) if re.search(r"\d", line)] or [*range(len(bare))]
+    later = numbers[len(numbers) // 2 :]  # titles and headings are apart
 
     def first(mark: str) -> int:
         counts = [line.count(mark) for line in bare]
-        return counts.index(Counter(filter(None, counts[later:])).most_common(1)[0][0])
+        return counts.index(Counter(filter(None, (counts[k] for k in later))).most_common(1)[0][0])
 
-    carried = [mark for mark in "\t;,|" if 2 * sum(mark in line for line in bare[later:]) > len(bare) - later]
+    carried = [mark for mark in "\t;,|" if 2 * sum(mark in bare[k] for k in later) > len(later)]
     mark = min(carried, key=first, default=" ")
     is_even = mark == "\t" and len({len(line.split()) for line in bare if mark in line}) == 1
     cells = [cell.split() for cell in bare[-1].split(mark)] if is_even else []

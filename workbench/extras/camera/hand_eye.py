@@ -27,7 +27,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units, repeats_text
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.pair_fit import CHANCE, FLIPPED, MIN_SIZE, PairFit, Poses, fit_pairs
+from workbench.extras.camera.pair_fit import CHANCE, FLIPPED, MIN_BOTH, MIN_SIZE, PairFit, Poses, fit_pairs
 from workbench.extras.camera.pose_pairs import WANTED, read_pairs
 from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
@@ -38,6 +38,7 @@ ENDINGS = (".yaml", ".yml", ".urdf", ".toml")
 """Of files of a result."""
 MAX_METRES = 20.0
 """Lengths are mm where one is larger."""
+IN_MM = "lengths of the {}'s poses are read as mm"
 MAX_HALF, MAX_LEFT = np.array([5e-3, 0.02]), np.array([0.02, 0.05])
 """Half intervals of the camera, and what the pairs leave, beyond which it should not be used [m, rad]."""
 MAX_SCALE = 0.01
@@ -160,7 +161,14 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
         source = " and ".join(map(str, paths))
         *poses, rows, is_told, is_inverting, notes = read_pairs(*paths)
     (robot, target), first = _checked(poses, source, notes)
-    fits = {Mount.TOOL: fit_pairs(robot, target), Mount.WORLD: fit_pairs(se3.inverse(robot), target)}
+    fits = _fits(robot, target)
+    for side, poses, factor in (("robot", robot, 1e-3), ("target", target, 1e3)):
+        if IN_MM.format(side) in notes and any(
+            abs(f.scale / factor - 1.0) < MAX_SCALE for f in fits.values()
+        ):
+            notes.remove(IN_MM.format(side))
+            poses[:, :3, 3] *= 1e3
+            fits = _fits(robot, target)
     size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
     score = {m: float(fit.rms @ (1.0 / size, 1.0)) / np.sqrt(fit.spare) for m, fit in fits.items()}
     best = min(score, key=score.__getitem__)
@@ -176,7 +184,7 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
     elif not is_told:
         notes.append("poses may be inverse, and the camera elsewhere; names such as base_T_hand tell")
     fit, row = fits[best], first + 1 if rows is None else rows[first]
-    doubt = _doubt(fit, robot[:, :3, :3], row)
+    doubt = _shifted(fit, robot, target) or _doubt(fit, robot[:, :3, :3], row)
     chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - CHANCE)) * score[best]
     if max(score.values()) < chance:
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
@@ -194,14 +202,15 @@ def _checked(
     """As many poses on both sides, in metres, their rotations exact, each robot pose once, and where each was
     first; adds what was decided to the notes."""
     sides = list[Poses]()
-    for what, given in zip(("the robot's", "the target's"), pairs, strict=True):
+    for side, given in zip(("robot", "target"), pairs, strict=True):
+        what = f"the {side}'s"
         poses = numbers(given, f"{what} poses").copy()
         if poses.ndim != 3 or poses.shape[1:] != (4, 4) or not np.isfinite(poses).all():
             raise DataError(f"{source}: {what} poses must be 4 × 4 matrices of finite numbers; {WANTED}")
         check_rotations(poses[:, :3, :3], f"{source}: {what} rotations")
         if np.abs(poses[:, :3, 3]).max(initial=0.0) > MAX_METRES:
             poses[:, :3, 3] *= 1e-3
-            notes.append(f"lengths of {what} poses are read as mm")
+            notes.append(IN_MM.format(side))
         sides.append(se3.pose(nearest_rotation(poses[:, :3, :3]), poses[:, :3, 3]))
     shots = Dataset(q=sides[0][:, :3].reshape(-1, 12))
     unit = pose_units(shots)
@@ -227,6 +236,22 @@ def _error(error: Float[np.ndarray, "2"]) -> str:
 
 def _scale(fit: PairFit) -> str:
     return f"the target's positions fit if multiplied by {fit.scale:.4g} ± {fit.half[12]:.2g}"
+
+
+def _fits(robot: Poses, target: Poses) -> dict[Mount, PairFit]:
+    """With the camera on the hand, and in the cell."""
+    return {Mount.TOOL: fit_pairs(robot, target), Mount.WORLD: fit_pairs(se3.inverse(robot), target)}
+
+
+def _shifted(fit: PairFit, robot: Poses, target: Poses) -> str:
+    """That pairs which differ agree where each pose goes with the next one; empty if not."""
+    ends = {"before": (robot[:-1], target[1:]), "after": (robot[1:], target[:-1])}
+    for where, pair in ends.items() if (fit.rms > MAX_LEFT).any() and len(robot) > MIN_BOTH else ():
+        moved = min((f.rms for f in _fits(*pair).values()), key=sum)
+        if (CLEARLY * moved < fit.rms).all():
+            agree = f"the pairs agree to {_error(moved)} with the robot's pose of the row {where}"
+            return f"{agree}, to {_error(fit.rms)} as given: shift the rows of one side by one"
+    return ""
 
 
 def _doubt(fit: PairFit, hand: Float[np.ndarray, "rows 3 3"], row: Int[np.ndarray, " rows"]) -> str:

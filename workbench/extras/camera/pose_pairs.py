@@ -27,7 +27,6 @@ from workbench.data.readers.assemble import excluded_rows
 from workbench.data.readers.columns_option import IGNORED
 from workbench.data.readers.fields import fields_of
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.headings import split_ending
 from workbench.data.readers.orientation import read_orientation, written_orientation
 from workbench.data.readers.read import read_grid
 from workbench.data.readers.table import Grid, with_names
@@ -270,8 +269,8 @@ def _heading(cell: str, head: Sequence[str]) -> str:
     name, unit = parse_heading(cell)
     name, head = _GAP.sub("_", name), [_GAP.sub("_", c) for c in head]
     *before, last = name.split("_")
-    if unit is None and before and (split := split_ending(f"{before[-1]}_{last}")):
-        (last, unit), before = split, before[:-1]
+    if unit is None and before and last in ("m", "cm", "mm", "deg", "rad"):
+        *before, last, unit = *before, last
     stem, whose = name.rpartition("_")[0], int(_groups(head)[before[0]] >= MIN_GROUP) if before else 0
     first = int(f"{stem}_0" not in head)
     if last.isdigit() and int(last) - first in range(3) and f"{stem}_{first + 3}" not in head:

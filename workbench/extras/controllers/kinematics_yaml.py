@@ -13,16 +13,19 @@ xarm_ros2; robots/fr3/kinematics.yaml of franka_description.
 
 import hashlib
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
 from workbench.arm.joint_frames import JointFrames
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError
+from workbench.base.assets import built_in_robots
+from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job, tool_note
@@ -46,6 +49,7 @@ class KinematicsYaml(AbstractForm):
         inner: Key between a joint and its numbers; empty for none.
         flange: Whether a last entry holds the flange.
         hashed: Whether a hash tells the driver which arm the file belongs to.
+        arms: How names of the maker's built-in arms begin.
         advice: What to know before it is used.
     """
 
@@ -57,6 +61,7 @@ class KinematicsYaml(AbstractForm):
     inner: str = ""
     flange: bool = False
     hashed: bool = False
+    arms: tuple[str, ...] = ()
     advice: tuple[str, ...] = ()
     ending = ".yaml"
 
@@ -86,6 +91,13 @@ class KinematicsYaml(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from self.advice
+        same = list[str]()
+        for name in built_in_robots():
+            with suppress(WorkbenchError):
+                require_same_arm(job.robot, load_robot(name))
+                same.append(name)
+        if same and not any(name.startswith(self.arms) for name in same):
+            yield f"by its geometry this arm is '{same[0]}', another maker's than that of {self.name}"
         if not self.flange:
             yield from tool_note(self._tool(job).pose)
 
@@ -165,6 +177,7 @@ UR = KinematicsYaml(
     dofs=(6,),
     head="kinematics",
     hashed=True,
+    arms=("ur",),
     advice=(
         "the driver compares the hash with the controller's and warns if they differ; to avoid this, use "
         "the hash in the file that ur_calibration read from this arm",
@@ -178,6 +191,7 @@ XARM = replace(
     joints=NUMBERED,
     dofs=(5, 6, 7),
     hashed=False,
+    arms=("xarm",),
     advice=("save it as user/xarm6_kinematics_SUFFIX.yaml, with the model's name, for kinematics_suffix",),
 )
 FRANKA = KinematicsYaml(
@@ -185,5 +199,6 @@ FRANKA = KinematicsYaml(
     title="kinematics.yaml of franka_description",
     dofs=(7,),
     inner="kinematic",
+    arms=("panda", "fr3"),
     flange=True,
 )

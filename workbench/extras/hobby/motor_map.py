@@ -270,7 +270,7 @@ def _seen(robot: Robot, data: Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarr
     else:
         poses = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
     there = data.included & np.isfinite(poses).all((1, 2))
-    return data.q[there], poses[there], data.row[there]
+    return data.q[there], poses[there], np.flatnonzero(there)
 
 
 def _check(data: Dataset, q: np.ndarray, poses: np.ndarray, names: tuple[str, ...]) -> None:

@@ -15,7 +15,7 @@ from workbench.extras.live.standstill import ArmState
 from workbench.report.blocks import Tone
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.commands.data import with_other_data
-from workbench.session.loaded_measurements import Loaded, observation_text
+from workbench.session.loaded_measurements import Loaded, facts_of
 from workbench.session.next_step import LOAD, Action, NextStep
 from workbench.session.page_state import Severity, Tab
 from workbench.session.part import AbstractPart, GoesWith
@@ -188,11 +188,7 @@ class UseRows(AbstractChange):
     def apply(self, session: Session) -> Session:
         name, count = "Real arm, live", len(measuring(session).plate)
         rows = measuring(session).dataset(source=name)
-        facts = (
-            ("Measured at", f"{len(rows)} of {count} targets, stored one by one"),
-            ("Measured", observation_text(rows)),
-            ("Joints", f"{rows.joints}"),
-        )
+        facts = ("Measured at", f"{len(rows)} of {count} targets, stored one by one"), *facts_of(rows)
         session = with_other_data(session.without_part(Measuring), Loaded(rows, name, facts, rows.notes))
         return session.with_message(Severity.INFO, f"the session's data: {plural(len(rows), 'measured row')}")
 

@@ -45,7 +45,7 @@ def reading_of_display(robot: Robot, shown: Displayed, how: str = "auto") -> Row
     found = read_rows(robot, shown.data)
     assert found is not None
     best, given, far = found.best, found.given, FOREIGN_MISFIT * robot.reach
-    if best.convention is None:
+    if best.convention is None and not best.other:
         raise DataError(f"{shown.data.source}: the orientation stays the same while the joints turn the tool")
     is_given = how == "given" or not found.is_found
     if given and is_given and given.rotation < FITS_TURN and given.position < far:

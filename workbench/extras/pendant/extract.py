@@ -20,7 +20,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Like, checked_arguments
 from workbench.base.threads import one_thread
-from workbench.base.wording import in_mm, plural
+from workbench.base.wording import in_mm, listed, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.convention import as_datasets, reading_of_display, with_displayed_frames
@@ -41,8 +41,6 @@ ROUNDING, CHANCE = 1.5, 1e-3
 numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on readings are too few: share of what the model explains, and minimum [m]."""
-SHOWN = 3
-"""Readings that don't fit which are named, the worst first."""
 NEGLIGIBLE = np.repeat([1e-5, 4e-5], 3)
 """Standard deviation of rounding [m], [rad] below which what is left is not worth a word: with all digits,
 joints and pose of real controllers, read one after the other, differ by 3 to 20 µm."""
@@ -53,6 +51,7 @@ class ModelVerdict(StrEnum):
 
     NOMINAL = "nominal"
     EXTRACTED = "extracted"
+    OTHER = "another arm"
     UNCERTAIN = "too few readings"
     MORE = "more than geometry"
 
@@ -81,6 +80,8 @@ class Extraction(AbstractShown):
     def verdict(self) -> ModelVerdict:
         if self.left[1] > self.allowed:
             return ModelVerdict.MORE
+        if self.run.sister:
+            return ModelVerdict.OTHER
         share, minimum = UNCERTAIN
         before, after = (each.train.position_mm.rms for each in (self.run.nominal, self.run.best))
         explained = 1e-3 * np.sqrt(max(before**2 - after**2, 0.0))
@@ -96,17 +97,17 @@ class Extraction(AbstractShown):
     @property
     def sentence(self) -> str:
         nominal, after = (1e-3 * e.train.position_mm.mean for e in (self.run.nominal, self.run.best))
+        if self.verdict is ModelVerdict.OTHER:
+            return self.run.sister
         if self.verdict is ModelVerdict.NOMINAL:
-            name = self.run.nominal_robot.name
-            return f"your controller is nominal: {name} agrees with it to {in_mm(nominal)} on average"
+            return f"your controller is nominal: this arm agrees with it to {in_mm(nominal)} on average"
         if self.verdict is ModelVerdict.MORE:
             return (
                 "your controller compensates more than geometry, such as sag, or joints and pose were not "
                 f"read at once: geometry leaves {in_mm(after)}, {self.left[1]:.1f} times the rounding; write "
                 "the readings with --rows and use 'workbench diagnose'"
             )
-        turn = np.rad2deg(self.expected.rotation)
-        size = f"{in_mm(self.expected.position)} and " + (f"{turn:.2g}°" if turn > 1e-4 else "0.0001°")
+        size = f"{in_mm(self.expected.position)} and {max(np.rad2deg(self.expected.rotation), 1e-4):.2g}°"
         if self.verdict is ModelVerdict.UNCERTAIN:
             return (
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
@@ -124,13 +125,13 @@ class Extraction(AbstractShown):
         own, at, said = self.run.frames, self.robot, (*self.meaning.assumptions, *self.meaning.changes)
         tool = f"a tool is set: {_pose_text(at.tool)}" if own.tool else "no tool is set: it shows the flange"
         base = f"a user frame is set: the robot's base is at {_pose_text(at.base)}" if own.base else ""
-        return tuple(filter(None, (f"the display: {', '.join(said)}", tool, base)))
+        found = [f"the display: {', '.join(said)}", tool, base]
+        return tuple(filter(None, found[: 1 if self.verdict is ModelVerdict.OTHER else 3]))
 
     def blocks(self) -> list[Block]:
         table = errors_table([("nominal", self.run.nominal), ("extracted", self.run.best)])
         off = [f"reading {o.row + 1} {o.text.partition(' ')[2]}" for o in self.run.outliers]
-        wrong = f"{', '.join(off[:SHOWN])}{f' and {len(off) - SHOWN} more' * bool(off[SHOWN:])}"
-        warning = [f"left out, as not fitting the others: {wrong}: correct or read again"] * bool(off)
+        warning = [f"left out, as not fitting the others: {listed(off)}: correct or read again"] * bool(off)
         sentence = f"{self.run.nominal_robot.name}: {self.sentence}"
         return headed(sentence, table, *lines("found", self.frames + self.notes), *lines("warning", warning))
 
@@ -188,10 +189,9 @@ def extract(
 def _extracted(robot: Robot, shown: Displayed, reading: RowReading, rows: np.ndarray) -> Extraction:
     arm = reading.on(robot.bare) or robot
     data, rounded = (each.take(rows) for each in as_datasets(arm, robot, shown, reading))
-    run, *left, allowed = _fitted(framed := with_displayed_frames(arm, reading), data)
-    if left[1] > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
-        run, *left, allowed = _fitted(framed, rounded)  # whole degrees that were not commanded
-    nominal, best = left
+    run, nominal, best, allowed = _fitted(framed := with_displayed_frames(arm, reading), data)
+    if best > allowed and (np.asarray(rounded.sigma) > np.asarray(data.sigma)).any():
+        run, nominal, best, allowed = _fitted(framed, rounded)  # whole degrees that were not commanded
     return Extraction(
         robot=run.aligned if nominal < allowed else run.best.calibrated,
         meaning=shown.meaning(reading),

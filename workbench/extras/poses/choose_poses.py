@@ -8,15 +8,17 @@ import numpy as np
 from workbench.arm.joint_units import shown_joints, shown_units, sliding_numbers
 from workbench.arm.robot import Robot
 from workbench.base.arguments import Count, Seed, checked_arguments
-from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.wording import plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
-from workbench.data.readers import AS_HEADED, read_trajectory
+from workbench.data.readers import AS_HEADED
+from workbench.data.readers.assemble import assemble, joint_columns
+from workbench.data.readers.read import read_fields
 from workbench.data.writer import write_measurements
 from workbench.extras.poses.informative_poses import PoseSet, informative_poses
 from workbench.extras.poses.pose_limits import PoseLimits
+from workbench.identification.meaning.as_read import with_units
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region_poses import PLATE_POSES, region_poses
 from workbench.report.blocks import Block, ResultTable, Sentence
@@ -53,10 +55,7 @@ def choose_poses(
         DataError: fewer candidates than poses, or limits that conflict.
         OptionError: no such index.
     """
-    names = robot.joint_names
-    rows = None if candidates is None else read_trajectory(candidates, columns=AS_HEADED, joints=names).q
-    if candidates is not None and rows is None:
-        raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
+    rows = None if candidates is None else _joints_in(candidates, robot)
     around = None
     if index == "I" and limits is not None and limits.region is not None:
         around = region_poses(robot, limits.region, PLATE_POSES, rng=np.random.default_rng(0))
@@ -70,6 +69,16 @@ def choose_poses(
         evaluation_poses=around,
         rng=np.random.default_rng(seed),
     )
+
+
+def _joints_in(path: Path, robot: Robot) -> np.ndarray:
+    """Whole joint positions of a file, in units that its measurements tell where it lacks them."""
+    fields = read_fields(path, columns=AS_HEADED, joints=robot.joint_names)
+    if fields.missing_units:
+        q = with_units(robot, assemble(fields, joints=robot.joint_names)).q
+    else:
+        q = joint_columns(fields, robot.joint_names)
+    return q[np.isfinite(q).all(1)]
 
 
 def write_poses(robot: Robot, poses: PoseSet, path: Path | str) -> Path:

@@ -125,7 +125,7 @@ def worse_by_column(fit: Fit, data: Dataset) -> str:
             said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Calibrate tab")
             text = f"rows whose '{name}' is {value or 'blank'} ({marked.sum()} of {len(marked)}) are"
             leave = f"{ratio:.2g} times as far off as the others: if they are bad, leave them out:"
-            worst, found = ratio, f"{text} {leave} {said} (rows count from 0)"
+            worst, found = ratio, f"{text} {leave} {said} ({data.counted})"
     return found
 
 

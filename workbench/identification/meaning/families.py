@@ -168,11 +168,6 @@ class JointColumns:
             chosen = [eye[list(columns)] for columns in combinations(range(len(eye)), n)]
             yield self.every(np.array(chosen), ORDER, signs=False)
 
-    @property
-    def coupled(self) -> Iterator[Hypotheses]:
-        """All signs, alone and with each coupling."""
-        yield self.every(*self.couplings)
-
     def with_other_signs(self, w: np.ndarray, zero: np.ndarray, cost: float) -> Hypotheses:
         """A reading of this complexity with all other signs of its joints."""
         own = np.sign(np.take_along_axis(w, np.abs(w).argmax(1)[:, None], 1))[:, 0]
@@ -278,7 +273,7 @@ FOLLOWING = Family("joints that follow", Rows.NEAR, lambda c: c.following, is_as
 OTHER_ARMS = Family("other arms", _ANY | Rows.SESSIONS | Rows.COLUMNS, lambda c: c.of_other_arms)
 FAMILIES = (
     Family("choices of columns", Rows.COLUMNS, lambda c: c.choices, inverse=True),
-    Family("signs and couplings", ~Rows.COLUMNS, lambda c: c.coupled, inverse=True),
+    Family("signs and couplings", ~Rows.COLUMNS, lambda c: [c.every(*c.couplings)], inverse=True),
     Family("exchanges", Rows.NEAR | Rows.KNOWN, lambda c: c.exchanged, inverse=True, is_asked=False),
     Family("zeros", Rows.NEAR | Rows.KNOWN, lambda c: c.zeros(signs=False), is_asked=False),
     FOLLOWING,

@@ -80,8 +80,7 @@ class RowMeaning:
     @property
     def is_far(self) -> bool:
         """Whether the rows are of no such arm, as they are given."""
-        given = self.given
-        return given is None or given.position > FOREIGN_MISFIT * given.robot.reach
+        return self.given is None or self.given.position > FOREIGN_MISFIT * self.given.robot.reach
 
     @property
     def choices(self) -> dict[str, RowReading]:
@@ -126,11 +125,12 @@ class RowMeaning:
         if self.best.other:
             anyway = at_entrance("--force to continue anyway", page="'Identify anyway'")
             return f"choose the robot '{self.best.other}', or {anyway}"
-        names = " or ".join(f"'{name}'" for name in self.choices)
-        accepted = at_entrance(f"with reading={names} (--reading)", page="by 'Read so'")
-        if self.equal:
-            return f"jog the arm to see which is true, and accept it {accepted}"
-        return f"accept it {accepted}, or correct the file"
+        option = f"with reading={' or '.join(map(repr, self.choices))} (--reading)"
+        accepted = "accept it " + at_entrance(option, page="by 'Read so'")
+        if not self.equal:
+            return f"{accepted}, or correct the file"
+        alike = "jog the drawn arm beside the real one: where both turn alike, joints count as given"
+        return at_entrance(f"jog the arm to see which is true, and {accepted}", page=alike)
 
 
 def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:

@@ -81,6 +81,17 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     return {"told": text, "cure": cure}
 
 
+def _by_one_row(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
+    """`with the joints of the row before they fit to 1.5 mm`, if they all do."""
+    some = np.arange(len(rows) - 1)
+    for mine, joints, where in ((some + 1, some, "before"), (some, some + 1, "after")):
+        moved = replace(rows.take(mine), q=rows.q[joints])
+        if len(some) >= MIN_PART and _fits(robot, moved):
+            fit = f"with the joints of the row {where} they fit to {in_mm(_misfit(robot, moved))}"
+            return {"told": fit, "cure": "shift joints or places by one row, or add the row that is missing"}
+    return {}
+
+
 def _most(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     """`12 rows (10–21) don't fit the others, which the arm fits to 2.6 mm`, if it fits most."""
     off = np.zeros(len(located))
@@ -118,6 +129,8 @@ def _in_order(robot: Robot, data: Dataset, meaning: RowMeaning) -> Told:
         if len(found) > 1 or (found and len(rows)):
             end = f", those {where} them don't" if len(rows) else " with another base or tool"
             other = _most(robot, data, meaning) if len(rows) else {}
+            if shift := _by_one_row(robot, rows.take(np.argsort(rows.row)), meaning):
+                return shift | {"told": f"data rows {', '.join(found)}{end}: {shift['told']}"}
             return other or {"told": f"data rows {', '.join(found)}{end}", "cure": MOVED}
     return {}
 
@@ -177,5 +190,5 @@ def _one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     return {"told": f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"}
 
 
-EXPLANATIONS = (_by_column, _positions_alone, _in_order, _most, _one_constant)
+EXPLANATIONS = (_by_column, _positions_alone, _by_one_row, _in_order, _most, _one_constant)
 """All in their order; rows that are found, of which some stand off, are asked of their columns alone."""

@@ -62,22 +62,22 @@ def marked(data: Dataset) -> Excluded:
     return [(int(data.row[i]), str(reasons[i] or "file")) for i in np.flatnonzero(~data.included)]
 
 
-def held_as_marked(split: Split, held: Dataset) -> Split:
-    """The rows with the held-out ones as they are here, without those that are marked as excluded; such ones
-    of the same file are listed."""
-    keep = held.included
-    fewer = replace(split, held_out_data=held if keep.all() else held.take(keep))
-    if keep.all() or not split.is_one_file:
-        return fewer
-    named = (*split.excluded, *marked(held))
-    return replace(fewer, held_out_rows=split.held_out_rows[keep], excluded=named)
+def as_marked(split: Split, data: Dataset, part: str = "held_out") -> Split:
+    """The rows with a part of them, those held out or "train", as they are here, without those that are
+    marked as excluded; such ones of the same file are listed."""
+    keep, rows = data.included, getattr(split, f"{part}_rows")
+    fewer: dict[str, Any] = {f"{part}_data": data.take(keep)}
+    if not keep.all() and len(rows) == len(data):
+        fewer |= {f"{part}_rows": rows[keep], "excluded": (*split.excluded, *marked(data))}
+    return replace(split, **fewer)
 
 
 def without(data: Dataset, exclude: Mapping[int, str]) -> Dataset:
     """The data with more rows marked as excluded by number, with the reason."""
     place = {row: k for k, row in enumerate(data.row.tolist())}
     if unknown := exclude.keys() - place:
-        raise OptionError(f"can't exclude row {min(unknown)}; rows are 0 … {int(data.row.max())}")
+        known = f"{int(data.row.min())} … {int(data.row.max())}, {data.counted}"
+        raise OptionError(f"can't exclude row {min(unknown)}; there are {known}")
     return data.kept_out({place[n]: why for n, why in exclude.items() if data.included[place[n]]})
 
 

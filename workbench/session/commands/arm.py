@@ -143,8 +143,15 @@ class LoadModel(AbstractTask[Session]):
 
     def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
-        model = self.model()
-        return _on_plate(model, session) if isinstance(model, Plate) else start_with(model, session)
+        if not isinstance(model := self.model(), Plate):
+            return start_with(model, session)
+        return replace(  # measurements of the same arm, and what was found from them, stay
+            start(session.robot, model, is_given=True, noise=instrument_for(session, model)),
+            choices=session.choices,
+            measurements=session.measurements,
+            results=session.results,
+            parts=session.with_parts(GoesWith.MEASUREMENTS).parts,
+        )
 
     def model(self) -> Robot | Plate:
         """What the file holds."""
@@ -153,7 +160,12 @@ class LoadModel(AbstractTask[Session]):
         path.write_bytes(self.content)
         try:
             if self._is_archive:
-                path = _unpacked(path)
+                held = unpacked(path, UNPACKED, LARGEST_UNPACKED, MAX_FILES)
+                found = sorted(held.rglob("*.[uU][rR][dD][fF]"))
+                if len(found) != 1:
+                    names = ", ".join(one.name for one in found[:5]) or "none"
+                    raise FileError(f"must hold one URDF with its meshes; found {names}", path=path.name)
+                path = found[0]
             if b"[[target]]" in self.content:
                 return read_plate(path)
             if not self.poses and path.suffix.lower() != ".csv":
@@ -191,32 +203,12 @@ def holds_robot(name: str, content: bytes) -> bool:
     return False
 
 
-def _unpacked(path: Path) -> Path:
-    """The one URDF of an archive, unpacked beside it together with its meshes."""
-    found = sorted(unpacked(path, UNPACKED, LARGEST_UNPACKED, MAX_FILES).rglob("*.[uU][rR][dD][fF]"))
-    if len(found) != 1:
-        names = ", ".join(one.name for one in found[:5]) or "none"
-        raise FileError(f"must hold one URDF with its meshes; found {names}", path=path.name)
-    return found[0]
-
-
 @cache
 def _uploads() -> str:
     """Folder of the uploaded files, there as long as the program: a calibrated URDF is a copy of one."""
     folder = tempfile.mkdtemp(prefix="workbench-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
-
-
-def _on_plate(plate: Plate, session: Session) -> Session:
-    """A session on another plate; measurements of the same arm, and what was found from them, stay."""
-    return replace(
-        start(session.robot, plate, is_given=True, noise=instrument_for(session, plate)),
-        choices=session.choices,
-        measurements=session.measurements,
-        results=session.results,
-        parts=session.with_parts(GoesWith.MEASUREMENTS).parts,
-    )
 
 
 NO_MESHES = (
@@ -313,5 +305,6 @@ def _in_the_page(session: Session, begun: Session) -> Session:
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
-    checked = (note for note in begun.robot.notes if note.startswith(("it fits:", "change:")))
+    told = "it fits:", "change:", "left open:", "errors at"
+    checked = (note.partition(";")[0] for note in begun.robot.notes if note.startswith(told))
     return begun.with_message(Severity.INFO, "; ".join([text, *checked]))

@@ -182,13 +182,19 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         pose = Observes.POSE
         instrument = Instrument(name=name, observes=pose, sigma_position=place, sigma_rotation=turn)
         progress(0.3, "measuring at the targets")
-        near = reached_postures(actual, session)
+        pairs = zip(session.plate.targets, session.states, strict=True)
+        stood = [follow_target(actual, target, state) for target, state in pairs if state.measurable]
+        if not (reached := [state.q for state in stood if state.reached]):  # by whichever branch is near
+            raise DataError(
+                "the virtual arm reaches none of the targets; try another seed or move the targets"
+            )
+        near = np.stack(reached)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
         progress(0.6, "measuring in the region")
         around = nearby_poses(robot, session.plate.region, CHECK_POSES + self.more, rng=rng, measured=near)
         seen = simulate(actual, Motion(around), instrument=instrument, rng=rng)
         checks = seen.take(np.arange(CHECK_POSES))
-        rows = rows.joined(seen.take(np.arange(CHECK_POSES, len(seen))))
+        rows = rows.joined(replace(seen.take(np.arange(CHECK_POSES, len(seen))), row=np.arange(self.more)))
         name = f"Virtual arm {self.seed}"
         rows = replace(rows, source=name)
         length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
@@ -251,34 +257,15 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
         raise DataError(loaded.match.text)
 
 
-def reached_postures(actual: Robot, session: Session) -> np.ndarray:
-    """Of the targets that the actual arm reaches, in the nominal arm's branch or the nearest.
-
-    Its manufacturing errors may carry a joint beyond its limit; it then takes the nearest other branch.
-    """
-    both = zip(session.plate.targets, session.states, strict=True)
-    found = [follow_target(actual, target, state) for target, state in both if state.measurable]
-    if not (postures := [state.q for state in found if state.reached]):
-        raise DataError("the virtual arm reaches none of the targets; try another seed or move the targets")
-    return np.stack(postures)
-
-
 def load_command(name: str, content: bytes) -> AbstractCommand:
     """The command that reads a measurement file: that of an extra for its endings, or `LoadData`."""
-    if name.lower().endswith(".zip"):
-        name, content = _packed_table(content) or (name, content)
-    found = next((kind for kind in _loads() if name.lower().endswith(kind.endings)), LoadData)
-    return found(name=name, content=content)  # type: ignore[call-arg]
-
-
-def _packed_table(content: bytes) -> tuple[str, bytes] | None:
-    """Name and content of a table that is alone in an archive; None of any other archive."""
-    with suppress(*DAMAGED), zipfile.ZipFile(io.BytesIO(content)) as archive:
+    with suppress(*DAMAGED), zipfile.ZipFile(io.BytesIO(content)) as archive:  # with a table alone in it
         files = [f for f in archive.infolist() if not f.is_dir() and not f.filename.startswith("__MACOSX")]
         is_table = len(files) == 1 and files[0].filename.lower().endswith(file_endings())
-        if is_table and files[0].file_size <= MAX_FILE_BYTES:
-            return Path(files[0].filename).name, archive.read(files[0])
-    return None
+        if name.lower().endswith(".zip") and is_table and files[0].file_size <= MAX_FILE_BYTES:
+            name, content = Path(files[0].filename).name, archive.read(files[0])
+    found = next((kind for kind in _loads() if name.lower().endswith(kind.endings)), LoadData)
+    return found(name=name, content=content)  # type: ignore[call-arg]
 
 
 def load_endings() -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """Commands that find missing effects, add them, and measure at the most informative poses."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -99,4 +100,6 @@ class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):
         is_stale = is_of_other_rows(last, session.measurements.left_out)
         if last is None or is_stale or not np.array_equal(last.held_out_data.row, found.held_out_data.row):
             geometry = None  # the diagnosis has one of its own
+        else:  # and another base, which would change the nominal arm's errors, whose rows are the same
+            fits = fits[0], replace(fits[1], aligned=last.aligned, nominal=last.nominal)
         return (before.asked or Identify()).finish(session, (*fits, geometry), **more)

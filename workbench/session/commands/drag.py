@@ -115,16 +115,19 @@ class MoveTarget(AbstractChange):
 
 
 class DropTarget(AbstractChange):
-    """End a client's drag, also where the client has disconnected."""
+    """End a client's drag, also where it has disconnected; `back` as if nobody had dragged the target."""
 
     title = "Release the target"
 
     client: int = NOBODY
+    back: bool = False
 
     def apply(self, session: Session) -> Session:
         if session.drag is None or session.drag.client != self.client:
             return session
         index, session = session.drag.target, replace(session, drag=None)
+        if self.back:
+            session = with_targets(session, session.history.done[-1].plate, session.history.done[-1].states)
         if session.history.done[-1].plate is session.plate:
             return session.updated("history", done=session.history.done[:-1])
         target = session.plate.targets[index]

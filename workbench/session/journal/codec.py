@@ -25,8 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.errors import WorkbenchError
+from workbench.base.errors import MALFORMED, WorkbenchError
 from workbench.base.types import frozen
+from workbench.plate.plate import Plate
 from workbench.session.command import AbstractCommand, UnknownCommand, kinds
 from workbench.session.journal import records
 from workbench.session.state import Session
@@ -84,9 +85,12 @@ def encode_result(result: Any, before: Session) -> tuple[dict[str, str] | None, 
     return {"file": (name := file_name(content, ".npz")), "by": _by_us(name)}, {name: content}
 
 
-def decode_result(stored: Mapping[str, str] | None, load: Load) -> bytes | None:
-    """The file of what a task computed; None if it is to be computed again."""
-    with contextlib.suppress(LostFile):
+def decode_result(stored: Mapping[str, Any] | None, load: Load) -> bytes | None:
+    """The file of what a task computed; None if it is to be computed again. Recordings of November 2026
+    say in the line itself which plate a search found."""
+    with contextlib.suppress(*MALFORMED, WorkbenchError, LostFile):
+        if stored is not None and "plate" in stored:
+            return records.pack((stored, record(Plate, stored["plate"]), ""), {"plate": stored})
         if stored is not None and stored.get("by") == _by_us(name := stored.get("file", "")):
             return load(name)
     return None

@@ -11,7 +11,6 @@ from typing import Any
 
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import validation_json
-from workbench.identification.result import Identification
 from workbench.plate.plate import Plate
 from workbench.plate.plate_score import SetScore
 from workbench.report.json import Json, plain
@@ -37,11 +36,6 @@ def _score(score: SetScore) -> Json:
     }
 
 
-def _identification(found: Identification) -> Json:
-    runs = {name: validation_json(run) for name, run in found.runs.items()}
-    return {"nominal": validation_json(found.nominal), "algorithms": runs}
-
-
 def _diagnosis(found: Diagnosis) -> Json:
     effects = [accepted.effect for accepted in found.effects]
     return {
@@ -56,7 +50,13 @@ _SUBJECTS: dict[str, tuple[Callable[[Session], tuple], Callable[..., Any]]] = {
     "robot": (lambda s: (s.robot,), lambda robot: robot.name),
     "targets": (lambda s: (s.plate, s.states), _targets),
     "score": (lambda s: (s.score,), _score),
-    "identification": (lambda s: (s.results.identification,), _identification),
+    "identification": (
+        lambda s: (s.results.identification,),
+        lambda found: {
+            "nominal_arm": validation_json(found.nominal),
+            "algorithms": {name: validation_json(run) for name, run in found.runs.items()},
+        },
+    ),
     "diagnosis": (lambda s: (s.results.diagnosis,), _diagnosis),
 }
 """Of every subject the parts of the session that it depends on, and what is written of them."""

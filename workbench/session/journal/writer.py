@@ -184,7 +184,13 @@ class Logbook(AbstractKeeper):
             line = json.dumps(content, ensure_ascii=False, allow_nan=False)
             self._file.add((codec.sealed(line), files | more, is_instead))
         except (OSError, WorkbenchError) as error:
-            self._fail(error)
+            if not self._trouble:
+                why = (error.strerror if isinstance(error, OSError) else None) or str(error)
+                self._trouble = (
+                    f"the session can't be recorded at present ({why}); it continues, and the missing steps "
+                    "are written as soon as there is space"
+                )
+                self._notify(Severity.WARNING, self._trouble)
         except Exception as error:
             log.exception("the journal could not be written")
             self.close()
@@ -200,15 +206,6 @@ class Logbook(AbstractKeeper):
         if self._file is not None:
             self._file.close()
             self._file = None
-
-    def _fail(self, error: OSError | WorkbenchError) -> None:
-        if not self._trouble:
-            why = (error.strerror if isinstance(error, OSError) else None) or str(error)
-            self._trouble = (
-                f"the session can't be recorded at present ({why}); it continues, and the missing steps are "
-                "written as soon as there is space"
-            )
-            self._notify(Severity.WARNING, self._trouble)
 
 
 def _line(

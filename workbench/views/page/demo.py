@@ -42,7 +42,7 @@ TICK = 0.1
 """How soon a button of the demo is heard [s]."""
 END = "Held-out errors: nominal, geometry, {}."
 """With what the last stage has; it stands until somebody does something."""
-RULES = "A cause has to explain the error better than every other one, also at poses that were held out …"
+RULES = "A cause has to beat all others, also at held-out poses …"
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
 
@@ -133,7 +133,7 @@ class Demo:
     def _wait_for_end(self) -> None:
         """Until what was begun has ended; meanwhile the arm goes through the measured rows.
 
-        What a diagnosis thinks by then is said in turn with how it decides.
+        What leads in a diagnosis by then is said with how it decides.
         """
         for k in range(int(MAX_COMMAND_TIME)):
             if self._stop.is_set() or self._worker.wait(1.0):
@@ -142,9 +142,8 @@ class Demo:
             if (rows := session.results.comparison) is not None:
                 self._submit(ShowRow(8 * k % len(rows)))
             if k % 6 == 5 and session.page.job is not None and (found := session.page.job.suspects):
-                so_far = f"{capital(max(found, key=lambda name: found[name]))}: so it seems by now."
-                said = RULES if k // 6 % 2 else f"{so_far} {capital(session.page.job.text)} …"
-                self._submit(SetCaption(said))
+                so_far = f"{capital(max(found, key=lambda name: found[name]))}: so it seems by now. {RULES}"
+                self._submit(SetCaption(so_far))
 
     def _submit(self, command: AbstractCommand) -> None:
         if self._stop.is_set():
@@ -153,8 +152,8 @@ class Demo:
         self._worker.submit(command)
 
     def _leave(self) -> None:
-        """Release any target, remove the caption, and lay over the scene what its end took away."""
-        last: list[AbstractCommand] = [DropTarget(CLIENT), SetCaption("")]
+        """Take back a drag under way, remove the caption, and lay over the scene what its end took away."""
+        last: list[AbstractCommand] = [DropTarget(CLIENT, back=True), SetCaption("")]
         if self.is_finished:
             last.append(SetOverlay(replace(self._worker.session.choices.overlay, **FULL)))
         for command in last:

@@ -3,11 +3,9 @@
 import webbrowser
 from typing import final
 
-from workbench.arm.robot import Robot
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import OptionError
 from workbench.data.arguments import DatasetLike, RobotLike
-from workbench.data.dataset import Dataset
 from workbench.identification.meaning.as_read import with_own_columns
 from workbench.plate.arguments import PlateLike
 from workbench.session.commands.data import matched_to_arm, with_data
@@ -69,18 +67,13 @@ def show(
         ShapeError: the measurements are of an arm with another number of joints.
         DataError: measurements that this arm can't have made.
     """
-    loaded = None if data is None else _loaded(robot, data)
     session = start(robot, default_circle(robot) if plate is None else plate, is_given=plate is not None)
-    if loaded is not None:
-        session = with_data(session, loaded)
+    if data is not None:
+        data = with_own_columns(robot, data)
+        robot.check_joints(data.q, data.source)
+        loaded = Loaded(data, data.source, facts_of(data), read=data)
+        session = with_data(session, matched_to_arm(robot, loaded))
     page = Page(App(robot, session.plate, begun=StartedSession(session), server=bound("127.0.0.1", port)))
     if open_browser:
         webbrowser.open(page.url)
     return page
-
-
-def _loaded(robot: Robot, data: Dataset) -> Loaded:
-    """Measurements as the page keeps them."""
-    data = with_own_columns(robot, data)
-    robot.check_joints(data.q, data.source)
-    return matched_to_arm(robot, Loaded(data, data.source, facts_of(data), read=data))

@@ -65,6 +65,7 @@ RULES = f"""
   text-align: center; font-size: 19px; line-height: 1.4; pointer-events: none }}
 [{CAPTION}] > div {{ background: color-mix(in srgb, var(--mantine-color-body) 96%, transparent);
   color: var(--mantine-color-text); padding: 8px 16px }}
+[{CAPTION}] > [data-testid="caption"] {{ box-sizing: content-box; min-height: 2.8em }}
 [{CAPTION}] > .figure {{ font-size: 30px; font-weight: 650; padding-bottom: 0;
   font-variant-numeric: tabular-nums }}
 [{CAPTION}] > a {{ display: inline-block; margin-top: 10px; padding: 5px 16px; border-radius: 4px;
@@ -81,7 +82,7 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
 {INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 9px !important }}
 {INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
-{STRIP} [data-testid="hint"] {{ min-height: calc(4.35em + 2px); box-sizing: border-box }}
+{STRIP} [data-testid="hint"] {{ min-height: calc(5.8em + 2px); box-sizing: border-box }}
 {INSIDE} > [style*="contain: layout"] {{ position: absolute; inset: auto 0 0; padding: 0 !important }}
 div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px 0 6px;
   background: var(--mantine-color-body) }}
@@ -104,6 +105,7 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
 @media (min-width: {WIDE}px) {{ :root {{ --words: 14px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
+  [{CAPTION}] > .figure {{ font-size: 22px }}
   .mantine-Notifications-root {{ top: 1em !important; bottom: auto }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}

@@ -101,7 +101,7 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     robot, changes = best.on(table.robot), best.changes
     if found.equal:
         robot = table.robot
-        changes = (f"{', or '.join(found.choices)}: these rows can't tell, 'identify' asks",)
+        changes = (f"{', or '.join(found.choices)}: these rows can't tell, an identification asks",)
     if robot is None:
         raise DataError(f"'{first.name}' can't count so: {best.text}; give its table")
     other = f" (next best {found.margin:.3g} times worse)" if found.margin < 1e6 else ""
@@ -113,7 +113,7 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
         changes=changes,
         notes=(
             f"it fits: {said or 'as it was given'}",
-            *(f"change: {change}" for change in changes),
+            *(f"{'left open' if found.equal else 'change'}: {change}" for change in changes),
             f"errors at {where}: {best.size}{other}; {tried} readings tried",
         ),
     )

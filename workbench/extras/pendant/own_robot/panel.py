@@ -11,6 +11,7 @@ from workbench.session.commands.arm import LARGEST_MODEL, LoadModel
 from workbench.session.commands.data import as_files
 from workbench.session.export import robot_toml
 from workbench.session.page_state import Tab
+from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
@@ -20,7 +21,6 @@ theta [deg], d [mm], a [mm], alpha [deg]
 Poses tell units, signs, zeros and convention: three or more from the pendant (flange in the base), such as
 0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90
 or six or more measured rows below their headings, of any tool in any frame."""
-CONVENTIONS = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
 
 
 def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes], LoadModel]:
@@ -46,7 +46,8 @@ def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes
         return checked("own-robot.csv", f"{said}{table.typed}".encode())
 
     hint = "Start over with the arm of this table. Poses check it, and tell its convention if it isn't known."
-    panel.buttons("Open as", {name: partial(opened, own) for name, own in CONVENTIONS.items()}, hint)
+    ways = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
+    panel.buttons("Open as", {name: partial(opened, own) for name, own in ways.items()}, hint)
     return checked
 
 
@@ -56,6 +57,7 @@ class OwnRobotPanel(AbstractPanel):
     tab, order = Tab.ROBOT, 20
     keeps_typed = True
     names_robot = "… or its DH table", build_table
+    depends = ("robot",)
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Your own robot", expand_by_default=False):
@@ -63,3 +65,12 @@ class OwnRobotPanel(AbstractPanel):
             label, hint = ("… or its file", "Its table (.csv) or description, which has to give these poses.")
             self.upload(label, checked, hint, endings=".csv,.urdf,.xml,.toml", maximum=LARGEST_MODEL)
             self.download("This robot (TOML)", robot_toml, "The robot as it is now, before any calibration.")
+
+    def show(self, session: Session) -> None:
+        """What was typed for the robot that is open, on the start card too, with its convention."""
+        opened = (e.command for e in reversed(self._worker.journal) if isinstance(e.command, LoadModel))
+        if (last := next(opened, None)) is not None and last.name == "own-robot.csv":
+            for field, words in zip(
+                self._controls, (last.content.decode(), "\n".join(last.poses)), strict=False
+            ):
+                set_value(field.control, words)

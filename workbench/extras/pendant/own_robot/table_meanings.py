@@ -29,20 +29,22 @@ from workbench.extras.pendant.displayed import SIZES
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 NAMES |= {"sigma": "type"}
-"""Other headings of the constants."""
+TEXTBOOK = {"length": "a", "offset": "d", "angle": "theta"}
+"""Other headings of the constants, and those of a table that has all of these."""
 KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k): str(k) for k in JointKind}
 KINDS |= {"0": "revolute", "1": "prismatic"}
 KEYED = re.compile(r"([^\W\d]\w*)(?:[\"']?\s*[:=]|[\"']\s*,)[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}()][^\n,{}()]*)")
 """A key and what stands behind it in JSON, YAML, `Link('d', 0.4)` of MATLAB and `RevoluteDH(d=0.4)`."""
 LINK = re.compile(r"\b(?:Link|DHLink|Revolute\w*|(Prismatic)\w*)\s*\(((?:[^()]|\([^()]*\))*)\)")
-"""A joint of Corke's toolboxes, in which constants that are 0 may be left out."""
+LINK_ORDER = (*CONSTANTS[:4], "sigma", "offset")
+"""A joint of Corke's toolboxes, in which what is 0 may be left out, and the order without names."""
 UNSAID = re.compile(r"(?m)(?:^|\s)[#%].*|\b(?:np|numpy|math|sympy)\.|\s+(?=[*/])|(?<=[*/])\s+")
 """Comments, and what may be left out of `2 * np.pi / 3`."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 UNITS = {"°": "deg", "degree": "deg", "degrees": "deg"}
 ENDING, WORD = re.compile(r"[_ ](deg|rad|mm|m)$", re.I), re.compile(r"[a-zα-ω]*$")
 """A unit behind a name, as in `theta_deg`, and a heading's last word."""
-INDEX = re.compile(r"_?\{?_?i(?:[-−]1)?\}?$")
+INDEX = re.compile(r"[ _({]*i(?:[-−]1)?[)}]*$|_prev$")
 """Of a constant in a paper, as in `alpha_{i-1}`."""
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
@@ -75,7 +77,7 @@ def read_joint_table(path: Path | str) -> JointTable:
     if len(grid.rows) < 2:
         raise grid.error(f"names no constants of joints; {WANTED}")
     first = [cells[0] for cells in grid.rows]
-    if {*CONSTANTS[:4]} <= {*_constants(first)}:  # a line for each constant
+    if {*CONSTANTS[:4]} <= {*_constants(first)} - {*_constants(grid.rows[0])}:  # a line for each constant
         grid = grid_of(first, [cells[1:] for cells in grid.rows], source=grid.source)
     names = _constants(grid.rows[0])
     stands = [(parse_heading(ENDING.sub(r"[\1]", cell)).unit or "").lower() for cell in grid.rows[0]]
@@ -83,7 +85,9 @@ def read_joint_table(path: Path | str) -> JointTable:
         if nameless := _nameless(grid.rows):
             return JointTable(nameless, stated[:1] or ("dh", "craig"), LENGTHS, ANGLES)
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
-    filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(cells)]
+    filled = [
+        (k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(_number(c) is not None for c in cells)
+    ]
     rows = [_row([*zip(names, cells, strict=False)], grid, k) for k, cells in filled]
     units = {name: UNITS.get(unit, unit) for name, unit in zip(names, stands, strict=True) if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
@@ -97,9 +101,10 @@ def _grid(path: Path) -> Grid:
         return read_grid(path)
     found: dict[str, list[str]] = defaultdict(list)
     text = UNSAID.sub("", decode(read_bytes(path), path)[0])
-    calls = [(bool(slides), dict(KEYED.findall(own))) for slides, own in LINK.findall(text)]
     links = [
-        {"sigma": str(int(p)), **dict.fromkeys(("d", "a", "alpha"), "0"), **own} for p, own in calls if own
+        {"sigma": "1" if slides else "0", **dict.fromkeys(CONSTANTS[:4], "0")}
+        | (dict(KEYED.findall(own)) or dict(zip(LINK_ORDER, re.findall(r"[^\s,\[\]]+", own), strict=False)))
+        for slides, own in LINK.findall(text)
     ]
     found |= {key: [own.get(key, "0") for own in links] for key in dict.fromkeys(chain(*links))}
     for key, value in [] if links else KEYED.findall(text):
@@ -121,13 +126,13 @@ def _grid(path: Path) -> Grid:
 
 
 def _nameless(rows: Sequence[Sequence[str]]) -> tuple[FourNumbers, ...]:
-    """Four numbers a joint, behind its name or number, before a 0 or neither; none of other cells."""
+    """Four numbers a joint, behind its name, its number or neither; none of other cells."""
     numbers = [[n for n in map(_number, filter(None, row)) if n is not None] for row in rows if any(row)]
     is_counted = all(row[:1] == [k] and len(row) == 5 for k, row in enumerate(numbers, 1))
-    numbers = [row[1:] if is_counted else row[:4] if row[4:] == [0.0] else row for row in numbers]
-    if {*map(len, numbers)} != {4} or len(numbers) < 2:
-        return ()
-    return tuple((a, b, c, d) for a, b, c, d in numbers)
+    whole = [
+        (a, b, c, d) for a, b, c, d in (row[is_counted:] for row in numbers if len(row) == 4 + is_counted)
+    ]
+    return tuple(whole) if len(whole) == len(numbers) > 1 else ()
 
 
 def _constants(headings: Sequence[str]) -> list[str]:
@@ -135,8 +140,10 @@ def _constants(headings: Sequence[str]) -> list[str]:
     bare = (
         parse_heading(ENDING.sub(r"[\1]", text)).name.lower().removesuffix("_offset") for text in headings
     )
-    alone = [NAMES.get(name, name) for name in (INDEX.sub("", name) for name in bare)]
-    last = [NAMES.get(word, word) for word in (WORD.findall(name)[0] for name in alone)]
+    plain = [INDEX.sub("", name) for name in bare]
+    words = [WORD.findall(name)[0] for name in plain]
+    names = NAMES | TEXTBOOK if TEXTBOOK.keys() <= {*words} else NAMES
+    alone, last = ([names.get(text, text) for text in texts] for texts in (plain, words))
     is_told = [word not in alone and last.count(word) == 1 for word in last]
     return [word if told else name for name, word, told in zip(alone, last, is_told, strict=True)]
 
@@ -168,13 +175,11 @@ def _number(text: str) -> float | None:
     return size * (np.pi if found[2] else 1.0) / float(found[3] or 1.0)
 
 
-def _units(
-    given: dict[str, str], names: tuple[str, ...], known: tuple[str, str], grid: Grid
-) -> tuple[str, ...]:
+def _units(given: dict[str, str], names: Sequence[str], known: Sequence[str], grid: Grid) -> tuple[str, ...]:
     found = {given[name] for name in names if name in given}
     if len(found) > 1 or not found <= {*known}:
         raise grid.error(f"has units {' and '.join(sorted(found))}; give all in {' or in '.join(known)}")
-    return tuple(found) or known
+    return (*found,) or (*known,)
 
 
 @dataclass(frozen=True, eq=False)

@@ -145,9 +145,7 @@ def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
     _, sizes, axes = np.linalg.svd((rotations - rotations.mean(0)).reshape(-1, 3))
     minimum = TILTED * np.sqrt(count)
     if sizes[-2] < minimum:
-        how = (
-            "tilt it by 30° or more about different axes (and if the joints are in rad, head them q1[rad] …)"
-        )
+        how = "tilt it by 30° or more about different axes (and head joints in rad q1[rad] …)"
         raise DataError(f"{touches.source}: the tool kept its orientation; {how}")
     if sizes[-1] < minimum:
         axis = ", ".join(signed(v, 2) for v in axes[-1])

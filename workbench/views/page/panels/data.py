@@ -14,9 +14,10 @@ from workbench.session.commands.data import (
     load_endings,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
+from workbench.session.next_step import next_step
 from workbench.session.page_state import Tab
 from workbench.views.page.html import BAD, LINE, block, bullets, heading, text
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel
 
 MORE = 60
 """Poses besides the targets: with these a diagnosis has enough rows."""
@@ -25,8 +26,8 @@ MORE = 60
 class DataPanel(AbstractPanel):
     """Two sources of measurements, and how they were interpreted."""
 
-    tab, order = Tab.MEASURE, 10
-    depends = ("measurements.loaded", "measurements.unread")
+    tab, order, pause = Tab.MEASURE, 10, AFTERWARDS
+    depends = ("measurements.loaded", "measurements.unread", next_step)
     _arms = 0
     """Virtual arms so far, each with other errors."""
 
@@ -39,7 +40,7 @@ class DataPanel(AbstractPanel):
                 f"brackets as in q1[deg] or x[mm]; up to {MAX_FILE_BYTES // 2**20} MiB.",
                 endings=",".join(load_endings()),
                 maximum=MAX_FILE_BYTES,
-                main=True,
+                color=lambda s: "gray" if next_step(s).next else None,
             )
         with gui.add_folder("Virtual arm"):
             self.button(
@@ -48,7 +49,6 @@ class DataPanel(AbstractPanel):
                 viser.Icon.ROBOT,
                 "Create an arm with hidden manufacturing errors and one effect beyond geometry, and measure "
                 "it at the targets and at more poses.",
-                main=True,
             )
         self.html(lambda s: _preview(s.measurements.loaded, s.measurements.unread))
         self.button(

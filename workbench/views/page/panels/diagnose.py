@@ -11,10 +11,11 @@ from workbench.report.chart import Bar, Bars
 from workbench.report.colours import UNNAMED
 from workbench.report.result_display import as_html
 from workbench.session.export import next_poses_csv
+from workbench.session.next_step import POSES, next_step
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import block, folded, heading
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel
 from workbench.views.page.panels.result_card import weighed
 
 SUSPECTS = 4
@@ -29,8 +30,8 @@ def _suspects(session: Session) -> Mapping[str, float] | None:
 class DiagnosePanel(AbstractPanel):
     """What was found, and where to measure next."""
 
-    tab, order = Tab.CALIBRATE, 20
-    depends = ("results.diagnosis", "results.accepted", "measurements", "is_idle", _suspects)
+    tab, order, pause = Tab.CALIBRATE, 20, AFTERWARDS
+    depends = ("results.diagnosis", "results.accepted", "measurements", "is_idle", next_step, _suspects)
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(lambda s: _suspected(_suspects(s)))
@@ -40,8 +41,14 @@ class DiagnosePanel(AbstractPanel):
             "Next poses (CSV)",
             next_poses_csv,
             "Joint positions of the most informative poses to measure next.",
-            visible=lambda s: s.results.diagnosis is not None and len(s.results.diagnosis.measure_next),
+            visible=_has_own_poses,
         )
+
+
+def _has_own_poses(session: Session) -> bool:
+    """Whether there are poses to measure next that the strip doesn't offer."""
+    found, step = session.results.diagnosis, next_step(session)
+    return found is not None and len(found.measure_next) > 0 and POSES not in (step.next, step.other)
 
 
 def _suspected(found: Mapping[str, float] | None) -> str:

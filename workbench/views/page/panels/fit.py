@@ -133,7 +133,9 @@ def _warnings(found: Identification, session: Session) -> str:
     out = [f"{row} ({why})" for row, why in found.excluded if row not in said]
     first = [f"not fitted: data row{'s' * (len(out) > 1)} {first_of(out, MAX_OUT)}"] if out else []
     name = str if loaded is None else loaded.row_name
-    named = (ROWS.sub(lambda row: name(int(row[0])), one) for one in (*first, *found.warnings))
+    kept = [c.text for c in found.best.fit.weakly_observable]  # among the details: nothing is to be done
+    told = (one for one in (*first, *found.warnings) if not any(text in one for text in kept))
+    named = (ROWS.sub(lambda row: name(int(row[0])), one) for one in told)
     style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in named]
     seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
@@ -143,6 +145,8 @@ def _details(found: Identification, session: Session) -> str:
     """Every parameter, and what is to be known of the rows."""
     is_open = not share_of_noise(session, found) <= BEYOND_NOISE and session.results.diagnosis is None
     before = [Sentence(IF_NOISE, tone=Tone.CAREFUL)] * is_open
-    remarks = [*lines("not identifiable", found.unidentifiable), *lines("note", found.notes)]
-    made = as_html([*before, *parameter_blocks(found.runs[session.results.fit].fit), *remarks])
+    fit = found.runs[session.results.fit].fit
+    kept = lines("barely observable, kept near nominal", [c.text for c in fit.weakly_observable])
+    remarks = [*lines("not identifiable", found.unidentifiable), *kept, *lines("note", found.notes)]
+    made = as_html([*before, *parameter_blocks(fit), *remarks])
     return block(made, testid="parameters", style="margin-bottom:10px")

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 import viser
@@ -50,11 +49,8 @@ class Strip(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         links = [(kind.title, self.link(kind.title, partial(self.send, kind))) for kind in (Undo, Redo)]
         self.html(lambda s: _verdict(s, links))
-        self._offer(lambda step: step.next, "What to do next.", main=True)
-        self._offer(lambda step: step.other, "An alternative next step.", main=False)
-        for k in range(MOST_MORE):
-            at: Any = lambda step, k=k: dict(enumerate(step.more)).get(k)  # noqa: E731
-            self._offer(at, "Or this.", main=False)
+        for k, hint in enumerate(("What to do next.", *["An alternative next step."] * (1 + MOST_MORE))):
+            self._offer(k, hint)
         self.button(
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
@@ -73,8 +69,11 @@ class Strip(AbstractPanel):
         bar = gui.add_progress_bar(0.0, animated=True)
         self.add(Control(bar, visible=lambda s: s.page.job is not None, value=_progress))
 
-    def _offer(self, find: Callable[[NextStep], Action | None], hint: str, *, main: bool) -> None:
-        """A button that does what it says when it is pressed."""
+    def _offer(self, k: int, hint: str) -> None:
+        """A button that does what it says when it is pressed; the first is the one to press."""
+
+        def find(step: NextStep) -> Action | None:
+            return dict(enumerate((step.next, step.other, *step.more))).get(k)
 
         def label(session: Session) -> str:
             action = find(self._offered(session))
@@ -90,7 +89,7 @@ class Strip(AbstractPanel):
                 self.save(event, action.save)
 
         is_dragged = lambda s: s.drag is not None  # noqa: E731
-        self.press("Next", do, None, hint, main=main, visible=label, label=label, disabled=is_dragged)
+        self.press("Next", do, None, hint, main=k == 0, visible=label, label=label, disabled=is_dragged)
 
     def _offered(self, session: Session) -> NextStep:
         """In a drag those from before it, though none can be pressed: they keep the height."""

@@ -146,13 +146,9 @@ def loss_bars(session: Session) -> str:
 
 def _without(rise: float) -> str:
     """What would be lost without a target."""
-    if np.isnan(rise):
-        return ""
-    return (
-        "parameters undetermined without it"
-        if np.isinf(rise)
-        else f"without it the error rises by {100 * rise:.0f} %"
-    )
+    if not np.isfinite(rise):
+        return "" if np.isnan(rise) else "parameters undetermined without it"
+    return f"without it the error rises by {100 * rise:.0f} %"
 
 
 def determined(session: Session) -> str:

@@ -21,7 +21,7 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
-from workbench.views.page.panels.form import AbstractControls, ask
+from workbench.views.page.panels.form import AbstractControls, Control, ask
 from workbench.views.page.viser_internals import forget_uploads, limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 
@@ -120,12 +120,13 @@ class AbstractPanel(AbstractControls):
         endings: str,
         maximum: int,
         main: bool = False,
+        **more: Any,
     ) -> viser.GuiUploadButtonHandle:
         """A button that sends a command with a file's name and contents; a file of more bytes is refused."""
         made = self._gui.add_upload_button(
             label, icon=viser.Icon.UPLOAD, color=None if main else "gray", mime_type=endings, hint=hint
         )
-
+        self.add(Control(made, **more))
         too_much = f"'{label}' takes files of at most {maximum / 2**20:.3g} MiB; nothing was sent"
         address = self.link(f"large-{id(made)}", lambda: self._worker.submit(Tell(too_much)))
         limit_upload(self._gui, made, maximum, address)

@@ -24,7 +24,6 @@ class ImprovePanel(AbstractPanel):
             viser.Icon.SPARKLES,
             "Optimise all unlocked targets, and the plate's place while it is not good enough, for the "
             "lowest predicted error in the region. Cancel stops it, Undo restores the old plate.",
-            main=True,
             disabled=lambda s: s.page.job is not None,
         )
 

@@ -53,25 +53,25 @@ class RowErrorsPanel(AbstractPanel):
 
 
 def exclude(session: Session) -> LeaveRowsOut | None:
-    """Leaves the shown row out, or takes it back; None for a row that is only for checking."""
-    loaded, number = session.measurements.loaded, _number(session)
-    if loaded is None or session.results.is_empty or number not in loaded.dataset.row:
+    """Leaves the shown row out, or takes it back; None for a row that is only for checking, and for the worst
+    one of a model, which nobody chose, where it doesn't stand out."""
+    now, rows, row = session.measurements, session.results.comparison, session.results.row
+    if now.loaded is None or session.results.is_empty or rows is None:
         return None
-    return LeaveRowsOut(tuple(sorted(session.measurements.left_out ^ {number})))
+    number = int(rows.number[row])
+    worst = np.nan_to_num(rows.stage_errors[:, 1:]).argmax(0)
+    is_doubted = number in now.left_out or rows.set_apart[row] or row not in worst
+    is_doubted = is_doubted and number in now.loaded.dataset.row
+    return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_doubted else None
 
 
 def _exclusion(session: Session) -> str:
-    number, now, rows = _number(session), session.measurements, session.results.comparison
-    name = f"data row {number if now.loaded is None else now.loaded.row_name(number)}"
-    is_wrong = rows is not None and rows.set_apart[session.results.row]
-    why = "no arm explains it" if is_wrong else "doesn't stand out"
+    now, rows, row = session.measurements, session.results.comparison, session.results.row
+    assert rows is not None
+    assert now.loaded is not None
+    name = f"data row {now.loaded.row_name(number := int(rows.number[row]))}"
+    why = "no arm explains it" if rows.set_apart[row] else "doesn't stand out"
     return f"Use {name} again" if number in now.left_out else f"Exclude {name} ({why})"
-
-
-def _number(session: Session) -> int:
-    """Of the shown row in the data; −1 where there is none."""
-    rows = session.results.comparison
-    return -1 if rows is None else int(rows.number[session.results.row])
 
 
 def _named(session: Session, rows: Comparison, link: Callable[[int], str]) -> str:

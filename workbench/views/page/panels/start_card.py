@@ -16,7 +16,7 @@ from workbench.session.commands.plate import ImprovePlate
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.page.html import BAD, MUTED, block, text
+from workbench.views.page.html import BAD, GOOD, MUTED, block, text
 from workbench.views.page.panels import panels
 from workbench.views.page.panels.arm import CHOSEN, MODELS
 from workbench.views.page.panels.form import ask
@@ -138,20 +138,18 @@ class StartCard(AbstractPanel):
             return
         old = self._before.page.message_count
         newer = (m for m in reversed(session.page.messages) if m.number > old)
-        newest, bad = next(newer, None), (Severity.WARNING, Severity.ERROR)
-        wrong = newest.text if newest is not None and newest.severity in bad else ""
+        told = next((m for m in newer if m.severity is not Severity.LOG), None)
         working = f"{session.page.job.title} …" if session.page.job is not None else ""
-        self._message.content = self._message_text(session, wrong, working)
-
-    def _message_text(self, session: Session, wrong: str, working: str) -> str:
         is_asking = self._questions.visible
         sentence = INTRODUCTION if not is_asking else ALONE if self._door is None else self._door.asks
         purpose = "" if is_asking else f'<div style="font-size:15px;margin-bottom:6px">{text(PURPOSE)}</div>'
+        ink = GOOD if told is None or told.severity is Severity.INFO else BAD
         robot = f"<div><b>Robot: {text(session.robot.name)}</b>, {session.robot.dof} joints</div>"
-        return block(
+        self._message.content = block(
             f'{purpose}<div style="color:{MUTED}">{sentence}</div>'
             + (robot if is_asking else "")
-            + f'<div style="color:{BAD}">{text(capital(wrong))}</div><div>{text(working)}</div>',
+            + ("" if told is None else f'<div style="color:{ink}">{text(capital(told.text))}</div>')
+            + f"<div>{text(working)}</div>",
             testid="start",
             style="margin-bottom:8px",
         )
