@@ -42,9 +42,7 @@ def paper():
 
 def pose(xyz, turn):
     """A 4×4 pose from a place and a rotation vector."""
-    t = four(rotation(np.array(turn, float)))
-    t[:3, 3] = xyz
-    return t
+    return four(rotation(turn), xyz)
 
 
 def table_of(robot):

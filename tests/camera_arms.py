@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from generator import VirtualArm, shift, turn
+from generator import VirtualArm, four, shift, turn
 from round_trip import aligned
 
 H = np.pi / 2
@@ -33,9 +33,7 @@ def look(eye, at):
     z = np.subtract(at, eye) / np.linalg.norm(np.subtract(at, eye))
     x = np.cross(z, [0, 0, 1.0])
     x /= np.linalg.norm(x)
-    m = np.eye(4)
-    m[:3, :3], m[:3, 3] = np.column_stack([x, np.cross(z, x), z]), eye
-    return m
+    return four(np.column_stack([x, np.cross(z, x), z]), eye)
 
 
 def small(rng, angle, length):

@@ -67,10 +67,11 @@ def rotation(vector):
     return I3 + first * k + second * (k @ k)
 
 
-def four(r):
-    """Rotation matrices as 4×4 transforms."""
-    m = np.zeros((*r.shape[:-2], 4, 4))
-    m[..., :3, :3], m[..., 3, 3] = r, 1.0
+def four(r, place=(0.0, 0.0, 0.0)):
+    """Rotation matrices, and places of their origins, as 4×4 transforms."""
+    r, place = np.asarray(r, float), np.asarray(place, float)
+    m = np.zeros((*np.broadcast_shapes(r.shape[:-2], place.shape[:-1]), 4, 4))
+    m[..., :3, :3], m[..., :3, 3], m[..., 3, 3] = r, place, 1.0
     return m
 
 

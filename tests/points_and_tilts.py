@@ -3,7 +3,7 @@
 import csv
 
 import numpy as np
-from generator import VirtualArm, three_parallel
+from generator import VirtualArm, shift, three_parallel
 
 DH = three_parallel().table[:, :4]
 """theta, d, a, alpha of a UR5 [rad, m]."""
@@ -18,11 +18,7 @@ def arm(dh, **more):
 
 def frames(dh, q):
     """Frames after every joint, standard DH."""
-    out, here = [], np.eye(4)
-    for before, driven, after in arm(dh).parts(q):
-        here = here @ before @ driven @ after
-        out.append(here)
-    return out
+    return arm(dh).straight(q)[1]
 
 
 def points(dh, q, tool=TOOL):
@@ -58,9 +54,7 @@ def write_rows(path, dh, *, seen, tilted, seed, noise=0.0):
 
 
 def robot_file(path, dh=DH, *, free=False):
-    tool = np.eye(4)
-    tool[:3, 3] = TOOL
-    path.write_text(arm(dh, tool=tool).toml("typed", free=str(free).lower()))
+    path.write_text(arm(dh, tool=shift(TOOL)).toml("typed", free=str(free).lower()))
     return path
 
 

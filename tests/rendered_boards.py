@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
+from generator import four
 from scipy.ndimage import gaussian_filter
 
 COARSE = 8
@@ -81,6 +82,4 @@ def looking_at(eye, middle, roll=0.0):
     y = np.cross(z, x)
     c, s = np.cos(roll), np.sin(roll)
     axes = np.stack([c * x + s * y, c * y - s * x, z])
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = axes, -axes @ eye
-    return pose
+    return four(axes, -axes @ eye)

@@ -204,10 +204,8 @@ def aligned(points: np.ndarray, measured: np.ndarray) -> np.ndarray:
     """The motion that brings points closest to measured ones (Kabsch)."""
     a, b = points - points.mean(0), measured - measured.mean(0)
     u, _, vt = np.linalg.svd(b.T @ a)
-    out = np.eye(4)
-    out[:3, :3] = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
-    out[:3, 3] = measured.mean(0) - out[:3, :3] @ points.mean(0)
-    return out
+    turned = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return four(turned, measured.mean(0) - turned @ points.mean(0))
 
 
 # Robot TOML ---------------------------------------------------------------------------------------------
@@ -530,11 +528,7 @@ MIMIC = {"multiplier": 1, "offset": 0}
 def moved(axis: np.ndarray, by: np.ndarray, *, turns: bool) -> np.ndarray:
     """Rotations about, or translations along, any axis (Rodrigues)."""
     ways = by[:, None] * axis / np.linalg.norm(axis)
-    if turns:
-        return four(rotation(ways))
-    out = np.tile(np.eye(4), (len(by), 1, 1))
-    out[:, :3, 3] = ways
-    return out
+    return four(rotation(ways)) if turns else four(np.eye(3), ways)
 
 
 def urdf_arm(text: str) -> FrameArm:

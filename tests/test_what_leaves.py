@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import round_trip as trip
+from generator import four
 from real_arms import SETS
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
@@ -88,9 +89,8 @@ def _placed(flange: np.ndarray, rows: trip.Rows) -> Callable[[np.ndarray], tuple
     bases = np.array([trip.aligned(flange[own, :3, 3], rows.position[own]) for own in mine])
 
     def poses(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        parts = np.tile(np.eye(4), (len(names) + 1, 1, 1))
-        parts[:, :3, :3] = Rotation.from_rotvec(x.reshape(-1, 6)[:, 3:]).as_matrix()
-        parts[:, :3, 3] = x.reshape(-1, 6)[:, :3]
+        places, turns = np.split(x.reshape(-1, 6), 2, axis=1)
+        parts = four(Rotation.from_rotvec(turns).as_matrix(), places)
         return parts[:-1] @ bases, parts[-1]
 
     def residual(x: np.ndarray) -> np.ndarray:

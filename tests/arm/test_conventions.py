@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from generator import move, turn
+from generator import move, shift, turn
 
 import workbench as wb
 from workbench import Motion, identification_jacobian, link_frames, load_robot, tool_poses
@@ -114,8 +114,7 @@ def katana_4_6(q):
 
 def test_katana_in_three_rotations_is_the_thesis():
     robot = load_robot("katana450-three-rotation")
-    corner = np.eye(4)
-    corner[:3, 3] = 0.055, 0.055, 0.2015  # eq. (4.7)
+    corner = shift((0.055, 0.055, 0.2015))  # eq. (4.7)
     q = np.random.default_rng(4).uniform(robot.limits[:, 0], robot.limits[:, 1], (20, 5))
     expected = [corner @ katana_4_6(row) for row in q]
     np.testing.assert_allclose(tool_poses(robot, Motion(q)), expected, atol=1e-14)

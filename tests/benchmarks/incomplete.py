@@ -98,8 +98,7 @@ def _shuffled(case, rng):
 def _set_up_again(case, rng):
     """Two set-ups of the instrument in one file, without a column of sessions."""
     data, row = case.data, int(len(case.data) * rng.uniform(0.3, 0.7))
-    moved = four(rotation(SET_UP * rng.uniform(-1, 1, 3)))
-    moved[:3, 3] = SET_UP * rng.uniform(-1, 1, 3)
+    moved = four(rotation(SET_UP * rng.uniform(-1, 1, 3)), SET_UP * rng.uniform(-1, 1, 3))
     position = data.position.copy()
     position[row:] = position[row:] @ moved[:3, :3].T + moved[:3, 3]
     turned = data.rotation

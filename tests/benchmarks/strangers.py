@@ -240,9 +240,7 @@ def _later(v, other):
 
 
 def _step(v):
-    step = four(rotation(5e-4 * direction(v.rng)))
-    step[:3, 3] = 8e-4 * direction(v.rng)
-    return step
+    return four(rotation(5e-4 * direction(v.rng)), 8e-4 * direction(v.rng))
 
 
 SOFT = ("joint-compliance", "uneven-compliance")

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from generator import VirtualArm, rotation
+from generator import VirtualArm, four, rotation
 from generator import turn as about
 
 ARMS = ("plain", "tilted")
@@ -37,15 +37,6 @@ TOOL = np.array([0.03, -0.02, 0.10])  # m, orientation of the flange
 LIMITS = np.array([[-3.0, 3.0], [-0.97, 3.6], [-3.0, 1.69], [-3.0, 3.0], [-3.0, 3.0], [-3.0, 3.0]])
 
 
-def transform(turn, place):
-    """4×4 transforms from rotations and places."""
-    turn, place = np.asarray(turn, float), np.asarray(place, float)
-    shape = np.broadcast_shapes(turn.shape[:-2], place.shape[:-1])
-    out = np.zeros((*shape, 4, 4))
-    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = turn, place, 1.0
-    return out
-
-
 def arm(constants, beta, **frames):
     """The arm of these constants."""
     alpha, a, theta, d = constants.T
@@ -58,10 +49,10 @@ def make(seed, train, held_out):
     spread = np.array([ANGLE_ERROR, LENGTH_ERROR, ANGLE_ERROR, LENGTH_ERROR])
     constants = NOMINAL + rng.uniform(-1, 1, NOMINAL.shape) * spread
     base, tool = (
-        transform(rotation(rng.uniform(-1, 1, 3) * ANGLE_ERROR), rng.uniform(-1, 1, 3) * LENGTH_ERROR)
+        four(rotation(rng.uniform(-1, 1, 3) * ANGLE_ERROR), rng.uniform(-1, 1, 3) * LENGTH_ERROR)
         for _ in range(2)
     )
-    tool = transform(np.eye(3), TOOL) @ tool
+    tool = four(np.eye(3), TOOL) @ tool
     tilt = np.zeros(JOINTS)
     tilt[2] = ANGLE_ERROR
     q = rng.uniform(LIMITS[:, 0], LIMITS[:, 1], (train + held_out, JOINTS))
@@ -70,7 +61,7 @@ def make(seed, train, held_out):
         actual = arm(constants, beta, base=base, tool=tool).pose(q)
         turned = rotation(rng.normal(0, SIGMA_ROTATION, (train, 3))) @ actual[:train, :3, :3]
         noise = rng.normal(0, SIGMA_POSITION, (train, 3))
-        arrays[name] = transform(turned, actual[:train, :3, 3] + noise)
+        arrays[name] = four(turned, actual[:train, :3, 3] + noise)
         arrays[f"{name}_held_out"] = actual[train:]
     return arrays
 

@@ -68,7 +68,7 @@ def predicted(calibration, x, q):
     """Held-out poses."""
     config = dict(calibration.calib_config, NbSample=len(q))
     flat = calc_updated_fkm(calibration.model, calibration.data, x, q, config).reshape(6, -1)
-    return [task.transform(pin.rpy.rpyToMatrix(*row[3:]), row[:3]).tolist() for row in flat.T]
+    return [task.four(pin.rpy.rpyToMatrix(*row[3:]), row[:3]).tolist() for row in flat.T]
 
 
 def body(arrays, folder, repeats):

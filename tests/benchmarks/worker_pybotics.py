@@ -21,7 +21,7 @@ LIMIT = 40  # evaluations; without it a tilted arm is searched for minutes
 def handler(rotations):
     """World and tool frames and the links between them, each twist once: 29, or 26 for positions alone."""
     robot = Robot.from_parameters(task.NOMINAL * MM)
-    robot.tool = Tool(task.transform(np.eye(3), task.TOOL * 1e3))
+    robot.tool = Tool(task.four(np.eye(3), task.TOOL * 1e3))
     links = np.ones((task.JOINTS, 4), bool)
     links[0] = False  # the world frame moves the first link
     links[5, 2] = rotations  # else the tool's x and y are the same as the last theta

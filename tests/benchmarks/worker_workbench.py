@@ -22,7 +22,7 @@ ROWS, BLOCK = 100_000, 1024
 
 def nominal():
     """The built-in ARIA with the task's tool; base and tool unknown."""
-    tool = Frame.from_pose(task.transform(np.eye(3), task.TOOL), Freedom.FREE)
+    tool = Frame.from_pose(task.four(np.eye(3), task.TOOL), Freedom.FREE)
     return load_robot("aria").with_frames(base=Frame(free=Freedom.FREE), tool=tool)
 
 

@@ -40,6 +40,7 @@ GERMAN = [[cell.replace(".", ",") for cell in row] for row in CELLS]
         *((above + COMMA).encode() for above in ("# ", "Measured on Monday\n")),
         *("\n".join('","'.join(row).join('""') for row in rows).encode() for rows in (CELLS, GERMAN)),
         COMMA.replace("-45.5", "\u221245.5").encode(),
+        "q1,q2,x[mm],y,z\n90°,500 mm,1000 mm,10inch,2000000µm\n-45.5 deg,0.25mm,1,2inch,3 µm\n".encode(),
         COMMA.replace("[", " (").replace("]", ")").encode(),
         *(COMMA.replace(HEAD, f"q1,q2,x,y,z\n{line}").encode() for line in UNITS),
     ],

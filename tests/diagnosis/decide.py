@@ -77,9 +77,7 @@ class Sight:
             table[tuple(place)] += STEP
             moved.append(replace(self.arm, table=table).pose(self.state.q))
         for part in STEP * np.eye(6) if self.free else ():
-            small = four(rotation(part[3:]))
-            small[:3, 3] = part[:3]
-            base = self.arm.base
+            small, base = four(rotation(part[3:]), part[:3]), self.arm.base
             moved += [base @ small @ np.linalg.inv(base) @ self.poses, self.poses @ small]
         return np.column_stack([self._white(change(m, self.poses)) for m in moved])
 

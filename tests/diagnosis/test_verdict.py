@@ -82,8 +82,9 @@ def test_all_arms_are_compared_on_the_same_rows(soft):
     robot, rows = soft
     off = rows.position.copy()
     off[[4, 17, 30]] += [0.0, 0.0, 1e-3]
-    found = diagnose(robot, replace(rows, position=off), held_out=0.0)
+    found = diagnose(robot, replace(rows, position=off, sigma=None), held_out=0.0)
     assert {4, 17, 30} <= set(found.outliers.tolist())
+    assert "noise unknown, neither stated nor from repeated poses" in found.notes  # no size: it counted these
     assert found.before_fit.problem.data.row.size > found.after_fit.problem.data.row.size
     compared = found.nominal, found.before, found.after
     assert {len(each.train) for each in compared} == {len(rows) - len(found.outliers)}

@@ -108,7 +108,7 @@ def trajectory(q: np.ndarray) -> Trajectory:
 def test_a_corrected_trajectory_leaves_orientations_as_they_were(cell):
     arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
     found = wb.compensate(arm, trajectory(cell.q), nominal=nominal)
-    cell.judge_corrected(found.q, np.append(found.commanded.arms.calibrated.tool.xyz, 1.0))
+    cell.judge_corrected(found.q, np.append(found.commanded.calibrated.tool.xyz, 1.0))
     assert any("orientations" in note and "not measured" in note for note in found.notes)
     with refuses(OptionError, "measured", option="positions_only"):
         wb.compensate(arm, trajectory(cell.q), nominal=nominal, positions_only=False)

@@ -189,8 +189,7 @@ def test_a_joint_that_never_moved_makes_the_model_doubtful_elsewhere(arm):
     rng = np.random.default_rng(12)
     q = arm.random(rng, 60)
     q[:, 3] = 0.4
-    position, rotation = arm.measure(q, rng, *NOISE[:2])
-    run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(60), position=position, rotation=rotation))
+    run = identify(load_robot("aria"), Dataset(q, *arm.measure(q, rng, *NOISE[:2])))
     tried = arm.random(rng, 400)
     off = tool_poses(run.best.calibrated, Motion(tried))[:, :3, 3] - arm.pose(tried)[:, :3, 3]
     assert run.best.transfer.anywhere.position > 0.5 * np.sqrt((off**2).sum(1).mean())

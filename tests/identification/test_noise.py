@@ -23,8 +23,7 @@ def rows():
     arm = nominal.perturbed(rng, 1e-3, 3e-3)
     q = arm.random(rng, 160)
     sag = arm.sag(q, compliance=5e-5)
-    position, rotation = arm.measure(q, rng, *SIGMA, sag)
-    return Dataset(q=q, row=np.arange(160), position=position, rotation=rotation)
+    return Dataset(q, *arm.measure(q, rng, *SIGMA, sag))
 
 
 def fitted(data, **options):

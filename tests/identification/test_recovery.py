@@ -23,8 +23,7 @@ ALGORITHMS = {"ols": (Ols(), 1e-9), "opt1": (Opt1(), 1e-6), "opt2": (Opt2(), 1e-
 
 def rows_of(arm, q, rng=None, sigma_p=0.0, sigma_r=0.0, deflection=None):
     """Pose measurements of the generator's arm."""
-    position, rotation = arm.measure(q, rng or np.random.default_rng(0), sigma_p, sigma_r, deflection)
-    return Dataset(q=q, row=np.arange(len(q)), position=position, rotation=rotation)
+    return Dataset(q, *arm.measure(q, rng or np.random.default_rng(0), sigma_p, sigma_r, deflection))
 
 
 def plate_joints(arm, tmp_path):

@@ -18,8 +18,7 @@ def rows_of(seed, count=100, noise=5e-5, turn=2e-4):
     rng = np.random.default_rng(seed)
     arm = generator.aria().perturbed(rng, length=1e-3, angle=1e-3)
     q = arm.random(rng, count)
-    position, rotation = arm.measure(q, rng, noise, turn)
-    return Dataset(q=q, row=np.arange(count), position=position, rotation=rotation)
+    return Dataset(q, *arm.measure(q, rng, noise, turn))
 
 
 def wrong(rows, row, off):
@@ -100,6 +99,13 @@ def test_base_and_tool_of_an_evaluation_are_those_of_the_other_rows():
     assert found.errors.position_mm.median == pytest.approx(clean.errors.position_mm.median, rel=0.02)
     assert found.errors.position[7] == pytest.approx(0.8 * np.sqrt(3.0), rel=0.02)
     assert [each.warnings and "row 7" in each.warnings[0] for each in (found, clean)] == [True, ()]
+
+
+def test_a_moved_session_is_named_as_a_whole_where_errors_are_computed():
+    rows = wrong(wrong(rows_of(7, 60), slice(20, 40), 0.05), 3, 0.1)
+    moved, lone = evaluate("aria", replace(rows, session=np.repeat(list("ABC"), 20))).warnings[:2]
+    assert moved.startswith("session 'B': base or tool moved, 87.7 mm")
+    assert lone.startswith("row 3 (175 mm")
 
 
 def test_clean_rows_are_left_alone():

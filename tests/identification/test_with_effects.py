@@ -31,8 +31,7 @@ def with_effects(arm, folder, *effects, free=Freedom.FIXED):
 def rows_of(arm, q, rng, sigma=SIGMA, payload=None, **bend):
     loads = np.zeros(len(q)) if payload is None else payload
     deflection = np.concatenate([arm.sag(q[[i]], payload=load, **bend) for i, load in enumerate(loads)])
-    position, rotation = arm.measure(q, rng, *sigma, deflection)
-    return Dataset(q=q, row=np.arange(len(q)), position=position, rotation=rotation, payload=payload)
+    return Dataset(q, *arm.measure(q, rng, *sigma, deflection), payload=payload)
 
 
 def about_the_axis(joint, size, dof=6):

@@ -146,7 +146,7 @@ def tracked(
 
 def one_step(commanded: Commanded) -> JointRows:
     """Joints after the step of eq. (5.22), damped, in the rows that it makes better."""
-    robot, q, task = commanded.arms.calibrated, commanded.q, commanded.arms.task
+    robot, q, task = commanded.calibrated, commanded.q, commanded.task
     arm, off = compile_arm(robot), list[np.ndarray]()
     aims = rigid_targets(robot, commanded.poses, Motion(q))
     step = refine(arm, aims, q, task=task, limits=robot.limits, iterations=1).q

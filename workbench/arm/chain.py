@@ -173,7 +173,8 @@ LANES = 8
 """Rows that the loop takes at a time."""
 LARGEST = 1e15
 """Angles beyond this have no sine in double precision that means anything [rad]."""
-QUARTERS = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+FIRST, SECOND, THIRD = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+"""A quarter turn, in parts whose multiples are exact."""
 SERIES = np.array([
     [1.58962301576546568060e-10, -1.13585365213876817300e-11],
     [-2.50507477628578072866e-8, 2.08757008419747316778e-9],
@@ -287,7 +288,7 @@ def _walk(
 @no_type_check
 def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, twist, pose, lines):
     """Eight rows at a time: every inner loop runs over them and becomes SIMD. Each statement and each array
-    takes its time to compile.
+    takes its time to compile, an element of a tuple (`.shape[0]`) as much as a small function.
 
     Args:
         fixed: Values of all elements, their sines and cosines.
@@ -299,19 +300,19 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
     Source of the sines: S. Moshier, Cephes (1989), sin.c: rest of a quarter turn in three parts, polynomials
     to 1 ulp. Numpy takes them one by one, five times as long.
     """
-    rows = out.shape[0]
+    rows, count, size = len(out), len(axes), lines.size // (9 * LANES)
     for start in range(0, rows, LANES):
         for i in range(12):
             for n in range(LANES):
                 pose[i, n] = 1.0 if i % 5 == 0 else 0.0
         frame = 0
-        for k in range(axes.shape[0] + 1):
-            while frame < ends.shape[0] and ends[frame] == k:
+        for k in range(count + 1):
+            while frame < len(ends) and ends[frame] == k:
                 for n in range(min(LANES, rows - start)):
                     for i in range(12):
                         out[start + n, frame, i] = pose[i, n]
                 frame += 1
-            if k == axes.shape[0]:
+            if k == count:
                 break
             axis, column = axes[k], place[k]
             if column >= 0:
@@ -334,17 +335,17 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
             for i in range(3):
                 for n in range(LANES):
                     pose[i + 12, n] = fixed[i, k]
-            if driver >= 0 or shift.shape[0] > 0:
+            if driver >= 0 or len(shift) > 0:
                 for n in range(LANES):
                     row = min(start + n, rows - 1)
                     pose[12, n] += positions[row, driver] if driver >= 0 else 0.0
-                    pose[12, n] += shift[row, k] if shift.shape[0] > 0 else 0.0
+                    pose[12, n] += shift[row, k] if len(shift) > 0 else 0.0
                     is_moved |= pose[12, n] != fixed[0, k]
             if is_moved and axis < 3:
                 for n in range(LANES):
                     x = pose[12, n] if abs(pose[12, n]) < LARGEST else np.nan
                     turns = np.rint(x * 0.6366197723675814)
-                    r = ((x - turns * QUARTERS[0]) - turns * QUARTERS[1]) - turns * QUARTERS[2]
+                    r = ((x - turns * FIRST) - turns * SECOND) - turns * THIRD
                     z, s, c = r * r, 0.0, 0.0
                     for i in range(6):
                         s, c = s * z + SERIES[i, 0], c * z + SERIES[i, 1]
@@ -370,7 +371,7 @@ def _lanes(axes, drivers, fixed, positions, shift, constants, place, ends, out, 
             for i in range(3):
                 a, b = (i + 1) % 3, (i + 2) % 3
                 y, z = pose[4 * a + 3, n], pose[4 * b + 3, n]
-                for k in range(twist.shape[2]):
+                for k in range(size):
                     arm = lines[n, a + 3, k] * (z - lines[n, b, k]) - lines[n, b + 3, k] * (
                         y - lines[n, a, k]
                     )

@@ -40,9 +40,9 @@ app = typer.Typer(
 )
 
 
-COLLECTED_EVERY = 300_000
-"""Allocations between two garbage collections: more than the imports and a small diagnosis make, since
-commands create little garbage."""
+COLLECTED_EVERY = 700_000
+"""Allocations between two garbage collections: more than imports, compilation and a small diagnosis make,
+since commands create little garbage."""
 USUALLY = gc.get_threshold()
 """Thresholds of the older generations."""
 

@@ -55,8 +55,8 @@ from workbench.identification.rows.row_selection import as_marked
 from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
-LAST = 0.25
-"""Share of the rows that are the last ones, which a law may not make worse."""
+LAST, MAX_WORSE = 0.25, 1.05
+"""Share of the rows that are the last ones, and how much worse a law that is decided may make their error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,23 +95,24 @@ class CauseSearch:
         """The last round, at the final fit to the fitted rows."""
         return self.rounds[-1]
 
-    def errors(self, model: Model) -> Errors:
-        """Of the geometry with a model's effects, by the linear solution at the fit, on the judging rows."""
-        fit, held_out = self.last.stage.fit, self.ready.held_out_data
-        data = held_out if len(held_out) else fit.problem.data
+    def errors(self, model: Model, rows: Dataset | None = None) -> Errors:
+        """Of the geometry with a model's effects, by the linear solution at the fit, on the judging rows or
+        others."""
+        fit = self.last.stage.fit
+        data = rows or self.ready.held_out_data or fit.problem.data
         arm = robot_with(fit, self.last.grams, model)
         return self.ready.errors_on(data, arm, fit.problem.instrument(fit.x))
 
-    def _is_over(self, model: Model, term: Term) -> bool:
+    def _is_over(self, model: Model, term: Term, worse: float) -> bool:
         """Whether the last rows are better without a law, which may have ceased; arms are saved for later."""
-        fit, data = self.last.stage.fit, self.last.stage.problem.data
+        data = self.last.stage.problem.data
         clock = clock_of(data)[0]
         if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
             return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
-        arms = (robot_with(fit, self.last.grams, m) for m in (drop(model, [term]), model))
-        old, new = (self.ready.errors_on(late, arm, fit.problem.instrument(fit.x)) for arm in arms)
-        return harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
+        old, new = (self.errors(m, late) for m in (drop(model, [term]), model))
+        is_harm = harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
+        return is_harm or new.main.mean > worse * old.main.mean
 
     def lasting(self) -> Model:
         """The last model without what is of no use for other rows.
@@ -128,7 +129,7 @@ class CauseSearch:
         if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
             return drop(model, lost)
         kept = drivers.lasting(unsure := undecided(drivers))
-        if gone := [t for t in kept if self._is_over(kept, t)]:
+        if gone := [t for t in kept if self._is_over(kept, t, 1.0 if t in unsure else MAX_WORSE)]:
             return drop(kept, gone)
         nameless = [*filter(is_nameless, kept)]
         fewer = (drop(kept, some) for some in (nameless, [*nameless, *unsure]) if len(kept) == len(model))

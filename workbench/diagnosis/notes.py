@@ -13,6 +13,7 @@ from workbench.diagnosis.coverage import coverage
 from workbench.diagnosis.gravity_tilt import standing_notes
 from workbench.diagnosis.saved_model import SavedModel
 from workbench.identification.checks.common_errors import instrument_scale, two_places
+from workbench.identification.preparation import UNKNOWN_NOISE
 from workbench.identification.rows.excluded_outliers import suspect_note
 
 NO_DIRECTION = (
@@ -33,7 +34,8 @@ def notes(
     """Notes for the user beside the verdict, one sentence each."""
     ready, last = search.ready, search.last
     fit, effects, chain = last.stage.fit, [a.effect for a in saved.effects], search.robot.chain
-    yield from ready.notes
+    # what the geometry left before outliers were found is not what is left
+    yield from (UNKNOWN_NOISE if len(outliers) and n.startswith(UNKNOWN_NOISE) else n for n in ready.notes)
     alone = search.first.fit if last.model else search.judged_fit
     if any(alone.problem.noise.joints) and not any(ready.problem.noise.joints):
         yield "geometry: weighed by the scatter of joints that it leaves; 'identify' weighs all rows alike"

@@ -66,13 +66,8 @@ def align(
         off = problem.physical(problem.residual(search.x))[problem.channels[0]]
         if points is not None and (off**2).sum() < UNEXPLAINED**2 * ((points - points.mean(0)) ** 2).sum():
             break  # it explains where the points lie: no other start finds another one
-    return _with_gravity_of(robot, best)
-
-
-def _with_gravity_of(given: Robot, found: Robot) -> Robot:
-    """The aligned robot with the gravity of the given one, since only frames were to be fitted."""
-    sessions = {n: replace(m, gravity=given.in_session(n).gravity) for n, m in found.sessions.items()}
-    return replace(found.under(given.gravity), sessions=sessions)
+    sessions = {n: replace(m, gravity=robot.in_session(n).gravity) for n, m in best.sessions.items()}
+    return replace(best.under(robot.gravity), sessions=sessions)  # only frames were to be fitted
 
 
 def thinned(problem: Problem) -> Problem:

@@ -9,6 +9,7 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
+from workbench.base.wording import listed
 from workbench.data.arguments import DatasetLike, RobotLike
 from workbench.data.measuring_order import with_drivers
 from workbench.data.plausibility import checked
@@ -63,8 +64,14 @@ def evaluate(
     if choice is not None:
         robot, notes = choice.robot, (*notes, *choice.notes)
         fitted = len(choice.freedom.base) + len(choice.freedom.tool)
-    if far.any():
-        columns = (v[far].tolist() for v in (used.row, errors.position, errors.rotation, errors.position))
+    moved = [name for name in used.sessions if far[used.in_session(name)].mean() > MAX_ACCIDENTS]
+    own = far & np.any([used.in_session(name) for name in moved], axis=0)
+    if moved:
+        off, usual = errors.take(own).text("median"), others.text("median")
+        do = "" if fit_frames else "; fit them: --frames fit"
+        said.append(f"session {listed(moved)}: base or tool moved, {off} off (the others: {usual}){do}")
+    if (lone := far & ~own).any():
+        columns = (v[lone].tolist() for v in (used.row, errors.position, errors.rotation, errors.position))
         how = "took no part in base and tool" if fit_frames else "included in these errors"
         said.append(set_apart(tuple(map(Outlier, *columns)), others, used, how))
     doubt, is_foreign = doubt_of(robot, used.take(~far), others, fitted)

@@ -53,6 +53,7 @@ from workbench.identification.rows.row_selection import (
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
+UNKNOWN_NOISE = "noise unknown, neither stated nor from repeated poses"
 UNLOCATED = "held out, with an anchor or contact that too few rows use"
 """Reason of held-out rows whose place can't be located."""
 MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
@@ -333,8 +334,7 @@ def _with_noise(
     noise, problem = problem.noise, whole.with_noise(problem.noise)
     text = _noise_text(problem, noise)
     if not stated:
-        unknown = "noise unknown, neither stated nor from repeated poses"
-        return problem, f"{unknown}: the geometry leaves {text} per axis, of unknown origin", near
+        return problem, f"{UNKNOWN_NOISE}: the geometry leaves {text} per axis, of unknown origin", near
     nothing_more = (0.0, 0.0 if problem.sees_rotation else noise.rotation)
     if stated == 1.0 and noise[:2] == nothing_more:
         return problem, "noise as stated per row", near

@@ -15,6 +15,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.postures import repeats
 from workbench.identification.checks.arm_match import arm_match, sister
 from workbench.identification.checks.common_errors import (
+    following,
     instrument_scale,
     parted_by_column,
     two_places,
@@ -46,8 +47,9 @@ COMPUTED, EXACT, TURNED = 1e-5, 5e-6, 0.02
 orientations are met within this [°]."""
 MIN_MISSED, MISSED = 5, 3.0
 """Fewest outlying postures that say the arm misses them, and how much in standard errors of their mean."""
-MUCH = 0.33
-"""Share of nominal's error above which an arm isn't used that was fitted to rows of two kinds."""
+SOME, MUCH = 0.1, 0.33
+"""Shares of nominal's error above which joints are asked whether they follow others, and above which an arm
+isn't used if they do, or if it was fitted to rows of two kinds."""
 SAME_COST = 1e-6
 """Relative difference below which two costs count as equal."""
 ROUNDING = 1e-6
@@ -192,9 +194,10 @@ class Identification(AbstractReported, AbstractSplit):
         if not run.new_sessions:
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
-        parted = self.parted if self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean else ""
-        known = implausible_text(self.doubts(run)), self.sister, self.scale, self.computed, self.harm
-        doubts = self.identifiability.refused or "; ".join(filter(None, (*known, self.missed, parted)))
+        is_much = self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean
+        known = [implausible_text(self.doubts(run)), self.sister, self.scale, self.computed, self.harm]
+        known += [self.missed, *([self.parted, self.follows] if is_much else [])]
+        doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
     @property
@@ -229,6 +232,13 @@ class Identification(AbstractReported, AbstractSplit):
     def scale(self) -> str:
         """That the instrument's scale is off rather than all lengths of the arm; empty if it isn't."""
         return instrument_scale(self.aligned, self.data.take(self.train_rows))
+
+    @cached_property
+    def follows(self) -> str:
+        """That a joint moves along with another, where geometry explains little; empty if none does."""
+        is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean
+        own = self.best.fit.arm.effects or self.identifiability.is_limited
+        return "" if is_known or own else following(self.best.fit)
 
     @property
     def sister(self) -> str:
@@ -296,6 +306,7 @@ class Identification(AbstractReported, AbstractSplit):
                 left += ", and no constant was corrected" if best.deviation < ROUNDING else ""
                 yield f"the geometry explains little: {left}; check robot, frames and sessions"
             yield self.parted
+            yield self.follows
             yield self.scale
         yield from own.doubts
         yield own.refused and f"nothing of the arm was identified: {own.refused}"

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from generator import four
 from refusals import refuses
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
@@ -25,9 +26,7 @@ TARGET = np.array([0.5, 0.1, 0.02]), Rotation.from_euler("xyz", [180.0, 0.0, 15.
 
 
 def matrix(xyz, rotation):
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation.as_matrix(), xyz
-    return pose
+    return four(rotation.as_matrix(), xyz)
 
 
 X, Z = matrix(*CAMERA), matrix(*TARGET)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from generator import four, rotation
 
 ROBOT = Path(__file__).parents[3] / "assets" / "robots" / "so101.toml"
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
@@ -53,21 +54,6 @@ def _model():
 
 
 MODEL, LIMITS = _model()
-
-
-def rotation(vector):
-    """Matrix of a rotation vector."""
-    angle = np.linalg.norm(vector)
-    quat, out = _quat(np.array(vector) / max(angle, 1e-300), angle), np.zeros(9)
-    mujoco.mju_quat2Mat(out, quat)
-    return out.reshape(3, 3)
-
-
-def four(turn, place):
-    """A 4×4 pose."""
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = turn, place
-    return out
 
 
 def poses(q, *, stiffness=np.inf):
@@ -125,8 +111,7 @@ class ServoArm:
         q = q + rng.normal(0.0, self.scatter, q.shape)
         out = self.base @ poses(q, stiffness=self.stiffness) @ self.end
         out[:, :3, 3] += rng.normal(0.0, 5e-4, (len(q), 3))
-        turns = np.array([rotation(v) for v in rng.normal(0.0, np.deg2rad(0.1), (len(q), 3))])
-        out[:, :3, :3] = turns @ out[:, :3, :3]
+        out[:, :3, :3] = rotation(rng.normal(0.0, np.deg2rad(0.1), (len(q), 3))) @ out[:, :3, :3]
         return out
 
     def measured(self, count=20, run=2):

@@ -292,10 +292,11 @@ def test_poses_that_leave_the_model_uncertain_save_nothing(run, tmp_path, number
     assert mentions(err, f"{number} readings")
 
 
-def test_six_readings_say_how_far_to_trust_them(tmp_path):
+@pytest.mark.parametrize(("seeds", "least"), [(range(4), 4), slow(range(4, 12), 7)])
+def test_six_readings_say_how_far_to_trust_them(tmp_path, seeds, least):
     """36 numbers for 26 constants and more: within twice the expected error, whatever the arm."""
     within = []
-    for seed in range(12):
+    for seed in seeds:
         actual = hidden("ur5e", tmp_path / "hidden.toml", seed=seed)
         q = np.deg2rad(np.rad2deg(random_joints("ur5e", 6, seed=300 + seed)).round())
         (tmp_path / "read.csv").write_text("\n".join(",".join(row) for row in lines(actual, q)))
@@ -304,7 +305,7 @@ def test_six_readings_say_how_far_to_trust_them(tmp_path):
         found.robot.save(tmp_path / "mine.toml")
         off = model_error(tmp_path / "mine.toml", actual, random_joints("ur5e", 200, seed=900 + seed)).mean()
         within.append(off < 2.0 * found.expected.position)
-    assert sum(within) >= 11
+    assert sum(within) >= least
 
 
 def test_six_readings_that_agree_within_their_digits_accuse_none():

@@ -67,15 +67,13 @@ def test_poses_are_followed_in_one_branch(arms):
     poses = generator.aria().pose(arc())
     found = correct(command_poses(model, nominal, poses))
     assert any("[tool]" in note for note in found.notes)
-    assert tool_poses(found.commanded.arms.nominal, Motion(found.commanded.q)) == pytest.approx(
-        poses, abs=1e-8
-    )
-    np.testing.assert_allclose(tool_poses(found.commanded.arms.calibrated, Motion(found.q)), poses, atol=1e-8)
+    assert tool_poses(found.commanded.nominal, Motion(found.commanded.q)) == pytest.approx(poses, abs=1e-8)
+    np.testing.assert_allclose(tool_poses(found.commanded.calibrated, Motion(found.q)), poses, atol=1e-8)
     assert np.abs(np.diff(found.q, axis=0)).max() < 0.1
     few = command_poses(model, nominal, poses[[0, 59]]).q  # a joint moves by 0.77 rad between them
     np.testing.assert_allclose(few, found.commanded.q[[0, 59]], atol=1e-6)
     points = correct(command_poses(model, nominal, poses, positions_only=True))
-    at = tool_poses(points.commanded.arms.calibrated, Motion(points.q))
+    at = tool_poses(points.commanded.calibrated, Motion(points.q))
     np.testing.assert_allclose(at[:, :3, 3], poses[:, :3, 3], atol=1e-8)
 
 
@@ -85,9 +83,9 @@ def test_five_joints_meet_position_and_axis(arms):
     s = np.linspace(0.0, 1.0, 30)[:, None]
     q = np.array([0.3, 1.0, -1.2, 0.8, 0.5]) + 0.3 * s
     found = correct(command_joints(model, nominal, q))
-    at, wanted = tool_poses(found.commanded.arms.calibrated, Motion(found.q)), found.commanded.poses
+    at, wanted = tool_poses(found.commanded.calibrated, Motion(found.q)), found.commanded.poses
     np.testing.assert_allclose(at[:, :3, 2:], wanted[:, :3, 2:], atol=1e-8)
-    assert found.commanded.arms.task is Task.POSITION_AXIS
+    assert found.commanded.task is Task.POSITION_AXIS
 
 
 def test_a_base_in_the_measuring_frame_and_its_drift_do_not_matter(arms):

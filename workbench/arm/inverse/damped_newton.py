@@ -173,7 +173,7 @@ def _normal_equations(tool, axes, points, slides, shares, r, task, w2, j, own, h
 
     `own` holds every axis's part of `j`, Jᵀ; entries outside the task must be zero before.
     """
-    for k in range(slides.shape[0]):
+    for k in range(len(slides)):
         a, b, c = axes[k, 0], axes[k, 1], axes[k, 2]
         if slides[k]:
             own[k] = a, b, c, 0.0, 0.0, 0.0
@@ -203,7 +203,7 @@ def _normal_equations(tool, axes, points, slides, shares, r, task, w2, j, own, h
 @no_type_check
 def _solve_damped(h, g, damping, held, low, step):
     """Cholesky solution of (H + λ I) δ = g with δ = 0 for held joints; False if it breaks down."""
-    n = g.shape[0]
+    n = len(g)
     for a in range(n):  # row a of L, and the inverse of its diagonal on the diagonal
         total = 0.0 if held[a] else g[a]
         for b in range(a):
@@ -230,14 +230,14 @@ def _solve_damped(h, g, damping, held, low, step):
 @njit(cache=True, error_model="numpy")
 @no_type_check
 def _refine_many(constants, slides, shares, targets, target_of, task, weight, limits, iterations, xs, errors):
-    m, n = slides.shape[0], limits.shape[0]
+    m, n = len(slides), len(limits)
     tool, axes, points = np.empty((3, 4)), np.empty((m, 3)), np.empty((m, 3))
     r, turn, j = np.empty(6), np.empty((3, 3)), np.empty((n, 6))
     own = np.zeros((m, 6))  # entries outside the task stay zero
     h, g, low = np.empty((n, n)), np.empty(n), np.empty((n, n))
     step, new, held = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
     w2 = weight * weight
-    for row in range(xs.shape[0]):
+    for row in range(len(xs)):
         x, target = xs[row], targets[target_of[row]]
         for k in range(n):
             x[k] = min(max(x[k], limits[k, 0]), limits[k, 1])

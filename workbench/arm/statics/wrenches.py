@@ -21,11 +21,9 @@ tool adds its negative to every joint's.
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import NO_SHIFT, Chain
@@ -37,8 +35,6 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import RobotError
 from workbench.base.types import Vector3, frozen
-
-NO_PULL = np.zeros((0, 6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +52,6 @@ class Masses:
     mass: Float[np.ndarray, " links"]
     com: Float[np.ndarray, "links 3"]
     gravity: Vector3
-
-    def __post_init__(self) -> None:
-        # one array type, since numba compiles again for each
-        for name in ("after", "mass", "com", "gravity"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def with_values(self, values: Float[np.ndarray, " links4"]) -> "Masses":
         """The same links with other masses and centres, in the order of `Robot.inertia`."""
@@ -196,28 +187,28 @@ def _summed(
         after = np.append(after, len(chain.elements) - 1)
     ends, mounted, placed, drives, bodies = _stops(robot, after.tobytes())
     frames = chains.frames(chain, motion.q, ends, first=robot.base_size, shift=shift)
-    acceleration = np.zeros((0, 0, 3))
+    # components first, so that all of one component lie side by side
+    at = np.moveaxis(frames[:, :, :3], (3, 2), (0, 1)).copy()
+    axes, links = np.take(at, mounted, axis=3), np.take(at, placed, axis=3)
+    points = sum(links[i] * com[:, i] for i in range(3)) + links[3]
+    force = -weights.gravity[:, None, None] * mass
     if any(rows is not None for rows in rates):
-        points = se3.apply(frames[:, placed], com)
-        acceleration = _accelerations(chain, motion, frames[:, drives], points, after)
-    pull = NO_PULL if motion.wrench is None else motion.wrench
-    out = np.zeros((len(motion), len(weights.mass) if separate else 1, robot.dof, 6))
-    arrays = (frozen(part) for part in (mass, com, weights.gravity, acceleration, pull))
-    _wrenches(
-        frames,
-        mounted,
-        placed,
-        bodies,
-        *arrays,
-        separate,
-        np.empty((out.shape[1] + 1, robot.dof + 1, 6)),
-        out,
-    )
-    return out
+        pushed = _accelerations(chain, motion, frames[:, drives], np.moveaxis(points, 0, 2), after)
+        force = force + mass * np.moveaxis(pushed, 2, 0)
+    loads = np.stack([np.broadcast_to(force, points.shape), se3.cross(points.T, force.T).T])
+    if motion.wrench is not None:
+        pull = -motion.wrench.T.reshape(2, 3, -1, 1)
+        pull[1] += se3.cross(at[3, :, :, -1:].T, pull[0].T).T
+        loads, bodies = np.append(loads, pull, axis=3), np.append(bodies, robot.dof)
+    carried = (bodies[:, None] > np.arange(robot.dof)).astype(float)
+    sums = loads[..., None] * carried if separate else (loads @ carried)[:, :, :, None]
+    sums[1] += se3.cross(sums[0].T, axes[3, :, :, None].T).T
+    own = sum(sums[:, i, None] * axes[:3, i, :, None] for i in range(3))
+    return np.moveaxis(own.reshape(6, *own.shape[2:]), 0, -1)
 
 
 @lru_cache(maxsize=64)
-def _stops(robot: Robot, after: bytes) -> tuple[Int[np.ndarray, "_"], ...]:
+def _stops(robot: Robot, after: bytes) -> tuple[Int[np.ndarray, " stops"], ...]:
     """Frames of a chain for masses after these elements; kept, as a fixed point asks again and again.
 
     Returns:
@@ -273,55 +264,3 @@ def _accelerations(
 def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
     """Component of a joint's wrench held by its drive: 3–5 for a rotation, 0–2 for a translation."""
     return own_components(robot.chain, range(robot.dof))[:, 1]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", no_rewrites=True)
-@no_type_check
-def _wrenches(frames, mounts, masses, bodies, mass, com, gravity, acceleration, pull, separate, totals, out):
-    """Sum the loads of all masses, or of each separately, from the tool inwards, and rotate them into each
-    joint's own axes at its origin. Masses are of each row, or one row of them is of all.
-
-    Every element of an array is taken by itself, as parts of one take long to compile. The last of `totals`
-    (sums + 1, n + 1, 6) is room for one load: its point and its force in the arm's first frame.
-    """
-    sums, joints, count = out.shape[1], mounts.shape[0], com.shape[0]
-    for row in range(out.shape[0]):
-        for s in range(sums):
-            for j in range(joints + 1):
-                for i in range(6):
-                    totals[s, j, i] = 0.0
-        for k in range(count + (pull.shape[0] > 0)):
-            s, j = k if separate else 0, bodies[k] if k < count else joints
-            for i in range(3):
-                if k < count:
-                    at, size = masses[k], mass[row if mass.shape[0] > 1 else 0, k]
-                    point = frames[row, at, i, 3]
-                    for c in range(3):
-                        point += frames[row, at, i, c] * com[k, c]
-                    force = -gravity[i]
-                    if acceleration.shape[0] > 0:
-                        force += acceleration[row, k, i]
-                    force *= size
-                else:
-                    point, force = frames[row, frames.shape[1] - 1, i, 3], -pull[row, i]
-                    totals[s, j, 3 + i] -= pull[row, 3 + i]
-                totals[sums, 0, i], totals[sums, 0, 3 + i] = point, force
-                totals[s, j, i] += force
-            for i in range(3):
-                b, c = (i + 1) % 3, (i + 2) % 3
-                totals[s, j, 3 + i] += totals[sums, 0, b] * totals[sums, 0, 3 + c]
-                totals[s, j, 3 + i] -= totals[sums, 0, c] * totals[sums, 0, 3 + b]
-        for s in range(sums):
-            for j in range(joints - 1, -1, -1):
-                at = mounts[j]
-                for i in range(6):
-                    totals[s, j, i] += totals[s, j + 1, i]
-                    out[row, s, j, i] = 0.0
-                for i in range(3):
-                    b, c = (i + 1) % 3, (i + 2) % 3
-                    moment = totals[s, j + 1, 3 + i]
-                    moment -= frames[row, at, b, 3] * totals[s, j + 1, c]
-                    moment += frames[row, at, c, 3] * totals[s, j + 1, b]
-                    for k in range(3):
-                        out[row, s, j, k] += frames[row, at, i, k] * totals[s, j + 1, i]
-                        out[row, s, j, 3 + k] += frames[row, at, i, k] * moment

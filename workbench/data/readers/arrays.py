@@ -31,14 +31,14 @@ from workbench.data.readers.headings import (
     normalised,
     quantities_of,
 )
-from workbench.data.readers.layouts import arrays_by_layout, file_endings
+from workbench.data.readers.layouts import arrays_by_layout
 from workbench.data.readers.table import Grid, grid_of
 from workbench.data.readers.text import decode, read_text
 
 MAX_BYTES, MAX_FILES = 256 * 2**20, 20_000
 """Maximum size of unpacked arrays, and number of files of a folder."""
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
-BLOCKS = (".txt", ".csv", ".tsv", ".dat", ".json", ".yaml", ".yml", ".xml", ".npy", ".npz")
+BLOCKS = (".txt", ".csv", ".tsv", ".dat", ".json", ".yaml", ".yml", ".xml", ".npy", ".npz", ".mat")
 """Endings of pictures, and of files that may hold a block."""
 _RUNNING = re.compile(r"\d+(?![a-zA-Z\d])(?!.*\d(?![a-zA-Z\d]))")
 """The last number of a name that no letter follows, as in 'pose_3_gripper2base'."""
@@ -79,11 +79,10 @@ def arrays_in(paths: Mapping[str, Path], owner: Callable[[str], bool] = lambda n
             stem, ending = "/".join(filter(None, (label, own))), file.suffix.lower()
             if ending in PICTURES:
                 blocks[stem, "image"] = np.array([file.name])
-            elif file == path or ending in (*BLOCKS, *file_endings()):
+            elif file == path or ending in BLOCKS:
                 with suppress(*(() if file == path else (WorkbenchError, ValueError))):
-                    found = arrays_by_layout(file) or arrays_of(
-                        read_bytes(file), file, owner, headed=bool(stem)
-                    )
+                    found = arrays_by_layout(file)
+                    found = found or arrays_of(read_bytes(file), file, owner, headed=bool(stem))
                     blocks |= {(stem, name): block(values) for name, values in found.items()}
     return _in_rows(blocks, are_named=len(paths) > 1)
 

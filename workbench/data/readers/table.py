@@ -25,6 +25,7 @@ _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
 _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
+_OF_UNIT = re.compile(r"([-+\u2212]?[\d.,]*\d)\s?(°|deg|rad|mm|cm|m|µm|um|inch)")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
 
 
@@ -89,7 +90,17 @@ def grid_of(
 
 
 def with_points(grid: Grid) -> Grid:
-    """The cells with decimal points, where all numbers of the file have commas."""
+    """The cells with decimal points, where all numbers have commas; a unit behind the numbers of a column
+    stands in its heading instead."""
+    for k in [k for k, cell in enumerate(grid.rows[len(grid.rows) // 2]) if _OF_UNIT.fullmatch(cell)]:
+        cells = enumerate("".join(row[k : k + 1]) for row in grid.rows)
+        found = {i: match for i, cell in cells if (match := _OF_UNIT.fullmatch(cell))}
+        above, units = grid.rows[min(found) - 1][k : k + 1], {match[2] for match in found.values()}
+        said = {parse_heading(cell).unit for cell in above} - {None} | units
+        if min(found) and above and len({str(unit).replace("°", "deg") for unit in said}) == 1:
+            grid.rows[min(found) - 1][k] = _with_unit(above[0], min(units))
+            for i, match in found.items():
+                grid.rows[i][k] = match[1]
     commas = [(cell, k) for k, row in enumerate(grid.rows) for cell in row if _COMMA.fullmatch(cell)]
     if not commas:
         return grid

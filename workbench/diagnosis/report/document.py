@@ -11,7 +11,7 @@ from workbench.base.wording import capital, first_of, plural
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.diagnosis.verdict import MAX_STATED_CAUSES
-from workbench.identification.report.document import before_after, errors_table
+from workbench.identification.report.document import errors_table, row_errors
 from workbench.report.blocks import Block, ResultTable, Sentence, Tone, assembled, lines
 from workbench.report.chart import Bar, Bars
 from workbench.report.colours import CALIBRATED, NOMINAL, UNNAMED
@@ -58,7 +58,7 @@ def models(result: Diagnosis) -> Iterator[Block]:
     found = [("nominal", result.nominal), ("geometry", result.before)]
     yield errors_table(found + [("with effects", result.after)] * bool(result.effects))
     yield budget_bars(result)
-    yield before_after(result.identification())
+    yield from row_errors(result.identification())
 
 
 def budget_bars(found: Diagnosis) -> Bars:

@@ -30,7 +30,7 @@ from scipy import linalg
 from scipy.linalg import lapack
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.search.gram_matrices import Grams, among
+from workbench.diagnosis.search.gram_matrices import Grams
 
 MIN_INDEPENDENT_SHARE = 1e-5
 """Share of a column's square independent of all others below which it is unobservable."""
@@ -330,9 +330,9 @@ def without_each_fold(
     if (key := key_of(model)) not in grams.validated:
         used, precision, _ = hessian(grams, model)
         wide = np.append(used, len(grams.total) - 1)
-        whole, found = among(grams.total, wide), np.zeros((len(grams.folds), len(grams.total) - 1))
+        whole, found = grams.total[np.ix_(wide, wide)], np.zeros((len(grams.folds), len(grams.total) - 1))
         squares = np.empty(len(found))
-        for k, mine in enumerate(among(fold, wide) for fold in grams.folds):
+        for k, mine in enumerate(fold[np.ix_(wide, wide)] for fold in grams.folds):
             inner = whole - mine
             found[k, used] = solver_of(curved(grams, inner[:-1, :-1], precision))(inner[:-1, -1])
             left = np.append(found[k, used], -1.0)
@@ -391,7 +391,7 @@ def hessian(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndar
     """Columns that a model uses, geometry first, the prior precision of the others, its cost's Hessian."""
     own, precision = own_columns(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
-    return used, precision, curved(grams, among(grams.total, used), precision)
+    return used, precision, curved(grams, grams.total[np.ix_(used, used)], precision)
 
 
 def own_columns(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
@@ -464,7 +464,7 @@ def left_without(grams: Grams, model: Model, group: Model) -> Remainder:
         grams.wholes[key] = used, inverse, grams.total[used].T
     used, inverse, across = grams.wholes[key]
     places = _places(grams, group, used)
-    rest, inner = np.delete(np.arange(len(used)), places), among(inverse, places)
+    rest, inner = np.delete(np.arange(len(used)), places), inverse[np.ix_(places, places)]
     factor, scale = factored(inner)
     taken = solver_of(inner)(inverse[np.ix_(places, rest)])
     lacking = (across[:, places] + across[:, rest] @ taken.T) @ (factor / scale[:, None])

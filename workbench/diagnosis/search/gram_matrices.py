@@ -233,11 +233,6 @@ def compress(
     )
 
 
-def among(inner: Float[np.ndarray, "gc1 gc1"], used: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n n"]:
-    """Inner products of some columns with each other."""
-    return inner[used[:, None], used]
-
-
 def _bounds(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> list[float]:
     """Bound of every coefficient [SI]."""
     offered, motion, arm = {n for e in effects for n in e.names}, Motion.of(problem.data), problem.robot_at(x)

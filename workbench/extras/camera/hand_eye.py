@@ -27,7 +27,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units, repeats_text
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.pair_fit import CHANCE, FLIPPED, MIN_SIZE, PairFit, Poses, fit_pairs
+from workbench.extras.camera.pair_fit import CHANCE, FLIPPED, MIN_BOTH, MIN_SIZE, PairFit, Poses, fit_pairs
 from workbench.extras.camera.pose_pairs import WANTED, read_pairs
 from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
@@ -45,8 +45,6 @@ MAX_SCALE = 0.01
 """Deviation from 1 of the target's scale that may be corrected by it."""
 LITTLE = np.deg2rad(10.0)
 """A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open."""
-MIN_SHIFTED = 6
-"""Pairs from which on a shift of one side by one is told."""
 CLEARLY = 3.0
 """How many times better the pairs fit another mount than the one they contradict."""
 FRAMES = {Mount.TOOL: ("hand", "base"), Mount.WORLD: ("base", "hand")}
@@ -248,7 +246,7 @@ def _fits(robot: Poses, target: Poses) -> dict[Mount, PairFit]:
 def _shifted(fit: PairFit, robot: Poses, target: Poses) -> str:
     """That pairs which differ agree where each pose goes with the next one; empty if not."""
     ends = {"before": (robot[:-1], target[1:]), "after": (robot[1:], target[:-1])}
-    for where, pair in ends.items() if (fit.rms > MAX_LEFT).any() and len(robot) > MIN_SHIFTED else ():
+    for where, pair in ends.items() if (fit.rms > MAX_LEFT).any() and len(robot) > MIN_BOTH else ():
         moved = min((f.rms for f in _fits(*pair).values()), key=sum)
         if (CLEARLY * moved < fit.rms).all():
             agree = f"the pairs agree to {_error(moved)} with the robot's pose of the row {where}"

@@ -12,23 +12,26 @@ xarm_ros2; robots/fr3/kinematics.yaml of franka_description.
 """
 
 import hashlib
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import final
 
 import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.frame import Frame
-from workbench.arm.joint_frames import JointFrames
+from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.errors import FileError, OptionError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4
+from workbench.base.wording import in_mm
 from workbench.exports.export_format import AbstractForm, Job, tool_note
-from workbench.identification.checks.arm_match import require_same_arm
+from workbench.identification.checks.arm_match import SAME_ARM, misfit, require_same_arm
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 NUMBERED = tuple(f"joint{k}" for k in range(1, 51))
@@ -42,30 +45,35 @@ class KinematicsYaml(AbstractForm):
     Args:
         name: What follows `--for`.
         title: What it is.
+        family: Beginnings of the names of its built-in arms.
         joints: Names of the joints, as many as there may be.
         dofs: Numbers of joints that its arms have.
         head: Key above all joints; empty for none.
         inner: Key between a joint and its numbers; empty for none.
         flange: Whether a last entry holds the flange.
         hashed: Whether a hash tells the driver which arm the file belongs to.
-        arms: How names of the maker's built-in arms begin.
         advice: What to know before it is used.
     """
 
     name: str = ""
     title: str = ""
+    family: tuple[str, ...] = ()
     joints: tuple[str, ...] = NUMBERED
     dofs: tuple[int, ...] = ()
     head: str = ""
     inner: str = ""
     flange: bool = False
     hashed: bool = False
-    arms: tuple[str, ...] = ()
     advice: tuple[str, ...] = ()
     ending = ".yaml"
 
     def write(self, job: Job) -> str:
-        frames = self._frames(job)
+        frames, kin = self._frames(job), self._kin(job)
+        if kin and all(_bends(job.robot) != _bends(arm) for arm in kin):
+            like = f"lie as those of {', '.join(arm.name for arm in kin)}"
+            raise OptionError(
+                f"--for {self.name} is for arms whose joint axes {like}; those of '{job.robot.name}' don't"
+            )
         poses = [j.origin for j in frames.joints] + [frames.flange] * self.flange
         pad, inner = "  " * bool(self.head), "  " * bool(self.inner)
         body: list[str] = []
@@ -90,11 +98,18 @@ class KinematicsYaml(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from self.advice
-        same = [name for name in built_in_robots() if _is_same(job.robot, load_robot(name))]
-        if same and not any(name.startswith(self.arms) for name in same):
-            yield f"by its geometry this arm is '{same[0]}', another maker's than that of {self.name}"
+        if kin := self._kin(job):
+            off, name = min((misfit(job.robot, arm)[1], arm.name) for arm in kin)
+            if off > SAME_ARM:
+                how = "after the best base, tool and joint zeros: make sure that it is of this maker"
+                yield f"'{job.robot.name}' is {in_mm(off)} off {name}, the nearest built-in one, {how}"
         if not self.flange:
             yield from tool_note(self._tool(job).pose)
+
+    def _kin(self, job: Job) -> list[Robot]:
+        """Built-in arms of the family with as many joints."""
+        family = [load_robot(key) for key in built_in_robots() if key.startswith(self.family)]
+        return [arm for arm in family if arm.dof == job.robot.dof]
 
     def _frames(self, job: Job) -> JointFrames:
         """The calibrated frames, as near as possible to those of the source, and what is left as flange."""
@@ -130,14 +145,13 @@ class KinematicsYaml(AbstractForm):
         return tool if self.flange else Frame.from_pose(self._frames(job).flange @ tool.pose, tool.free)
 
     def _poses(self, text: str, count: int) -> list[Matrix4]:
-        table = _nested(text)
-        poses = []
+        text, poses = re.sub(r"[ \t]*(?:#.*)?$", "", text, flags=re.MULTILINE), []
         for name in self.joints[:count]:
+            entry = re.search(rf"^( *){name}:\n((?:(?:\1 .*)?\n)+)", f"{text}\n", re.MULTILINE)
+            told = dict(re.findall(r"^ *(\w+): *(\S+)$", entry[2] if entry else "", re.MULTILINE))
             try:
-                joints = table[self.head] if self.head else table
-                entry = joints[name][self.inner] if self.inner else joints[name]
-                values = np.array([float(entry[part]) for part in PARTS])
-            except (KeyError, TypeError, ValueError):
+                values = np.array([float(told[part]) for part in PARTS])
+            except (KeyError, ValueError):
                 values = np.full(len(PARTS), np.nan)
             if not (np.abs(values) < MAX_NUMBER).all():
                 raise FileError(
@@ -148,39 +162,20 @@ class KinematicsYaml(AbstractForm):
         return poses
 
 
-def _is_same(robot: Robot, other: Robot) -> bool:
-    try:
-        require_same_arm(robot, other)
-    except WorkbenchError:
-        return False
-    return True
-
-
-def _nested(text: str) -> dict:
-    """Mappings within mappings by indentation: all of YAML that these files use."""
-    root: dict = {}
-    above: list[tuple[int, dict]] = [(-1, root)]
-    for line in (raw.split("#")[0].rstrip() for raw in text.splitlines()):
-        key, colon, value = line.strip().partition(":")
-        if not colon:
-            continue
-        depth = len(line) - len(line.lstrip())
-        while above[-1][0] >= depth:
-            above.pop()
-        here: dict = {}
-        above[-1][1][key] = value.strip() or here
-        above.append((depth, here))
-    return root
+def _bends(robot: Robot) -> list[bool]:
+    """Whether each joint's axis is rather parallel to the one before it."""
+    pairs = pairwise(joint_frames(robot).joints)
+    return [abs(a.axis @ (b.before @ b.origin)[:3, :3] @ b.axis) > 0.5 for a, b in pairs]
 
 
 UR = KinematicsYaml(
     name="ur-kinematics",
     title="kinematics file of ur_description (kinematics_params_file)",
+    family=("ur",),
     joints=("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"),
     dofs=(6,),
     head="kinematics",
     hashed=True,
-    arms=("ur",),
     advice=(
         "the driver compares the hash with the controller's and warns if they differ; to avoid this, use "
         "the hash in the file that ur_calibration read from this arm",
@@ -191,17 +186,17 @@ XARM = replace(
     UR,
     name="xarm-kinematics",
     title="kinematics file of xarm_description (kinematics_suffix)",
+    family=("xarm",),
     joints=NUMBERED,
     dofs=(5, 6, 7),
     hashed=False,
-    arms=("xarm",),
     advice=("save it as user/xarm6_kinematics_SUFFIX.yaml, with the model's name, for kinematics_suffix",),
 )
 FRANKA = KinematicsYaml(
     name="franka-kinematics",
     title="kinematics.yaml of franka_description",
+    family=("panda", "fr3"),
     dofs=(7,),
     inner="kinematic",
-    arms=("panda", "fr3"),
     flange=True,
 )

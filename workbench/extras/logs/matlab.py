@@ -23,6 +23,8 @@ from workbench.data.readers.table import Grid, grid_of, with_headings
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
+MATRICES = {(3, 3), (4, 4), (3, 1), (1, 3)}
+"""Shapes of what cells hold that are rows."""
 MAX_POINTS = 4
 """Of a posture, one below another."""
 
@@ -45,14 +47,11 @@ class Matlab(AbstractFileLayout):
         return fields_of(with_headings(read_matlab(data, path, naming=naming)))
 
     def arrays(self, path: Path) -> dict[str, np.ndarray]:
-        """Pages and cells one by one, and matrices with as many columns by these."""
+        """Matrices with as many columns as there are pages or cells lie on their side."""
         found = read_arrays(read_bytes(path), path)
-        cells = {n for n, a in found.items() if a.dtype.kind == "O" and len({*map(np.shape, a.flat)}) == 1}
-        found |= {name: np.stack([*found[name].flat], axis=-1) for name in cells}
-        pages = {n: np.moveaxis(a, -1, 0) for n, a in found.items() if a.ndim == 3}
-        rows = {*map(len, pages.values())}
+        rows = {len(a) for a in found.values() if a.ndim == 3}
         lying = {n: a.T for n, a in found.items() if a.ndim == 2 and {a.shape[1]} == rows != {len(a)}}
-        return found | pages | lying
+        return found | lying
 
 
 def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
@@ -120,9 +119,9 @@ def _one_row_each(
     array: np.ndarray, side: NamedUnit, wanted: tuple[NamedUnit, ...], width: int, rows: int, path: Path
 ) -> tuple[str, np.ndarray]:
     """How measurements stand in a matrix, and the matrix with one a row; 0: width, or rows, are not known."""
-    if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):  # pages of rotations or poses
-        turns = np.moveaxis(array, 2, 0)[:, :3, :3].reshape(-1, 9)
-        return "page", turns if len(array) == 3 else np.hstack([array[:3, 3, :].T, turns])
+    if array.ndim == 3 and array.shape[1:] in ((3, 3), (4, 4)):  # pages of rotations or poses
+        turns = array[:, :3, :3].reshape(-1, 9)
+        return "page", turns if array.shape[1] == 3 else np.hstack([array[:, :3, 3], turns])
     if array.ndim != 2 or array.dtype.kind not in "fiubUOS":
         raise FileError(f"'{side.name}' is not a matrix of numbers", path=str(path))
     if width > 1 == min(array.shape) and array.size % width == 0:
@@ -154,7 +153,7 @@ def _text(value) -> str:
 
 
 def read_arrays(data: bytes, path: Path) -> dict[str, np.ndarray]:
-    """Arrays of a MATLAB file by name, fields of structs as 'struct.field', from a child."""
+    """Arrays of a MATLAB file by name, fields of structs as 'struct.field', pages first, from a child."""
     what, instead = "this MATLAB file", "save it with -v7, or as CSV"
     if len(data) < 136 or 0 in data[:4] or data[124:128] not in (b"\0\1IM", b"\1\0MI"):
         raise refusal(what, "it has no header of version 5 to 7", instead, path)
@@ -182,5 +181,7 @@ def _collect(name: str, value: Any, found: dict[str, np.ndarray]) -> None:
     if type(value) is np.ndarray and value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             _collect(f"{name}.{field}", value.flat[0][field], found)
+    elif type(value) is np.ndarray and value.dtype.kind == "O" and {*map(np.shape, value.flat)} <= MATRICES:
+        found[name] = np.stack([*value.flat])
     elif type(value) is np.ndarray:
-        found[name] = value
+        found[name] = np.moveaxis(value, -1, 0) if value.ndim == 3 else value

@@ -98,12 +98,12 @@ class Compensation(AbstractShown):
         rows = [self.before.cells("as commanded")]
         if self.after.position.max() > ACCEPTED_ERROR:
             rows.append(self.after.cells("corrected"))
-        own, mean, angle = self.commanded.arms.expected, "–", "–"
+        own, mean, angle = self.commanded.expected, "–", "–"
         if own is not None:
             mean, angle = short(1e3 * own.position), short(np.rad2deg(own.rotation))
         rows.append(("corrected (model error on held-out rows)", mean, "–", angle, "–"))
         headings = ("predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
-        head = f"{self.commanded.arms.calibrated.name}: {plural(len(self.q), 'row')}"
+        head = f"{self.commanded.calibrated.name}: {plural(len(self.q), 'row')}"
         return headed(head, ResultTable("", headings, rows), notes=self.notes)
 
     def json(self) -> Json:
@@ -120,12 +120,12 @@ class Compensation(AbstractShown):
         }
         return document(
             SCHEMA,
-            robot=commanded.arms.calibrated.name,
-            task=commanded.arms.task.name.lower(),
-            effects=[e.name for e in commanded.arms.calibrated.effects],
+            robot=commanded.calibrated.name,
+            task=commanded.task.name.lower(),
+            effects=[e.name for e in commanded.calibrated.effects],
             before=self.before.json(),
             after=self.after.json(),
-            model_error=None if commanded.arms.expected is None else list(commanded.arms.expected),
+            model_error=None if commanded.expected is None else list(commanded.expected),
             largest_correction=np.abs(self.q - commanded.q).max(0),
             rows=[dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
             notes=self.notes,
@@ -141,15 +141,15 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
     Raises:
         DataError: a row beyond a limit, or for which no correction is found, with row and joint.
     """
-    robot, q, time = commanded.arms.calibrated, commanded.q, commanded.time
+    robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
     before = _errors(commanded, state)
     after = _corrected(commanded, state)
     wrong = _singular(commanded, after)
     points = taken = np.zeros(len(q), bool)
-    alone = replace(commanded, arms=commanded.arms._replace(task=Task.POSITION))
-    if wrong.any() and commanded.arms.task is not Task.POSITION:
+    alone = replace(commanded, task=Task.POSITION)
+    if wrong.any() and commanded.task is not Task.POSITION:
         place = _corrected(alone, state)
         points = wrong & ~_singular(alone, place)
         steps = np.pad(np.abs(np.diff(q, axis=0)).max(1), 1, constant_values=np.inf)
@@ -178,21 +178,19 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
 
 def _errors(commanded: Commanded, state: Motion) -> Reached:
     """Errors of the deflected arm in a state."""
-    wanted = rigid_targets(commanded.arms.calibrated, commanded.poses, state)
-    return refine(
-        compile_arm(commanded.arms.calibrated), wanted, state.q, task=commanded.arms.task, iterations=0
-    )
+    wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
+    return refine(compile_arm(commanded.calibrated), wanted, state.q, task=commanded.task, iterations=0)
 
 
 def _corrected(commanded: Commanded, state: Motion) -> Reached:
     """Corrected joints with their remaining errors."""
-    robot, task = commanded.arms.calibrated, commanded.arms.task
+    robot, task = commanded.calibrated, commanded.task
     return refine_deflected(robot, commanded.poses, state.q, task=task, limits=robot.limits, motion=state)
 
 
 def _singular(commanded: Commanded, after: Reached) -> Bool[np.ndarray, " rows"]:
     """Rows that miss their target, or that a singularity throws far away."""
-    robot = commanded.arms.calibrated
+    robot = commanded.calibrated
     play = sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
     missed = after.position_error > ACCEPTED_ERROR + 2.0 * robot.reach * play
     return missed | (np.abs(after.q - commanded.q) > MAX_CORRECTION).any(1)
@@ -200,7 +198,7 @@ def _singular(commanded: Commanded, after: Reached) -> Bool[np.ndarray, " rows"]
 
 def _check(commanded: Commanded, after: Reached, wrong: np.ndarray, points: np.ndarray) -> None:
     """Refuse rows that a limit stops and wrong ones, some of whose position alone could be corrected."""
-    robot, moved, left = commanded.arms.calibrated, np.abs(after.q - commanded.q), 1e3 * after.position_error
+    robot, moved, left = commanded.calibrated, np.abs(after.q - commanded.q), 1e3 * after.position_error
     units, at, size = shown_units(robot), shown_joints(robot, after.q), shown_joints(robot, moved)
     refuse(
         ~after.converged[:, None] & (margins(after.q, robot.limits) < AT_LIMIT),
@@ -213,7 +211,7 @@ def _check(commanded: Commanded, after: Reached, wrong: np.ndarray, points: np.n
 
     def why(row: int) -> str:
         """A rigid arm that ends short of its target within the limits has Jᵀ r = 0: a singularity."""
-        jacobian = task_jacobian(compile_arm(robot), after.q[row : row + 1], commanded.arms.task)
+        jacobian = task_jacobian(compile_arm(robot), after.q[row : row + 1], commanded.task)
         minimum, joint = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1]), int(np.argmax(moved[row]))
         text = f": the correction does not converge, {left[row]:.3g} mm remain; "
         if moved[row, joint] > MAX_CORRECTION:

@@ -7,13 +7,14 @@ refusal gives time, row and joint.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.calibrated_region import region_text
+from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, quality
@@ -23,10 +24,11 @@ from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.usable_arm import away_text, expected_error, usable_arm
 from workbench.base import se3
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.types import JointRows, Poses, frozen
-from workbench.identification.checks.arm_match import ComparedArms, comparable
+from workbench.identification.checks.arm_match import require_same_arm
 
 JUMP = 0.5
 """Change of a joint between two rows above which it is a jump to another branch [rad or m]."""
@@ -49,13 +51,19 @@ class Commanded:
     """A commanded path.
 
     Args:
-        arms: The calibrated arm, and that which the controller computes with.
+        calibrated: Usable part of the calibrated arm, without the instrument's drift.
+        nominal: The arm as the controller computes it, with the calibrated tool; both in the robot's base.
+        task: Part of a pose that the number of joints can meet and the calibration observed.
+        expected: Error of the calibrated arm where it was measured; None if unknown.
         poses: Commanded poses of the tool, robot's base frame.
         q: Joint positions that the controller sends without correction [rad or m].
         time: Time of every row [s], for messages; None if there is none.
     """
 
-    arms: ComparedArms
+    calibrated: Robot
+    nominal: Robot
+    task: Task
+    expected: Expected | None
     poses: Float[np.ndarray, "rows 4 4"]
     q: Float[np.ndarray, "rows n"]
     notes: tuple[str, ...]
@@ -80,10 +88,10 @@ def command_joints(
             observed them, otherwise by the arm used (`usable_arm`), near nominal.
         time: Time of every row [s], for messages.
     """
-    arms = comparable(calibrated, nominal, positions_only=positions_only)
-    arms.nominal.check_joints(q, "trajectory")
-    refuse_beyond(arms.nominal, q, time)
-    return _commanded(arms, tool_poses(arms.nominal, Motion(q)), q, time, *region_text(calibrated, q))
+    begun = _compared(calibrated, nominal, positions_only)
+    begun.nominal.check_joints(q, "trajectory")
+    refuse_beyond(begun.nominal, q, time)
+    return _along(begun, tool_poses(begun.nominal, Motion(q)), q, time, *region_text(calibrated, q))
 
 
 def command_poses(
@@ -96,18 +104,18 @@ def command_poses(
 ) -> Commanded:
     """A path from poses of the tool [m] in the robot's base frame, in the best branch that goes all the way;
     arguments as `command_joints`."""
-    arms = comparable(calibrated, nominal, positions_only=positions_only)
-    q, branch = _in_best_branch(arms.nominal, poses, arms.task)
+    begun = _compared(calibrated, nominal, positions_only)
+    q, branch = _in_best_branch(begun.nominal, poses, begun.task)
     place = ", ".join(f"{1e3 * value:.4g}" for value in calibrated.tool.xyz)
     tool = f"the poses are those of the calibrated robot's [tool], at {place} mm in its flange"
     if (row := len(q)) == len(poses):
         followed_in = f"the path is followed in the branch '{branch}'"
-        return _commanded(arms, poses, q, time, *region_text(calibrated, q), followed_in, tool)
-    why = inverse.solve(arms.nominal, poses[row], task=arms.task).reason
+        return _along(begun, poses, q, time, *region_text(calibrated, q), followed_in, tool)
+    why = inverse.solve(begun.nominal, poses[row], task=begun.task).reason
     if row and why is None:
         why = f"no branch leads there, '{branch}' comes nearest, which ends at a limit or a singularity"
     own = nominal.with_frames(base=Frame())
-    if len(_in_best_branch(own, poses, arms.task)[0]) == len(poses):
+    if len(_in_best_branch(own, poses, begun.task)[0]) == len(poses):
         why = "it can with the nominal robot's own [tool]; if planned so, give the calibrated robot that one"
     raise DataError(f"{named(row, time)} can't be reached along the path: {why}; {tool}", row=row)
 
@@ -127,9 +135,37 @@ def _in_best_branch(robot: Robot, poses: Poses, task: Task) -> tuple[JointRows, 
     return best, name
 
 
-def _commanded(arms: ComparedArms, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
-    said = (*arms.notes, *notes, *([MET[arms.task]] if arms.task in MET else ()))
-    return Commanded(arms=arms, poses=frozen(poses), q=frozen(q), notes=said, time=time)
+def _compared(calibrated: Robot, nominal: Robot, positions_only: bool | None) -> Commanded:
+    """Both arms, and no path yet."""
+    usable = usable_arm(calibrated)
+    require_same_arm(usable.robot, nominal)
+    if positions_only is False and not usable.sees_rotation:
+        why = f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)})"
+        remedies = "measure orientations too, or correct positions alone"
+        raise OptionError(f"{why}; {remedies}", option="positions_only")
+    place = bool(positions_only)
+    effects = tuple(e for e in calibrated.effects if e.moves_arm)
+    skipped = [e.name for e in calibrated.effects if not e.moves_arm]
+    notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]
+    if not place and not usable.sees_rotation:
+        why = "no measured orientation confirms it"
+        notes.append(f"orientations of the path are met by the model only: {why}")
+    here, arm = Frame(), usable.robot
+    away = away_text("arm used", calibrated, usable.left, len(usable.q))
+    return Commanded(
+        calibrated=arm.with_effects(*effects).with_frames(base=here),
+        nominal=nominal.with_frames(base=here, tool=arm.tool),
+        task=Task.POSITION if place else Task.default(nominal.dof),
+        expected=expected_error(calibrated, usable.left),
+        poses=np.zeros((0, 4, 4)),
+        q=np.zeros((0, nominal.dof)),
+        notes=(*away, *usable.notes, *notes),
+    )
+
+
+def _along(begun: Commanded, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
+    notes = (*begun.notes, *notes, *([MET[begun.task]] if begun.task in MET else ()))
+    return replace(begun, poses=frozen(poses), q=frozen(q), notes=notes, time=time)
 
 
 def followed(

@@ -62,7 +62,7 @@ def write_trajectory(found: Compensation, path: Path | str, units: Mapping[str, 
     Args:
         units: Unit of each column of the trajectory's file, in its order: kept; SI for other columns.
     """
-    slides, time = sliding(found.commanded.arms.calibrated), found.motion.time
+    slides, time = sliding(found.commanded.calibrated), found.motion.time
     values = ({} if time is None else {"time": time}) | {f"q{k}": q for k, q in enumerate(found.q.T, 1)}
     usual = ["s"] * (time is not None) + ["m" if each else "rad" for each in slides]
     kept = {name: unit for name, unit in units.items() if name in values}

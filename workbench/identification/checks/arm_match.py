@@ -7,25 +7,20 @@ mean.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.calibration_record import Expected
-from workbench.arm.frame import Frame
-from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable_arm import away_text, expected_error, usable_arm
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import OptionError, RobotError, ShapeError
+from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.meaning.as_read import understood
 from workbench.identification.meaning.meaning import RowMeaning
-from workbench.identification.meaning.nominal_fit import zeros_fitted
+from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.read_rows import SISTER_MOVED, other_arm
 from workbench.identification.meaning.search import CLEAR
 
@@ -114,11 +109,7 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
         given = f"'{calibrated.name}' has {calibrated.dof} joints, the nominal one"
         text = f"the calibrated arm {given} '{nominal.name}' {nominal.dof}; give the arm that was calibrated"
         raise ShapeError(text, expected=calibrated.dof, found=nominal.dof)
-    low, high = nominal.bare.search_limits.T
-    q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
-    flange = tool_poses(calibrated.bare, Motion(q))
-    data = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
-    off = zeros_fitted(nominal, data)
+    data, off = misfit(calibrated, nominal)
     rival = other_arm(nominal, data, off / CLEAR) if off > SAME_ARM else None
     if rival or off > SAME_ARM_SHARE * nominal.reach:
         fits = f" ({rival.robot.name} fits)" if rival else ""
@@ -127,42 +118,12 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
         raise RobotError(f"{where} after the best base, tool and joint zeros{fits}: {how}")
 
 
-class ComparedArms(NamedTuple):
-    """Two arms in the robot's base frame and with one tool.
-
-    Args:
-        calibrated: Usable part of the calibrated arm.
-        nominal: The arm as the controller computes it.
-        task: Part of a pose that the number of joints can meet and the calibration observed.
-        expected: Error of that arm where it was measured; None if unknown.
-    """
-
-    calibrated: Robot
-    nominal: Robot
-    task: Task
-    expected: Expected | None
-    notes: list[str]
-
-
-def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None = None) -> ComparedArms:
-    """Both arms in the robot's base frame and with the calibrated tool, without the instrument's drift."""
-    usable = usable_arm(calibrated)
-    require_same_arm(usable.robot, nominal)
-    if positions_only is False and not usable.sees_rotation:
-        why = f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)})"
-        remedies = "measure orientations too, or correct positions alone"
-        raise OptionError(f"{why}; {remedies}", option="positions_only")
-    effects = tuple(e for e in calibrated.effects if e.moves_arm)
-    skipped = [e.name for e in calibrated.effects if not e.moves_arm]
-    notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]
-    if not positions_only and not usable.sees_rotation:
-        why = "no measured orientation confirms it"
-        notes.append(f"orientations of the path are met by the model only: {why}")
-    here, arm = Frame(), usable.robot
-    return ComparedArms(
-        calibrated=arm.with_effects(*effects).with_frames(base=here),
-        nominal=nominal.with_frames(base=here, tool=arm.tool),
-        task=Task.POSITION if positions_only else Task.default(nominal.dof),
-        expected=expected_error(calibrated, usable.left),
-        notes=[*away_text("arm used", calibrated, usable.left, len(usable.q)), *usable.notes, *notes],
-    )
+def misfit(calibrated: Robot, nominal: Robot) -> tuple[Dataset, float]:
+    """Poses of an arm, and its distance [m] there from another with the best base, tool and joint zeros."""
+    low, high = nominal.bare.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
+    flange = tool_poses(calibrated.bare, Motion(q))
+    data = Dataset(q, flange[:, :3, 3], flange[:, :3, :3], source=calibrated.name)
+    seen, inner = (flange[:, :3, 3], flange[:, :3, :3]), range(1, nominal.dof - 1)
+    at = place(nominal.bare, q[None], *(part[None] for part in seen), zeros=inner, robust=False)
+    return data, float(np.sqrt((at.error**2).mean()))

@@ -8,11 +8,13 @@ alike: an instrument whose lengths are wrong. A fit is to most of the rows; data
 
 import re
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import special
 
+from workbench.arm.effects import JointCoupling
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -24,6 +26,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.postures import repeats
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.meaning.usable_rows import usable
@@ -147,6 +150,27 @@ def _predicted(
     basis = whole @ (vectors[:, seen] / np.sqrt(values[seen]))
     left = wanted - basis @ (basis.T @ wanted)
     return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(rows.residual)]
+
+
+@beside("joints that follow others", "")
+def following(fit: Fit) -> str:
+    """`joint 3 moves along with joint 4, which leaves 9 % of …`, or empty; to first order about the fit."""
+    problem, pairs = thinned(fit.problem), permutations(range(fit.problem.robot.dof), 2)
+    laws = {law.names[0]: law for law in map(JointCoupling, pairs)}
+    wide = problem.again(robot=problem.robot.with_effects(*laws.values()), effects=[*laws])
+    residual, columns = (part[: problem.size] for part in wide.evaluate(wide.at(problem.named(fit.x))))
+    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
+    ratios = np.isin(wide.names, [*laws])
+    u, size, _ = np.linalg.svd(columns[:, ~ratios], full_matrices=False)
+    u = u[:, size > 1e-6 * size[0]]
+    left, ways = (part - u @ (u.T @ part) for part in (residual, columns[:, ratios]))
+    gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-6)
+    share = np.sqrt(np.maximum(1.0 - gained.max(initial=0.0) / (left @ left + 1e-30), 0.0))
+    if share > EXPLAINED:
+        return ""
+    law = laws[wide.names[int(np.flatnonzero(ratios)[gained.argmax()])]]
+    leaves = f"which leaves {100.0 * share:.2g} % of what the geometry does"
+    return f"{law.plain}, {leaves}: find it with 'workbench diagnose'"
 
 
 @beside("rows that lie off together", "")

@@ -48,6 +48,7 @@ class Hypotheses:
         zero: Zeros [rad or m].
         cost: Complexity.
         refined: Whether zeros are refined from these.
+        is_ratio: Whether the ratio is, by which a joint follows another's column.
     """
 
     robot: Robot
@@ -56,6 +57,7 @@ class Hypotheses:
     zero: Float[np.ndarray, "s n"]
     cost: Cost
     refined: bool = False
+    is_ratio: bool = False
 
     def __getitem__(self, some: slice | np.ndarray) -> "Hypotheses":
         return replace(self, w=self.w[some], zero=self.zero[some], cost=self.cost[some])
@@ -166,16 +168,20 @@ class JointColumns:
             chosen = [eye[list(columns)] for columns in combinations(range(len(eye)), n)]
             yield self.every(np.array(chosen), ORDER, signs=False)
 
-    @property
-    def coupled(self) -> Iterator[Hypotheses]:
-        """All signs, alone and with each coupling."""
-        yield self.every(*self.couplings)
-
     def with_other_signs(self, w: np.ndarray, zero: np.ndarray, cost: float) -> Hypotheses:
         """A reading of this complexity with all other signs of its joints."""
         own = np.sign(np.take_along_axis(w, np.abs(w).argmax(1)[:, None], 1))[:, 0]
         costs = cost - flips(own[None]) + flips(own * self.signs)
         return Hypotheses(robot=self.robot, w=self.signs[:, :, None] * w, zero=self.signs * zero, cost=costs)
+
+    @property
+    def following(self) -> Iterator[Hypotheses]:
+        """One joint follows another's column, by ratios on a grid, of a slide in shares of the reach."""
+        n, grid = self.robot.dof, np.geomspace(2e-3, 2.0, 20)
+        size = np.where(self.slides, self.robot.reach, 1.0)[:, None] / (self.q.std(0) + 1e-9)
+        ways = [size * np.outer(self.eye[i], self.eye[j]) for i, j in permutations(range(n), 2)]
+        w = self.eye + np.multiply.outer([*grid, *-grid], np.reshape(ways, (-1, n, n)))
+        yield replace(self.every(w, 2.0 * COUPLING, signs=False), is_ratio=True)
 
     @property
     def exchanged(self) -> Iterator[Hypotheses]:
@@ -263,16 +269,19 @@ class Family(NamedTuple):
 
 
 _ANY = Rows.OWN | Rows.NEAR
+FOLLOWING = Family("joints that follow", Rows.NEAR, lambda c: c.following, is_asked=False)
 OTHER_ARMS = Family("other arms", _ANY | Rows.SESSIONS | Rows.COLUMNS, lambda c: c.of_other_arms)
 FAMILIES = (
     Family("choices of columns", Rows.COLUMNS, lambda c: c.choices, inverse=True),
-    Family("signs and couplings", ~Rows.COLUMNS, lambda c: c.coupled, inverse=True),
+    Family("signs and couplings", ~Rows.COLUMNS, lambda c: [c.every(*c.couplings)], inverse=True),
     Family("exchanges", Rows.NEAR | Rows.KNOWN, lambda c: c.exchanged, inverse=True, is_asked=False),
     Family("zeros", Rows.NEAR | Rows.KNOWN, lambda c: c.zeros(signs=False), is_asked=False),
+    FOLLOWING,
     OTHER_ARMS,
     Family("orders", _ANY | Rows.SESSIONS, lambda c: c.ordered, inverse=True),
     Family("zeros with signs", _ANY | Rows.KNOWN | Rows.HELD, lambda c: c.zeros(signs=True)),
     Family("couplings with zeros", _ANY | Rows.HELD, lambda c: c.coupled_zeros),
     Family("quarter turns with signs", _ANY | Rows.HELD, lambda c: c.quarters),
+    FOLLOWING._replace(rows=Rows.OWN),
 )
 """All in their order, each complete before anything is said."""

@@ -20,7 +20,6 @@ from workbench.identification.errors.expected_deviation import MAX_DEVIATION, US
 from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.families import SIGN
 from workbench.identification.meaning.meaning import RowMeaning, ranked
-from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS, RowReading
 from workbench.identification.meaning.search import ReadingSearch
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable
@@ -48,17 +47,10 @@ def near_readings(robot: Robot, data: Dataset) -> RowMeaning | None:
     if data.joints != robot.dof or (rows := usable(data)) is None:
         return None
     search = ReadingSearch(robot, data=rows)
-    (signs,) = search.arms[0].coupled
+    signs = search.arms[0].every(*search.arms[0].couplings)
     near = [replace(RowReading.plain(robot), w=w) for w in signs.w[signs.cost <= 2.0 * SIGN]]
     search.found = [search.plain(), *search.place(near)]
     return ranked(search, None)
-
-
-def zeros_fitted(robot: Robot, data: Dataset) -> float:
-    """Misfit [m] of rows that are an arm's own once base, tool and joint zeros are fitted."""
-    seen = np.asarray(data.position)[None], np.asarray(data.rotation)[None]
-    at = place(robot.bare, data.q[None], *seen, zeros=range(1, robot.dof - 1), robust=False)
-    return float(np.sqrt((at.error**2).mean()))
 
 
 def with_planes(robot: Robot, data: Dataset) -> Dataset:

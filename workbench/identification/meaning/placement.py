@@ -70,6 +70,7 @@ def place(
     zeros: Sequence[int] = (),
     given: tuple[Matrix4, Matrix4] | None = None,
     robust: bool = True,
+    by: Float[np.ndarray, "s rows 1"] | float = 1.0,
 ) -> PlacedReadings:
     """The best base and tool for each of some readings of one arm, robust against a few rows.
 
@@ -77,8 +78,9 @@ def place(
         zeros: Joints whose zeros are unknown, too.
         given: Base and tool, if they are known.
         robust: Whether rows may be set apart.
+        by: What multiplies the zeros row by row, as the column that a joint follows.
     """
-    fit = _Fit(robot, joints, points, rotations, list(zeros), given)
+    fit = _Fit(robot, joints, points, rotations, list(zeros), given, by)
     start = fit.start()
     if given is not None and not zeros:
         return fit.placed(*start)
@@ -102,6 +104,7 @@ class _Fit:
     rotations: Float[np.ndarray, "s rows 3 3"] | None
     zeros: list[int]
     given: tuple[Matrix4, Matrix4] | None
+    by: Float[np.ndarray, "s rows 1"] | float
 
     def start(self, by_turns: Bool[np.ndarray, " s"] | None = None) -> tuple[np.ndarray, ...]:
         """Bases, tools and zeros by closed forms, of orientations where wanted or where points are few."""
@@ -140,7 +143,7 @@ class _Fit:
         return flange_poses(self.robot, self.joints)
 
     def placed(self, base: np.ndarray, tool: np.ndarray, zero: np.ndarray) -> PlacedReadings:
-        flange = flange_poses(self.robot, self.joints + zero[:, None]) if zero.any() else self.still
+        flange = flange_poses(self.robot, self.joints + self.by * zero[:, None]) if zero.any() else self.still
         at = base[:, None] @ flange @ tool[:, None]
         error = np.linalg.norm(at[..., :3, 3] - self.points, axis=2)
         turn = np.full(error.shape, np.nan)
@@ -156,7 +159,7 @@ class _Fit:
         def linearise(base, tool, zero):
             flange = self.still
             if self.zeros:
-                q = np.ascontiguousarray((self.joints + zero[:, None]).reshape(-1, n))
+                q = np.ascontiguousarray((self.joints + self.by * zero[:, None]).reshape(-1, n))
                 both = chains.joint_twists(self.robot.chain, q)
                 flange, twists = (part.reshape(*weights.shape, *part.shape[1:]) for part in both)
             arm = base[:, None] @ flange
@@ -167,7 +170,8 @@ class _Fit:
             if is_free:
                 moves = [(-se3.skew(at - base[:, None, :3, 3]), eye), (eye, 0.0 * eye), (turned, 0.0 * eye)]
             if self.zeros:
-                some = twists[..., self.zeros].reshape(*weights.shape, 2, 3, -1)
+                some = twists[..., self.zeros] * np.asarray(self.by)[..., None]
+                some = some.reshape(*weights.shape, 2, 3, -1)
                 along, about = np.moveaxis(base[:, None, None, :3, :3] @ some, 2, 0)
                 moves.append((along - se3.skew(lever) @ about, about))
             if is_free and self.rotations is not None:

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from workbench.arm.conventions import ORDERS
 from workbench.arm.joint_units import sliding
@@ -117,7 +117,7 @@ class RowReading:
             text = "is inverted" if len(changed) == 1 else "are exchanged"
             found.append(f"{' and '.join(changed)} {text}")
         if self.zero.any() or not self.columns_as_given:
-            found += _joint_texts(self.w, self.zero)
+            found += _joint_texts(self.w, self.zero, np.array(sliding(self.robot), bool))
         if self.inverse:
             found.append("poses are of the base in the tool")
         if self.scale != 1.0:
@@ -220,13 +220,21 @@ def units(robot: Robot, columns: int, factor: float) -> Float[np.ndarray, " m"]:
     return np.where(slides, 1.0, factor) if len(slides) == columns else np.full(columns, factor)
 
 
-def _joint_texts(w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"]) -> list[str]:
+def _joint_texts(
+    w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"], slides: Bool[np.ndarray, " n"]
+) -> list[str]:
     """What each joint is that isn't its own column: `joint 3 = q3 + q2`, `joint 5 = -q5 + 90°`."""
     found, turns = [], np.degrees((zero + np.pi) % (2.0 * np.pi) - np.pi)
-    for k, (row, own, turn) in enumerate(zip(w, np.eye(*w.shape), turns, strict=True)):
+    units = ("", "mm/rad ", "rad/mm ")
+    power = np.subtract.outer(1 * slides, 1 * slides) if len(w) == w.shape[1] else np.zeros(w.shape, int)
+    for k, (row, own, turn) in enumerate(zip(w * 1e3**power, np.eye(*w.shape), turns, strict=True)):
         columns = sorted(np.flatnonzero(row).tolist(), key=lambda j: (j != k, j))
         terms = [
-            (row[j], "" if abs(abs(row[j]) - 1.0) < 1e-9 else f"{abs(row[j]):.4g} ", f"q{j + 1}")
+            (
+                row[j],
+                "" if abs(abs(row[j]) - 1.0) < 1e-9 else f"{abs(row[j]):.4g} {units[power[k, j]]}",
+                f"q{j + 1}",
+            )
             for j in columns
         ]
         terms += [] if abs(turn) < 1e-6 else [(turn, f"{abs(turn):.4g}", "°")]

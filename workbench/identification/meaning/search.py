@@ -66,8 +66,9 @@ BOUND_ROWS, CHUNK = 16, 4096
 PLACED, HELD_PLACED, LIKELY = 10, 60, 3
 """Readings of a family that are placed, those whose zeros are searched for where base and tool are held, and
 conventions that are tried with each."""
-SNAP, SNAP_LENGTH = float(np.radians(4.0)), 0.01
-"""Zeros nearer to a quarter turn are one; those of sliding joints within a share of the reach are none."""
+SNAP, SNAP_LENGTH, SNAP_RATIO = float(np.radians(4.0)), 0.01, 0.01
+"""Zeros nearer to a quarter turn are one; those of sliding joints within a share of the reach are none;
+ratios nearer to a half are one."""
 FEW_POINTS = 20
 """Points without orientations below which partly right readings fit, too."""
 STILL = float(np.radians(0.5))
@@ -265,10 +266,21 @@ class ReadingSearch:
         most = np.inf if self.held or not ranked else max(30.0 * ranked[0][0], 0.08)
         near = [(some, k, way) for bound, some, k, way in ranked if bound < most]
         if readings := [RowReading(robot=robot, w=s.w[k], zero=s.zero[k], **way) for s, k, way in near]:
-            self.found += self.place(self.refined(readings) if parts[0].refined else readings)
+            readings = self.refined(readings) if parts[0].refined else readings
+            self.found += self.place(self.with_ratios(readings) if parts[0].is_ratio else readings)
 
     def twins(self) -> None:
-        """Place the best reading with all other signs of its joints, some of which change the handedness."""
+        """Place the best reading with all other signs of its joints, some of which change the handedness; or
+        with another ratio of its coupling, if that is clearly better."""
+        r = min(self.found, key=lambda r: r.score)
+        n = r.robot.dof
+        if (
+            self.sessions == 1
+            and r.w.shape == (n, n)
+            and np.trace(r.w != 0.0) == np.count_nonzero(r.w) - 1 == n
+        ):
+            (other,) = self.place(self.with_ratios([replace(r, convention=None)]))
+            self.found += [other] if CLEAR * other.score < r.score else []
         if (r := min(self.found, key=lambda r: r.score)).moves_otherwise:
             cost = r.cost - self.handed * r.mirrored
             signs = JointColumns(r.robot, self.data.q).with_other_signs(r.w, r.zero, cost)
@@ -297,6 +309,20 @@ class ReadingSearch:
         fitted = self.aligned([r for _, r in tried], range(robot.dof))
         best = sorted(zip(tried, fitted, strict=True), key=lambda pair: pair[1].score)[:PLACED]
         return [self._with_zeros(r, f.zero, exact=exact) for (r, _), f in best for exact in (False, True)]
+
+    def with_ratios(self, readings: list[RowReading]) -> list[RowReading]:
+        """Readings with the ratio fitted by which one joint follows another's column, to points."""
+        found = list[RowReading]()
+        for r in readings:
+            ((joint, column),) = np.argwhere(r.w * (1.0 - np.eye(len(r.w))))
+            by = r.in_units(self.data.q)[None, :, column, None]
+            (fitted,) = self.aligned([self._scaled(r)], [joint], by=by)
+            w = r.w.copy()
+            ratio = w[joint, column] + fitted.zero[joint] - r.zero[joint]
+            near = round(2.0 * ratio) / 2.0
+            w[joint, column] = near if near and abs(ratio - near) < SNAP_RATIO else ratio
+            found.append(replace(r, w=w))
+        return found
 
     def _with_zeros(self, reading: RowReading, zero: np.ndarray, *, exact: bool = False) -> RowReading:
         """A reading with other zeros; those near quarter turns made exactly these."""

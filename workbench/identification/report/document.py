@@ -72,10 +72,6 @@ def models(result: Identification) -> Iterator[Block]:
     yield errors_table([("nominal", result.nominal), *found])
 
 
-def row_errors(result: Identification) -> Iterator[Block]:
-    yield before_after(result)
-
-
 def parameters(result: Identification) -> Iterator[Block]:
     yield from parameter_blocks(result.best.fit)
     yield constant_bars(result.best.fit)
@@ -201,7 +197,7 @@ def parameter_blocks(fit: Fit) -> Iterator[Block]:
             yield Sentence(f"{mark} {text}", tone=Tone.QUIET)
 
 
-def before_after(result: Identification) -> Chart:
+def row_errors(result: Identification) -> Iterator[Block]:
     """Error of every row with the nominal arm and with the best algorithm; rows of another file come last."""
     train, held, best = result.data.row[result.train_rows], result.held_out_data.row, result.best
     if not result.is_one_file:
@@ -212,7 +208,7 @@ def before_after(result: Identification) -> Chart:
         ("fitted rows", CALIBRATED, train, best.train),
         ("held-out rows", GEOMETRY, held, best.held_out),
     )
-    return row_chart(models, "nominal and calibrated, by number")
+    yield row_chart(models, "nominal and calibrated, by number")
 
 
 def row_chart(models: Sequence[tuple[str, str, np.ndarray, Errors]], order: str) -> Chart:

@@ -296,8 +296,8 @@ def placed(data: Dataset, known: Collection[str]) -> np.ndarray:
     keep, left = np.ones((2, len(data)), bool)
     places = {DistanceObservation: "anchor", ContactObservation: "contact", PlaneObservation: "contact"}
     for kind, rows in carried(data).items():
-        if word := places.get(kind, ""):
+        if (labels := data.column(places.get(kind, ""))) is not None:  # without any all are of one anchor
             own = np.flatnonzero(rows & left)
-            keep[own] = [f"{word}[{label}].x" in known for label in getattr(data, word)[own]]
+            keep[own] = [f"{places[kind]}[{label}].x" in known for label in labels[own]]
         left &= ~rows
     return keep

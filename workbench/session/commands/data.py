@@ -259,20 +259,13 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
 
 def load_command(name: str, content: bytes) -> AbstractCommand:
     """The command that reads a measurement file: that of an extra for its endings, or `LoadData`."""
-    if name.lower().endswith(".zip"):
-        name, content = _packed_table(content) or (name, content)
-    found = next((kind for kind in _loads() if name.lower().endswith(kind.endings)), LoadData)
-    return found(name=name, content=content)  # type: ignore[call-arg]
-
-
-def _packed_table(content: bytes) -> tuple[str, bytes] | None:
-    """Name and content of a table that is alone in an archive; None of any other archive."""
-    with suppress(*DAMAGED), zipfile.ZipFile(io.BytesIO(content)) as archive:
+    with suppress(*DAMAGED), zipfile.ZipFile(io.BytesIO(content)) as archive:  # with a table alone in it
         files = [f for f in archive.infolist() if not f.is_dir() and not f.filename.startswith("__MACOSX")]
         is_table = len(files) == 1 and files[0].filename.lower().endswith(file_endings())
-        if is_table and files[0].file_size <= MAX_FILE_BYTES:
-            return Path(files[0].filename).name, archive.read(files[0])
-    return None
+        if name.lower().endswith(".zip") and is_table and files[0].file_size <= MAX_FILE_BYTES:
+            name, content = Path(files[0].filename).name, archive.read(files[0])
+    found = next((kind for kind in _loads() if name.lower().endswith(kind.endings)), LoadData)
+    return found(name=name, content=content)  # type: ignore[call-arg]
 
 
 def load_endings() -> tuple[str, ...]:

@@ -42,7 +42,7 @@ TICK = 0.1
 """How soon a button of the demo is heard [s]."""
 END = "Held-out errors: nominal, geometry, {}."
 """With what the last stage has; it stands until somebody does something."""
-RULES = "A cause has to explain the error better than every other, also at held-out poses …"
+RULES = "A cause has to beat all others, also at held-out poses …"
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
 

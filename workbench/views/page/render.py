@@ -62,7 +62,7 @@ class BrowserView(AbstractView):
             for panel in self._panels:
                 self._update(panel, session)
             self._is_mode = session.mode is not None
-            self._tabs.show(not self._is_mode)
+            self._tabs.group.visible = not self._is_mode
 
     @property
     def gizmo(self) -> Gizmo:
@@ -86,7 +86,7 @@ class BrowserView(AbstractView):
         self.is_behind = self._scene.is_behind or any(waits)
         if (is_mode := session.mode is not None) is not self._is_mode:
             self._is_mode = is_mode
-            self._tabs.show(not is_mode)
+            self._tabs.group.visible = not is_mode
             if not is_mode:  # a page may have forgotten which one was open
                 self._tabs.open(session.page.tab or Tab.MEASURE)
         if session.page.opened > self._opened and session.page.tab is not None:

@@ -105,6 +105,7 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
 @media (min-width: {WIDE}px) {{ :root {{ --words: 14px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
+  [{CAPTION}] > .figure {{ font-size: 22px }}
   .mantine-Notifications-root {{ top: 1em !important; bottom: auto }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}

@@ -77,10 +77,6 @@ class Tabs:
         self._server, self._opened = server, first
         self.group = server.gui.add_tab_group()
 
-    def show(self, is_shown: bool) -> None:
-        """Show the tabs, or leave their place to something else."""
-        self.group.visible = is_shown
-
     def ready(self) -> None:
         """All tabs are there: open the first one on every page, those included that have come before it."""
         self._server.on_client_connect(lambda client: self.open_on(client, self._opened))

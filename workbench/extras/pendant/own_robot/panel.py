@@ -21,7 +21,6 @@ theta [deg], d [mm], a [mm], alpha [deg]
 Poses tell units, signs, zeros and convention: three or more from the pendant (flange in the base), such as
 0, -90, 90, 0, 90, 0 = 9, 2, 500, 180, 0, 90
 or six or more measured rows below their headings, of any tool in any frame."""
-OWN = "own-robot.csv"
 
 
 def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes], LoadModel]:
@@ -44,7 +43,7 @@ def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes
         with as_files({"the table": table.typed.encode()}) as (path,):
             read_joint_table(path)  # what is wrong is said by the lines that were typed
         said = convention and f"# convention = {convention}\n"
-        return checked(OWN, f"{said}{table.typed}".encode())
+        return checked("own-robot.csv", f"{said}{table.typed}".encode())
 
     hint = "Start over with the arm of this table. Poses check it, and tell its convention if it isn't known."
     ways = {"Standard DH": "dh", "Modified (Craig)": "craig", "By poses": ""}
@@ -70,7 +69,7 @@ class OwnRobotPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         """What was typed for the robot that is open, on the start card too, with its convention."""
         opened = (e.command for e in reversed(self._worker.journal) if isinstance(e.command, LoadModel))
-        if (last := next(opened, None)) is not None and last.name == OWN:
+        if (last := next(opened, None)) is not None and last.name == "own-robot.csv":
             for field, words in zip(
                 self._controls, (last.content.decode(), "\n".join(last.poses)), strict=False
             ):

@@ -175,13 +175,11 @@ def _number(text: str) -> float | None:
     return size * (np.pi if found[2] else 1.0) / float(found[3] or 1.0)
 
 
-def _units(
-    given: dict[str, str], names: tuple[str, ...], known: tuple[str, str], grid: Grid
-) -> tuple[str, ...]:
+def _units(given: dict[str, str], names: Sequence[str], known: Sequence[str], grid: Grid) -> tuple[str, ...]:
     found = {given[name] for name in names if name in given}
     if len(found) > 1 or not found <= {*known}:
         raise grid.error(f"has units {' and '.join(sorted(found))}; give all in {' or in '.join(known)}")
-    return tuple(found) or known
+    return (*found,) or (*known,)
 
 
 @dataclass(frozen=True, eq=False)

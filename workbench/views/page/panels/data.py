@@ -17,7 +17,7 @@ from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Tab
 from workbench.views.page.html import BAD, LINE, block, bullets, heading, text
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel
 
 MORE = 60
 """Poses besides the targets: with these a diagnosis has enough rows."""
@@ -26,7 +26,7 @@ MORE = 60
 class DataPanel(AbstractPanel):
     """Two sources of measurements, and how they were interpreted."""
 
-    tab, order = Tab.MEASURE, 10
+    tab, order, pause = Tab.MEASURE, 10, AFTERWARDS
     depends = ("measurements.loaded", "measurements.unread", next_step)
     _arms = 0
     """Virtual arms so far, each with other errors."""

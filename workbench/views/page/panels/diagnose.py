@@ -15,7 +15,7 @@ from workbench.session.next_step import POSES, next_step
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import block, folded, heading
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel
 from workbench.views.page.panels.result_card import weighed
 
 SUSPECTS = 4
@@ -30,7 +30,7 @@ def _suspects(session: Session) -> Mapping[str, float] | None:
 class DiagnosePanel(AbstractPanel):
     """What was found, and where to measure next."""
 
-    tab, order = Tab.CALIBRATE, 20
+    tab, order, pause = Tab.CALIBRATE, 20, AFTERWARDS
     depends = ("results.diagnosis", "results.accepted", "measurements", "is_idle", next_step, _suspects)
 
     def build(self, gui: viser.GuiApi) -> None:

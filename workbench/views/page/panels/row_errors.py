@@ -54,12 +54,15 @@ class RowErrorsPanel(AbstractPanel):
 
 def exclude(session: Session) -> LeaveRowsOut | None:
     """Leaves the shown row out, or takes it back; None for a row that is only for checking, and for the worst
-    one, which nobody chose, where it doesn't stand out."""
+    one of a model, which nobody chose, where it doesn't stand out."""
     now, rows, row = session.measurements, session.results.comparison, session.results.row
     if now.loaded is None or session.results.is_empty or rows is None:
         return None
     number = int(rows.number[row])
-    is_doubted = number in now.left_out or rows.set_apart[row] or row != rows.worst[0]
+    fitted = np.nan_to_num(rows.stage_errors[:, 1:], nan=-1.0)
+    is_doubted = (
+        number in now.left_out or rows.set_apart[row] or (fitted[row] < np.maximum(fitted.max(0), 0.0)).all()
+    )
     is_doubted = is_doubted and number in now.loaded.dataset.row
     return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_doubted else None
 

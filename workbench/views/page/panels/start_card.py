@@ -13,7 +13,7 @@ from workbench.session.commands.data import MAX_FILE_BYTES, load_command, load_e
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.page_state import Message, Severity, Tab
+from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, GOOD, MUTED, block, text
@@ -140,15 +140,12 @@ class StartCard(AbstractPanel):
         newer = (m for m in reversed(session.page.messages) if m.number > old)
         told = next((m for m in newer if m.severity is not Severity.LOG), None)
         working = f"{session.page.job.title} …" if session.page.job is not None else ""
-        self._message.content = self._message_text(session, told, working)
-
-    def _message_text(self, session: Session, told: Message | None, working: str) -> str:
         is_asking = self._questions.visible
         sentence = INTRODUCTION if not is_asking else ALONE if self._door is None else self._door.asks
         purpose = "" if is_asking else f'<div style="font-size:15px;margin-bottom:6px">{text(PURPOSE)}</div>'
         ink = GOOD if told is None or told.severity is Severity.INFO else BAD
         robot = f"<div><b>Robot: {text(session.robot.name)}</b>, {session.robot.dof} joints</div>"
-        return block(
+        self._message.content = block(
             f'{purpose}<div style="color:{MUTED}">{sentence}</div>'
             + (robot if is_asking else "")
             + ("" if told is None else f'<div style="color:{ink}">{text(capital(told.text))}</div>')

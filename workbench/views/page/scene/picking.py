@@ -32,8 +32,7 @@ def picked(
 
     `points_first`: the points at a target instead, as while rows are looked at.
     """
-    solid: list[tuple[float, int, str]] = []
-    points: list[tuple[float, int, str]] = []
+    solid, points = list[tuple[float, int, str]](), list[tuple[float, int, str]]()
     for path, drawable in drawn:
         if isinstance(drawable, Points) and (drawable.numbers >= 0).all():
             if (hit := nearest_to_ray(drawable.places, *ray)) is not None:
