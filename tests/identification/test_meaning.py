@@ -272,7 +272,7 @@ def test_a_near_twin_a_free_frame_and_two_rows_are_told():
     reasons = [run.robot.calibration.refused.get("", "") for run in runs]
     assert ["lengths found are those of 'ur10e'" in reason for reason in reasons] == [False, True]
     for use in (identify, rezero):
-        with refuses(DataError, "the arm is UR10e", "choose the robot 'ur10e'"):
+        with refuses(DataError, "the arm is UR10e", "choose the robot"):
             use(twin, replace(rows, position=near.predict(q)[:, :3, 3]))
 
 

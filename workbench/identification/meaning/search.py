@@ -266,19 +266,14 @@ class ReadingSearch:
         most = np.inf if self.held or not ranked else max(30.0 * ranked[0][0], 0.08)
         near = [(some, k, way) for bound, some, k, way in ranked if bound < most]
         if readings := [RowReading(robot=robot, w=s.w[k], zero=s.zero[k], **way) for s, k, way in near]:
-            readings = self.refined(readings) if parts[0].refined else readings
-            self.found += self.place(self.with_ratios(readings) if parts[0].is_ratio else readings)
+            refine = {"zeros": self.refined, "ratio": self.with_ratios}.get(parts[0].refined, list)
+            self.found += self.place(refine(readings))
 
     def twins(self) -> None:
         """Place the best reading with all other signs of its joints, some of which change the handedness; or
         with another ratio of its coupling, if that is clearly better."""
-        r = min(self.found, key=lambda r: r.score)
-        n = r.robot.dof
-        if (
-            self.sessions == 1
-            and r.w.shape == (n, n)
-            and np.trace(r.w != 0.0) == np.count_nonzero(r.w) - 1 == n
-        ):
+        r, n = min(self.found, key=lambda r: r.score), self.robot.dof
+        if self.sessions == 1 and self.data.joints == n == np.trace(r.w != 0.0) == np.count_nonzero(r.w) - 1:
             (other,) = self.place(self.with_ratios([replace(r, convention=None)]))
             self.found += [other] if CLEAR * other.score < r.score else []
         if (r := min(self.found, key=lambda r: r.score)).moves_otherwise:

@@ -176,9 +176,7 @@ def _counted(robot: Robot, data: Dataset) -> Dataset:
     is_zero = found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
     if found.is_misread and not is_zero:
         text = found.text(bare=bool(robot.effects))
-        cure = "no collision does that: correct the rows"
-        cure = found.remedy.rpartition(", or ")[0] if found.best.other else cure
-        raise DataError(f"{data.source}: {text}; {cure}")
+        raise DataError(f"{data.source}: {text}; no collision does that: choose the robot or correct rows")
     return as_told(data, found)
 
 
