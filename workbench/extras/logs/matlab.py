@@ -23,8 +23,8 @@ from workbench.data.readers.table import Grid, grid_of, with_headings
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
-MATRICES = {(3, 3), (4, 4), (3, 1), (1, 3)}
-"""Shapes of what cells hold that are rows."""
+MATRICES = [{(3, 3)}, {(4, 4)}, {(3, 1)}, {(1, 3)}]
+"""Shapes of what all cells hold that are rows."""
 MAX_POINTS = 4
 """Of a posture, one below another."""
 
@@ -181,7 +181,8 @@ def _collect(name: str, value: Any, found: dict[str, np.ndarray]) -> None:
     if type(value) is np.ndarray and value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             _collect(f"{name}.{field}", value.flat[0][field], found)
-    elif type(value) is np.ndarray and value.dtype.kind == "O" and {*map(np.shape, value.flat)} <= MATRICES:
+    elif type(value) is np.ndarray and value.dtype.kind == "O" and {*map(np.shape, value.flat)} in MATRICES:
         found[name] = np.stack([*value.flat])
     elif type(value) is np.ndarray:
-        found[name] = np.moveaxis(value, -1, 0) if value.ndim == 3 else value
+        are_pages = value.ndim == 3 and {value.shape[1:]} not in MATRICES
+        found[name] = np.moveaxis(value, -1, 0) if are_pages else value
