@@ -86,7 +86,7 @@ class PixelObservation(AbstractObservation):
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         if not isinstance(data.readings, PictureReadings):
             return np.zeros(len(data), bool)
-        return data.readings.seen.any((1, 2))
+        return np.asarray(data.readings.seen.any((1, 2)))
 
     @classmethod
     def of(cls, data: Dataset) -> "PixelObservation":
