@@ -12,7 +12,7 @@ from itertools import permutations
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import special
+from scipy import linalg, special
 
 from workbench.arm.effects import JointCoupling
 from workbench.arm.kinematics.forward import tool_poses
@@ -161,8 +161,7 @@ def following(fit: Fit) -> str:
     residual, columns = (part[: problem.size] for part in wide.evaluate(wide.at(problem.named(fit.x))))
     columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
     ratios = np.isin(wide.names, [*laws])
-    u, size, _ = np.linalg.svd(columns[:, ~ratios], full_matrices=False)
-    u = u[:, size > 1e-6 * size[0]]
+    u = linalg.orth(columns[:, ~ratios], rcond=1e-6)
     left, ways = (part - u @ (u.T @ part) for part in (residual, columns[:, ratios]))
     gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-6)
     share = np.sqrt(np.maximum(1.0 - gained.max(initial=0.0) / (left @ left + 1e-30), 0.0))

@@ -47,8 +47,7 @@ class Hypotheses:
         w: Columns to joints.
         zero: Zeros [rad or m].
         cost: Complexity.
-        refined: Whether zeros are refined from these.
-        is_ratio: Whether the ratio is, by which a joint follows another's column.
+        refined: What is, from these: "zeros", or the "ratio" by which a joint follows another's column.
     """
 
     robot: Robot
@@ -56,8 +55,7 @@ class Hypotheses:
     w: Float[np.ndarray, "s n m"]
     zero: Float[np.ndarray, "s n"]
     cost: Cost
-    refined: bool = False
-    is_ratio: bool = False
+    refined: str = ""
 
     def __getitem__(self, some: slice | np.ndarray) -> "Hypotheses":
         return replace(self, w=self.w[some], zero=self.zero[some], cost=self.cost[some])
@@ -157,7 +155,7 @@ class JointColumns:
             w=np.tile(w, (len(zero), 1, 1)),
             zero=np.repeat(zero, len(w), axis=0),
             cost=np.add.outer(ZERO * (zero != 0.0).sum(1), cost).ravel(),
-            refined=zeros is not None,
+            refined="" if zeros is None else "zeros",
         )
 
     @property
@@ -181,7 +179,7 @@ class JointColumns:
         size = np.where(self.slides, self.robot.reach, 1.0)[:, None] / (self.q.std(0) + 1e-9)
         ways = [size * np.outer(self.eye[i], self.eye[j]) for i, j in permutations(range(n), 2)]
         w = self.eye + np.multiply.outer([*grid, *-grid], np.reshape(ways, (-1, n, n)))
-        yield replace(self.every(w, 2.0 * COUPLING, signs=False), is_ratio=True)
+        yield replace(self.every(w, 2.0 * COUPLING, signs=False), refined="ratio")
 
     @property
     def exchanged(self) -> Iterator[Hypotheses]:

@@ -266,19 +266,15 @@ class ReadingSearch:
         most = np.inf if self.held or not ranked else max(30.0 * ranked[0][0], 0.08)
         near = [(some, k, way) for bound, some, k, way in ranked if bound < most]
         if readings := [RowReading(robot=robot, w=s.w[k], zero=s.zero[k], **way) for s, k, way in near]:
-            readings = self.refined(readings) if parts[0].refined else readings
-            self.found += self.place(self.with_ratios(readings) if parts[0].is_ratio else readings)
+            refine = {"zeros": self.refined, "ratio": self.with_ratios}.get(parts[0].refined, list)
+            self.found += self.place(refine(readings))
 
     def twins(self) -> None:
         """Place the best reading with all other signs of its joints, some of which change the handedness; or
         with another ratio of its coupling, if that is clearly better."""
         r = min(self.found, key=lambda r: r.score)
-        n = r.robot.dof
-        if (
-            self.sessions == 1
-            and r.w.shape == (n, n)
-            and np.trace(r.w != 0.0) == np.count_nonzero(r.w) - 1 == n
-        ):
+        own, n = r.w.diagonal(), r.robot.dof
+        if self.sessions == 1 and r.w.shape == (n, n) and own.all() and np.count_nonzero(r.w) == n + 1:
             (other,) = self.place(self.with_ratios([replace(r, convention=None)]))
             self.found += [other] if CLEAR * other.score < r.score else []
         if (r := min(self.found, key=lambda r: r.score)).moves_otherwise:
@@ -317,8 +313,7 @@ class ReadingSearch:
             ((joint, column),) = np.argwhere(r.w * (1.0 - np.eye(len(r.w))))
             by = r.in_units(self.data.q)[None, :, column, None]
             (fitted,) = self.aligned([self._scaled(r)], [joint], by=by)
-            w = r.w.copy()
-            ratio = w[joint, column] + fitted.zero[joint] - r.zero[joint]
+            w, ratio = r.w.copy(), r.w[joint, column] + fitted.zero[joint] - r.zero[joint]
             near = round(2.0 * ratio) / 2.0
             w[joint, column] = near if near and abs(ratio - near) < SNAP_RATIO else ratio
             found.append(replace(r, w=w))

@@ -175,10 +175,9 @@ def _counted(robot: Robot, data: Dataset) -> Dataset:
         return data
     is_zero = found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
     if found.is_misread and not is_zero:
-        text = found.text(bare=bool(robot.effects))
-        cure = "no collision does that: correct the rows"
-        cure = found.remedy.rpartition(", or ")[0] if found.best.other else cure
-        raise DataError(f"{data.source}: {text}; {cure}")
+        choose, _, _ = found.remedy.rpartition(", or ")
+        cure = choose if found.best.other else "no collision does that: correct the rows"
+        raise DataError(f"{data.source}: {found.text(bare=bool(robot.effects))}; {cure}")
     return as_told(data, found)
 
 
@@ -237,7 +236,6 @@ def _moved(
 
     Where the rows show that something else moved but not which joint, it is the one that explains them best.
     """
-
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
     shifts = {s.name: s for s in _shifts(knowledge, everything, zeros)}
     moved = [n for n, s in shifts.items() if s.determined and abs(s.shift) > limit * s.std]
