@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_780,
     "data": 5_089,
     "plate": 4_700,
-    "identification": 8_790,
+    "identification": 8_787,
     "diagnosis": 6_600,
     "exports": 588,
     "session": 6_163,

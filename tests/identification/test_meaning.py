@@ -153,6 +153,8 @@ def test_rows_shifted_by_one_against_the_joints_are_told():
     kept = np.delete(np.arange(len(data)), 20)  # a place of row 20 is missing
     part = replace(data.take(kept), q=data.q[rows])
     assert mentions(arm_match(robot, part).text, "those after them don't", "joints of the row after")
+    later = replace(data, q=np.where(np.arange(len(data))[:, None] >= 25, np.radians(data.q), data.q))
+    assert mentions(arm_match(robot, later).text, "those after them don't: with joints in rad", "their unit")
 
 
 def test_a_coupling_is_told_by_joints_that_move_alone_though_some_signs_are_not():
@@ -270,7 +272,7 @@ def test_a_near_twin_a_free_frame_and_two_rows_are_told():
     reasons = [run.robot.calibration.refused.get("", "") for run in runs]
     assert ["lengths found are those of 'ur10e'" in reason for reason in reasons] == [False, True]
     for use in (identify, rezero):
-        with refuses(DataError, "the arm is UR10e", "choose the robot 'ur10e'"):
+        with refuses(DataError, "the arm is UR10e", "choose the robot"):
             use(twin, replace(rows, position=near.predict(q)[:, :3, 3]))
 
 

@@ -58,6 +58,8 @@ def test_rows_have_the_numbers_that_their_file_gives_them(first):
     found, shown = identify("aria", rows, exclude=[number + 2]), evaluate("aria", rows)
     assert [row.row for row in found.outliers] == [number]
     assert dict(found.excluded) == {number: "gross outlier", number + 2: "by hand"}
+    told = identification_json(found)["measurements"]  # counted from 0, whatever the file's numbers are
+    assert (told["outliers"], {row["row"] for row in told["excluded"]}) == ([37], {37, 39})
     for text in (*found.warnings[:1], shown.warnings[0]):
         assert f"row {number} (" in text
         assert ("as in its 'Nr'" in text) == (first > 1)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 MAX_SENTENCE, MAX_QUOTED = 300, 80
 """Characters of a sentence, and of a value that it quotes."""
 _OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
-_LONG = re.compile(rf"(?<!\w)'([^']{{{MAX_QUOTED},}})'")
+_LONG = re.compile(rf"(?<![\w=])'([^']{{{MAX_QUOTED},}})'")
 
 
 def span(names: Sequence[str], *, longest: int = 4) -> str:

@@ -4,7 +4,7 @@ A `Dataset` is plain SI data: joint positions and what an instrument saw, one ro
 that a file does not have are None; single values that a row lacks are NaN (numbers) or "" (labels).
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
 from itertools import zip_longest
@@ -61,8 +61,9 @@ class Dataset:
         q: Joint positions [rad or m], as the controller reported them; never wrapped.
         position: Measured position of the tool point [m]; NaN where a row has none.
         rotation: Measured orientation of the tool, as rotation matrices.
-        row: Data row of the file, counted from 0, before anything was left out; 0, 1, … if not given.
-        counter: Heading of the file's own numbers, which `row` then holds; empty: counted as above.
+        row: Number of each row for people, from before anything was left out; 0, 1, … if not given.
+        counter: Heading of the file's own numbers, which `row` then holds; empty: counted from 0.
+        place: Data row of the file, counted from 0; as `row` if not given.
         markers: Measured positions of the markers on the tool [m]; NaN where one was hidden.
         distance: Measured distance of the tool point from the row's anchor [m].
         anchor: Name of that anchor.
@@ -98,6 +99,7 @@ class Dataset:
     _: KW_ONLY
     row: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
     counter: str = ""
+    place: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
     markers: Float[np.ndarray, "rows markers 3"] | None = None
     distance: Float[np.ndarray, " rows"] | None = None
     anchor: Labels | None = None
@@ -135,6 +137,7 @@ class Dataset:
         for name in self.more.keys() - known.keys():
             raise DataError(f"{self.source}: there is no column '{name}'; register it in COLUMNS")
         checked: dict[str, Any] = {"row": self.row if self.row.size else np.arange(len(self))}
+        checked["place"] = self.place if self.place.size else checked["row"]
         for name, value in (vars(self) | checked).items():
             if isinstance(value, np.ndarray):
                 size = (self.joints,) if name in PER_JOINT else value.shape[1:]
@@ -187,6 +190,11 @@ class Dataset:
     def counted(self) -> str:
         """What the numbers of its rows are, for messages."""
         return f"rows as in its '{self.counter}'" if self.counter else "rows count from 0"
+
+    def places(self, rows: Iterable[int]) -> list[int]:
+        """Data rows of the file, counted from 0, by number."""
+        known = dict(zip(self.row.tolist(), self.place.tolist(), strict=True))
+        return [known.get(row, row) for row in rows]
 
     def column(self, name: str) -> np.ndarray | None:
         return getattr(self, name) if name in self.__dataclass_fields__ else self.more.get(name)
@@ -293,7 +301,7 @@ class Dataset:
                 names = sorted({*first, *second})
                 columns[f.name] = {k: _stacked((first.get(k), second.get(k)), sizes) for k in names}
         columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
-        columns["counter"] = ""
+        columns |= {"counter": "", "place": columns["row"]}
         columns["written"] = None if self.written is None else self.written.joined(other.written)
         return replace(self, **columns)
 

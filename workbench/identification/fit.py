@@ -22,6 +22,7 @@ from workbench.identification.algorithms.identifier import AbstractIdentifier, S
 from workbench.identification.consider_covariance import Considered, covariance
 from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.rows.outlying_rows import row_sizes
 from workbench.identification.tool_observability import observed_by
 from workbench.identification.undetermined_combinations import Factor
 from workbench.report.result_display import AbstractReported
@@ -195,10 +196,6 @@ class Fit(AbstractReported):
 
     @cached_property
     def row_residuals(self) -> Float[np.ndarray, " rows"]:
-        """Residual of every row in stated standard deviations, before any robust weighting."""
+        """Residual of each row's worst channel in stated standard deviations, before any robust weighting."""
         plain = replace(self.problem, row_weights=None, shares=None)
-        components = plain.residual(self.x)[: plain.size]
-        size = len(plain.data)
-        square = np.bincount(plain.component_rows, components**2, size)
-        measured = np.bincount(plain.component_rows, plain.inverse_sigma > 0.0, minlength=size)
-        return np.sqrt(square / np.maximum(measured, 1.0))
+        return row_sizes(plain, self.x, np.ones(len(plain.data), bool), 0.0 * self.factor.root).max(1)

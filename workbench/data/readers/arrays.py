@@ -219,7 +219,7 @@ def upright(numbers: np.ndarray) -> np.ndarray:
     """A row whose numbers stand one below another as a row, and matrices that stand so one by one."""
     if numbers.ndim == 2 and numbers.shape[1] == 1 and numbers.size in (3, 4, 6, 7, 12, 16):
         return numbers.reshape(1, -1)
-    for height, width in _MATRICES if numbers.ndim == 2 else ():
+    for height, width in _MATRICES if numbers.ndim == 2 and numbers.size else ():
         if numbers.shape[1] == width and len(numbers) % height == 0:
             turns = (blocks := numbers.reshape(-1, height, width))[:, :3, :3]
             if np.abs(np.swapaxes(turns, 1, 2) @ turns - np.eye(3)).max() < 0.1:

@@ -113,6 +113,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         notes=(*fields.notes, *notes, *counts, *rounded, *_row_notes(fields, row, excluded, found, reasons)),
         row=row,
         counter=counter,
+        place=np.arange(fields.rows),
         joint_units=joint_units(fields),
         missing_units=fields.missing_units,
         unread={k: np.array(v, object) for k, v in fields.unread.items() if 1 < len(set(v)) <= MAX_PARTS},

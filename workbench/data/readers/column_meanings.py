@@ -57,6 +57,8 @@ NO_DAY = 1900
 """Year of times of an unknown day."""
 UNIX = (1.2e9, 2.1e9)
 """Times since 1970 of which we know that they are, from 2008 to 2036 [s]."""
+LONGEST = 110
+"""Characters of an advice, which would else be cut."""
 MIN_ANCHORED = 3
 """Rows of each anchor, on the mean."""
 MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
@@ -337,7 +339,8 @@ def unread_text(
         ways = [{f"q{k}": n for k, n in enumerate(o, 1 if len(o) > len(own) else first)} for o in orders]
     says = (",".join(f"{k}={parse_heading(name).name}" for k, name in way.items()) for way in ways)
     options = listed([*says]).replace("', '", "' or '")
-    said = remedy(f" with columns={options} (--columns)", page=f": {CHOOSE_ON_PAGE}")
+    named = f" with columns={options}" * (len(options) < LONGEST)  # a part of them helps nobody
+    said = remedy(f"{named} (--columns)", page=f": {CHOOSE_ON_PAGE}")
     if likely[0] in computed:
         return f"; '{likely[0]}' … are the controller's, for 'workbench extract'; if measured, say so{said}"
     return f"; or say what the columns left out are ({left_out}){said}"

@@ -173,7 +173,9 @@ def _chosen(data: Dataset, mask: Bool[np.ndarray, " rows"]) -> tuple[Dataset, li
     parts = [part for part in (rows[stood], rows[~stood]) if len(part)]
     few = [part[:: -(-len(part) * len(parts) // MAX_READINGS)] for part in parts]
     chosen = np.sort(np.concatenate([rows[:0], *few]))
-    return replace(data.take(chosen), row=chosen, counter=""), np.isin(chosen, rows[stood]).tolist()
+    return replace(data.take(chosen), row=chosen, place=chosen, counter=""), np.isin(
+        chosen, rows[stood]
+    ).tolist()
 
 
 def typed(texts: Iterable[str], robot: Robot) -> Displayed:

@@ -161,8 +161,8 @@ def following(fit: Fit) -> str:
     residual, columns = (part[: problem.size] for part in wide.evaluate(wide.at(problem.named(fit.x))))
     columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
     ratios = np.isin(wide.names, [*laws])
-    u = linalg.orth(columns[:, ~ratios], rcond=1e-6)
-    left, ways = (part - u @ (u.T @ part) for part in (residual, columns[:, ratios]))
+    own, others = columns[:, ~ratios], columns[:, ratios]
+    left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, others))
     gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-6)
     share = np.sqrt(np.maximum(1.0 - gained.max(initial=0.0) / (left @ left + 1e-30), 0.0))
     if share > EXPLAINED:

@@ -47,7 +47,7 @@ class Hypotheses:
         w: Columns to joints.
         zero: Zeros [rad or m].
         cost: Complexity.
-        refined: What is, from these: "zeros", or the "ratio" by which a joint follows another's column.
+        refined: What is refined from these: "zeros", or the "ratio" by which a joint follows a column.
     """
 
     robot: Robot

@@ -272,9 +272,8 @@ class ReadingSearch:
     def twins(self) -> None:
         """Place the best reading with all other signs of its joints, some of which change the handedness; or
         with another ratio of its coupling, if that is clearly better."""
-        r = min(self.found, key=lambda r: r.score)
-        own, n = r.w.diagonal(), r.robot.dof
-        if self.sessions == 1 and r.w.shape == (n, n) and own.all() and np.count_nonzero(r.w) == n + 1:
+        r, n = min(self.found, key=lambda r: r.score), self.robot.dof
+        if self.sessions == 1 and self.data.joints == n == np.trace(r.w != 0.0) == np.count_nonzero(r.w) - 1:
             (other,) = self.place(self.with_ratios([replace(r, convention=None)]))
             self.found += [other] if CLEAR * other.score < r.score else []
         if (r := min(self.found, key=lambda r: r.score)).moves_otherwise:

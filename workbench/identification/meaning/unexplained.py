@@ -19,7 +19,7 @@ from workbench.identification.errors.row_errors import row_errors
 from workbench.identification.meaning.bounds import WEIGHT
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.placement import place
-from workbench.identification.meaning.reading import FITS, NARROW, RowReading
+from workbench.identification.meaning.reading import FITS, NARROW, RowReading, units
 from workbench.identification.meaning.search import CLEAR
 from workbench.identification.meaning.usable_rows import PLACED_ROWS, far_apart, usable
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -81,14 +81,19 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     return {"told": text, "cure": cure}
 
 
-def _by_one_row(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
-    """`with the joints of the row before they fit to 1.5 mm`, if they all do."""
-    some = np.arange(len(rows) - 1)
-    for mine, joints, where in ((some + 1, some, "before"), (some, some + 1, "after")):
-        moved = replace(rows.take(mine), q=rows.q[joints])
+def _otherwise(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
+    """`with the joints of the row before they fit to 1.5 mm`, or with joints in another unit."""
+    some, factor = np.arange(len(rows) - 1), units(robot, robot.dof, 180.0 / np.pi)
+    shift, unit = "shift joints or places by one row, or add the row that is missing", "correct their unit"
+    for mine, q, how, cure in (
+        (some + 1, rows.q[some], "the joints of the row before", shift),
+        (some, rows.q[some + 1], "the joints of the row after", shift),
+        (some, rows.q[some] * factor, "joints in rad, not degrees,", unit),
+        (some, rows.q[some] / factor, "joints in degrees, not rad,", unit),
+    ):
+        moved = replace(rows.take(mine), q=q)
         if len(some) >= MIN_PART and _fits(robot, moved):
-            fit = f"with the joints of the row {where} they fit to {in_mm(_misfit(robot, moved))}"
-            return {"told": fit, "cure": "shift joints or places by one row, or add the row that is missing"}
+            return {"told": f"with {how} they fit to {in_mm(_misfit(robot, moved))}", "cure": cure}
     return {}
 
 
@@ -129,7 +134,7 @@ def _in_order(robot: Robot, data: Dataset, meaning: RowMeaning) -> Told:
         if len(found) > 1 or (found and len(rows)):
             end = f", those {where} them don't" if len(rows) else " with another base or tool"
             other = _most(robot, data, meaning) if len(rows) else {}
-            if shift := _by_one_row(robot, rows.take(np.argsort(rows.row)), meaning):
+            if shift := _otherwise(robot, rows.take(np.argsort(rows.row)), meaning):
                 return shift | {"told": f"data rows {', '.join(found)}{end}: {shift['told']}"}
             return other or {"told": f"data rows {', '.join(found)}{end}", "cure": MOVED}
     return {}
@@ -190,5 +195,5 @@ def _one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     return {"told": f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"}
 
 
-EXPLANATIONS = (_by_column, _positions_alone, _by_one_row, _in_order, _most, _one_constant)
+EXPLANATIONS = (_by_column, _positions_alone, _otherwise, _in_order, _most, _one_constant)
 """All in their order; rows that are found, of which some stand off, are asked of their columns alone."""

@@ -46,10 +46,10 @@ def identification_json(result: Identification) -> Json:
         measurements=lambda: {
             "used": len(result.train_rows),
             "held_out": len(result.held_out_data),
-            "held_out_rows": result.held_out_data.row,
-            "excluded": excluded_json(result.excluded),
-            "outliers": [outlier.row for outlier in result.outliers],
-            "suspects": list(result.suspects),
+            "held_out_rows": result.held_out_data.place,
+            "excluded": excluded_json(result.excluded, result.data),
+            "outliers": result.data.places(outlier.row for outlier in result.outliers),
+            "suspects": result.data.places(result.suspects),
             "source": result.data.source,
         },
         nominal=lambda: validation_json(result.nominal),
@@ -85,15 +85,23 @@ def evaluation_json(result: Evaluation) -> Json:
         EVALUATION,
         robot=result.robot.name,
         **reading_json(result.data, result.robot),
-        errors=errors_json(errors),
-        rows=[{"row": row, "position_mm": off, "orientation_deg": turned} for row, off, turned in each],
+        errors=errors_json(result.errors),
+        rows=[
+            {"row": row, "position_mm": position, "orientation_deg": angle}
+            for row, position, angle in zip(
+                result.data.place,
+                1e3 * result.errors.position,
+                np.rad2deg(result.errors.rotation),
+                strict=True,
+            )
+        ],
         notes=[*result.warnings, *result.notes],
     )
 
 
-def excluded_json(excluded: Iterable[tuple[int, str]]) -> list[Json]:
-    """Rows that were excluded, each with the reason."""
-    return [{"row": row, "reason": reason} for row, reason in excluded]
+def excluded_json(excluded: Iterable[tuple[int, str]], data: Dataset) -> list[Json]:
+    """Rows of data that were excluded, counted from 0, each with the reason."""
+    return [{"row": data.places([row])[0], "reason": reason} for row, reason in excluded]
 
 
 def errors_json(errors: Errors | None) -> Json | None:

@@ -175,9 +175,8 @@ def _counted(robot: Robot, data: Dataset) -> Dataset:
         return data
     is_zero = found.best.only_zeros and np.count_nonzero(found.best.zero) == 1
     if found.is_misread and not is_zero:
-        choose, _, _ = found.remedy.rpartition(", or ")
-        cure = choose if found.best.other else "no collision does that: correct the rows"
-        raise DataError(f"{data.source}: {found.text(bare=bool(robot.effects))}; {cure}")
+        text = found.text(bare=bool(robot.effects))
+        raise DataError(f"{data.source}: {text}; no collision does that: choose the robot or correct rows")
     return as_told(data, found)
 
 

@@ -151,7 +151,7 @@ class Rezero(AbstractShown):
             ambiguous=self.ambiguous,
             before=errors_json(self.error.before),
             after=errors_json(self.error.after),
-            measurements={"used": len(self.data), "excluded": excluded_json(self.excluded)},
+            measurements={"used": len(self.data), "excluded": excluded_json(self.excluded, self.data)},
             noise=self.noise.json(),
             notes=self.notes,
         )
