@@ -12,7 +12,7 @@ from itertools import permutations
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import linalg, special
+from scipy import special
 
 from workbench.arm.effects import JointCoupling
 from workbench.arm.kinematics.forward import tool_poses
