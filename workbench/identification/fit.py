@@ -67,9 +67,8 @@ class Fit(AbstractReported):
 
     def to_frame(self) -> "DataFrame":
         """The parameters by name as a data frame: unit, nominal, identified, standard error; SI."""
-        columns: dict[str, Any] = {
-            name: [getattr(p, name) for p in self.parameters] for name in ("name", "unit", "nominal")
-        }
+        own = ("name", "unit", "nominal")
+        columns: dict[str, Any] = {name: [getattr(p, name) for p in self.parameters] for name in own}
         return data_frame(columns | {"identified": self.x, "std": self.std}, index="name")
 
     @property

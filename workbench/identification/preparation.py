@@ -37,19 +37,7 @@ from workbench.identification.joint_reading_noise import check_joint_noise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds, of_rows
-from workbench.identification.rows.row_selection import (
-    AbstractSplit,
-    as_marked,
-    check_enough,
-    check_sessions,
-    choose_rows,
-    hold_out,
-    marked,
-    placed,
-    scale_fixing_length,
-    unused_observations,
-    without_fitted_rows,
-)
+from workbench.identification.rows import row_selection as selection
 
 MIN_HELD_OUT_PER_PLACE = 6
 """Minimum number of held-out rows to locate an anchor and judge the arm: twice its three unknowns."""
@@ -62,7 +50,7 @@ MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Prepared(AbstractSplit):
+class Prepared(selection.AbstractSplit):
     """A problem ready to be solved, and the rows on which its solution is judged.
 
     Args:
@@ -176,17 +164,18 @@ def prepare(
     _check_known_places(complete, choices)
     rows = _choose_rows(robot, complete, choices)
     free = tuple(dict.fromkeys(robot.default_free if choices.free is None else choices.free))
-    if length := scale_fixing_length(robot, rows.train_data, free, choices.known):
+    if length := selection.scale_fixing_length(robot, rows.train_data, free, choices.known):
         free = tuple(name for name in free if name != length)
         rows = rows.noted("contacts don't determine scale: it is as near to nominal as all lengths allow")
     without_prior = [name for name in (*free, *effects) if prior is None or name not in prior.names]
     share = choices.held_out if isinstance(choices.held_out, float) else 0.0
-    check_enough(robot, rows.train_data, without_prior, held_out=share)
+    selection.check_enough(robot, rows.train_data, without_prior, held_out=share)
     if Sessions(choices.frames) is not Sessions.SHARED:
-        check_sessions(rows.train_data)
+        selection.check_sessions(rows.train_data)
     own = preparation_of(rows.train_data)
     suited = own.suited(robot, rows.train_data)
-    rows = as_marked(rows, suited, "train").noted(*(note for note in suited.notes if note not in rows.notes))
+    told = [note for note in suited.notes if note not in rows.notes]
+    rows = selection.as_marked(rows, suited, "train").noted(*told)
     progress(0.25, "deciding whether base and tool are free")
     frames = choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     rows = rows.noted(*frames.notes)
@@ -211,9 +200,9 @@ def prepare(
     if preparation_of(rows.held_out_data) is own:
         comparable = own.comparable(rows.held_out_data, problem.data)
         notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
-        if (lost := marked(comparable)) and not rows.is_one_file:
+        if (lost := selection.marked(comparable)) and not rows.is_one_file:
             notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
-        rows = as_marked(rows, comparable).noted(*notes)
+        rows = selection.as_marked(rows, comparable).noted(*notes)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
     is_own = frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED
     new = tuple(n for n in rows.held_out_data.sessions if is_own and n not in rows.train_data.sessions)
@@ -236,7 +225,7 @@ def prepare(
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Split(AbstractSplit):
+class _Split(selection.AbstractSplit):
     """The chosen rows."""
 
     train_data: Dataset
@@ -247,7 +236,7 @@ class _Split(AbstractSplit):
 
 def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
     """The chosen rows."""
-    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region, choices.known)
+    rows, excluded = selection.choose_rows(robot, data, choices.exclude, choices.region, choices.known)
     used, other = of_rows(data, rows), choices.held_out
     if lost := preparation_of(used).contradicted(robot, used):
         excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
@@ -256,13 +245,13 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
     there = np.isin(data.row, [*choices.exclude]) & np.isfinite(data.q).all(1)
     drawn = np.union1d(rows, np.flatnonzero(there))
     share = 0.0 if isinstance(other, Dataset) else other
-    is_held = hold_out(of_rows(data, drawn), np.isin(drawn, rows), share, choices.seed)
+    is_held = selection.hold_out(of_rows(data, drawn), np.isin(drawn, rows), share, choices.seed)
     train, held = np.flatnonzero(~is_held), np.flatnonzero(is_held)
     held_out_data, again = of_rows(used, held), list[str]()
     if isinstance(other, Dataset):
         other = with_drivers(robot, checked(robot, other))
-        other = of_rows(other, choose_rows(robot, other, {}, choices.region, None)[0])
-        held_out_data, again = without_fitted_rows(other, used)
+        other = of_rows(other, selection.choose_rows(robot, other, {}, choices.region, None)[0])
+        held_out_data, again = selection.without_fitted_rows(other, used)
         held_out_data = beside(held_out_data, used)
     warnings = robot.extrapolation_warnings(used.q, used.row)
     return _Split(
@@ -271,7 +260,7 @@ def _choose_rows(robot: Robot, data: Dataset, choices: FitChoices) -> _Split:
         held_out_data=held_out_data,
         held_out_rows=rows[held],
         excluded=tuple(excluded),
-        notes=(*data.notes, *unused_observations(data), *warnings, *again),
+        notes=(*data.notes, *selection.unused_observations(data), *warnings, *again),
     )
 
 
@@ -288,7 +277,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     """The rows without held-out ones whose anchors and contacts are neither known (coordinates such as
     "anchor[A].x") nor can be located from these rows."""
     data, notes = rows.held_out_data, list[str]()
-    keep = placed(data, known)
+    keep = selection.placed(data, known)
     if keep.all():
         return rows
     other = np.flatnonzero(~keep)
@@ -303,7 +292,7 @@ def _exclude_unlocated(rows: _Split, known: Collection[str]) -> _Split:
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; ignored")
     lost = dict.fromkeys(np.flatnonzero(~keep).tolist(), UNLOCATED)
-    return as_marked(rows, data.kept_out(lost)).noted(*notes)
+    return selection.as_marked(rows, data.kept_out(lost)).noted(*notes)
 
 
 def _with_noise(

@@ -41,10 +41,8 @@ class Prior:
         lost = [i for i, name in enumerate(self.names) if not wanted(name)]
         a = self.information
         cross, others = a[np.ix_(kept, lost)], a[np.ix_(lost, lost)]
-        information = a[np.ix_(kept, kept)] - cross @ np.linalg.pinv(others, rcond=1e-12) @ cross.T
-        return Prior(
-            tuple(self.names[i] for i in kept), self.values[kept], 0.5 * (information + information.T)
-        )
+        own = a[np.ix_(kept, kept)] - cross @ np.linalg.pinv(others, rcond=1e-12) @ cross.T
+        return Prior(tuple(self.names[i] for i in kept), self.values[kept], 0.5 * (own + own.T))
 
     def on(self, problem: Problem) -> Problem:
         """A problem with this knowledge added to its prior."""

@@ -294,9 +294,8 @@ class Problem:
         """Whitening matrix of all that is known before: the knowledge, then the expected deviation."""
         if self.deviation is None:
             return self.knowledge
-        return frozen(
-            np.concatenate([self.knowledge, np.eye(len(self.names))[self.geometry] / self.deviation])
-        )
+        expected = np.eye(len(self.names))[self.geometry] / self.deviation
+        return frozen(np.concatenate([self.knowledge, expected]))
 
     def prior_at(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
         """What follows the rows: whitened differences from what is known before, and their derivative."""

@@ -15,7 +15,6 @@ from jaxtyping import Bool, Float, Int
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import Watched, watched
 from workbench.arm.motion import Motion
@@ -240,9 +239,8 @@ class RowBlock:
             columns.append(self.observation.linearise(poses, self.known).by_twist * lack)
         if not columns:
             return None
-        q, s, _ = np.linalg.svd(
-            np.concatenate(columns, axis=2) * self.inverse_sigma[..., None], full_matrices=False
-        )
+        whitened = np.concatenate(columns, axis=2) * self.inverse_sigma[..., None]
+        q, s, _ = np.linalg.svd(whitened, full_matrices=False)
         return q * (self.inverse_sigma > 0.0)[..., None], s
 
     def mixed(self, table: Float[np.ndarray, "rows m ..."], power: float) -> Float[np.ndarray, "rows m ..."]:
@@ -281,12 +279,6 @@ class RowBlock:
         values = self.chain.values.copy()
         values[self.elements] = x[self.places[: len(self.elements)]]
         return values
-
-    def wrenches(self, x: np.ndarray) -> np.ndarray:
-        """Through every joint of the deflected arm at x; empty if no effect depends on them."""
-        if (arm := self.deflected) is None:
-            return NO_WRENCHES
-        return deflect(arm.at(x, self.values(x)), arm.motion).wrenches
 
     def poses(self, x: np.ndarray) -> np.ndarray:
         chain, part, shift = self.chain.with_values(self.values(x)), self.watched.part, chains.NO_SHIFT

@@ -13,14 +13,8 @@ from workbench.base.advice import beside, failures
 from workbench.base.wording import first_of, in_mm, listed
 from workbench.data.dataset import Dataset
 from workbench.data.postures import repeats
+from workbench.identification.checks import common_errors
 from workbench.identification.checks.arm_match import arm_match, sister
-from workbench.identification.checks.common_errors import (
-    following,
-    instrument_scale,
-    parted_by_column,
-    two_places,
-    worse_by_column,
-)
 from workbench.identification.errors.row_errors import (
     KINDS,
     Errors,
@@ -196,7 +190,7 @@ class Identification(AbstractReported, AbstractSplit):
         worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
         is_much = self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean
         known = [implausible_text(self.doubts(run)), self.sister, self.scale, self.computed, self.harm]
-        known += [self.missed, *([self.parted, self.follows] if is_much else [])]
+        known += [self.missed, *(self.common if is_much else ())]
         doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
@@ -220,25 +214,23 @@ class Identification(AbstractReported, AbstractSplit):
         return match.text if match.is_foreign else ""
 
     @cached_property
-    def parted(self) -> str:
-        """Which column parts the rows, or else which of them lie off the others together; empty if none."""
+    def common(self) -> tuple[str, ...]:
+        """Which column parts the rows, or else which of them lie off the others together; and, where geometry
+        explains little, that a joint moves along with another."""
         if self.identifiability.is_limited:
-            return ""
+            return ()
         fit, used = self.best.fit, np.union1d(self.train_rows, np.r_[self.outlying, self.held_out_rows])
-        said = parted_by_column(fit, rows := self.data.take(used)) or worse_by_column(fit, self.data)
-        return said or ("" if fit.arm.effects else two_places(fit, rows))
+        said = common_errors.parted_by_column(fit, rows := self.data.take(used))
+        said = said or common_errors.worse_by_column(fit, self.data)
+        if fit.arm.effects:
+            return (said,)
+        is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean
+        return said or common_errors.two_places(fit, rows), "" if is_known else common_errors.following(fit)
 
     @cached_property
     def scale(self) -> str:
         """That the instrument's scale is off rather than all lengths of the arm; empty if it isn't."""
-        return instrument_scale(self.aligned, self.data.take(self.train_rows))
-
-    @cached_property
-    def follows(self) -> str:
-        """That a joint moves along with another, where geometry explains little; empty if none does."""
-        is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean
-        own = self.best.fit.arm.effects or self.identifiability.is_limited
-        return "" if is_known or own else following(self.best.fit)
+        return common_errors.instrument_scale(self.aligned, self.data.take(self.train_rows))
 
     @property
     def sister(self) -> str:
@@ -305,8 +297,7 @@ class Identification(AbstractReported, AbstractSplit):
                 left = f"{after.text('rms')} of {before.text('rms')} remain"
                 left += ", and no constant was corrected" if best.deviation < ROUNDING else ""
                 yield f"the geometry explains little: {left}; check robot, frames and sessions"
-            yield self.parted
-            yield self.follows
+            yield from self.common
             yield self.scale
         yield from own.doubts
         yield own.refused and f"nothing of the arm was identified: {own.refused}"

@@ -98,9 +98,8 @@ class Compensation(AbstractShown):
         rows = [self.before.cells("as commanded")]
         if self.after.position.max() > ACCEPTED_ERROR:
             rows.append(self.after.cells("corrected"))
-        own, mean, angle = self.commanded.expected, "–", "–"
-        if own is not None:
-            mean, angle = short(1e3 * own.position), short(np.rad2deg(own.rotation))
+        own = self.commanded.expected
+        mean, angle = (short(1e3 * own[0]), short(np.rad2deg(own[1]))) if own else ("–", "–")
         rows.append(("corrected (model error on held-out rows)", mean, "–", angle, "–"))
         headings = ("predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
         head = f"{self.commanded.calibrated.name}: {plural(len(self.q), 'row')}"
@@ -162,14 +161,12 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
     state = state.at(frozen(np.where(worse[:, None], q, after.q)))
-    errors = PathErrors(
-        frozen(np.where(worse, before.position_error, after.position_error)),
-        frozen(np.where(worse, before.rotation_error, after.rotation_error)),
-    )
+    first, last = (np.array([each.position_error, each.rotation_error]) for each in (before, after))
+    errors = PathErrors(*frozen(np.where(worse, first, last)))
     return Compensation(
         commanded=commanded,
         motion=state,
-        before=PathErrors(frozen(before.position_error), frozen(before.rotation_error)),
+        before=PathErrors(*frozen(first)),
         after=errors,
         kept=frozen(worse),
         notes=(*commanded.notes, *robot.extrapolation_warnings(q), *_notes(errors, worse, taken & ~worse)),

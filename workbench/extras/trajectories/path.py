@@ -137,29 +137,27 @@ def _in_best_branch(robot: Robot, poses: Poses, task: Task) -> tuple[JointRows, 
 
 def _compared(calibrated: Robot, nominal: Robot, positions_only: bool | None) -> Commanded:
     """Both arms, and no path yet."""
-    usable = usable_arm(calibrated)
+    usable, place = usable_arm(calibrated), bool(positions_only)
     require_same_arm(usable.robot, nominal)
     if positions_only is False and not usable.sees_rotation:
         why = f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)})"
         remedies = "measure orientations too, or correct positions alone"
         raise OptionError(f"{why}; {remedies}", option="positions_only")
-    place = bool(positions_only)
-    effects = tuple(e for e in calibrated.effects if e.moves_arm)
-    skipped = [e.name for e in calibrated.effects if not e.moves_arm]
-    notes = [f"{name} is ignored: it moves the measuring frame, not the arm" for name in skipped]
+    notes = [*away_text("arm used", calibrated, usable.left, len(usable.q)), *usable.notes]
+    ignored = "is ignored: it moves the measuring frame, not the arm"
+    notes += [f"{e.name} {ignored}" for e in calibrated.effects if not e.moves_arm]
     if not place and not usable.sees_rotation:
         why = "no measured orientation confirms it"
         notes.append(f"orientations of the path are met by the model only: {why}")
-    here, arm = Frame(), usable.robot
-    away = away_text("arm used", calibrated, usable.left, len(usable.q))
+    arm = usable.robot.with_effects(*(e for e in calibrated.effects if e.moves_arm))
     return Commanded(
-        calibrated=arm.with_effects(*effects).with_frames(base=here),
-        nominal=nominal.with_frames(base=here, tool=arm.tool),
+        calibrated=arm.with_frames(base=Frame()),
+        nominal=nominal.with_frames(base=Frame(), tool=arm.tool),
         task=Task.POSITION if place else Task.default(nominal.dof),
         expected=expected_error(calibrated, usable.left),
         poses=np.zeros((0, 4, 4)),
         q=np.zeros((0, nominal.dof)),
-        notes=(*away, *usable.notes, *notes),
+        notes=tuple(notes),
     )
 
 

@@ -76,12 +76,7 @@ outcome with which the search ends."""
 
 
 def descend(
-    problem: Problem,
-    step: Step,
-    *,
-    limit: int = 100,
-    begin: Float[np.ndarray, " p"] | None = None,
-    tolerance: float = STEP_TOLERANCE,
+    problem: Problem, step: Step, *, limit: int = 100, begin: Float[np.ndarray, " p"] | None = None
 ) -> SearchOutcome:
     """Take at most so many steps, from the problem's start or from a given x."""
     x = (problem.start if begin is None else begin).copy()
@@ -92,7 +87,7 @@ def descend(
             why = Outcome.CANCELLED if is_finite else Outcome.DIVERGED
             return SearchOutcome(x, why, tuple(history))
         factor = factor_of(problem, at)
-        if has_converged(factor, factor.predicted_decrease(), problem.count, tolerance):
+        if has_converged(factor, factor.predicted_decrease(), problem.count):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history), factor)
         found = step(x, at, factor, history[-1])
         if found is None:

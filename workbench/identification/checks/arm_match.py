@@ -123,7 +123,6 @@ def misfit(calibrated: Robot, nominal: Robot) -> tuple[Dataset, float]:
     low, high = nominal.bare.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (COMPARED_POSES, nominal.dof))
     flange = tool_poses(calibrated.bare, Motion(q))
-    data = Dataset(q, flange[:, :3, 3], flange[:, :3, :3], source=calibrated.name)
-    seen, inner = (flange[:, :3, 3], flange[:, :3, :3]), range(1, nominal.dof - 1)
-    at = place(nominal.bare, q[None], *(part[None] for part in seen), zeros=inner, robust=False)
-    return data, float(np.sqrt((at.error**2).mean()))
+    rows, inner = (q, flange[:, :3, 3], flange[:, :3, :3]), range(1, nominal.dof - 1)
+    at = place(nominal.bare, *(part[None] for part in rows), zeros=inner, robust=False)
+    return Dataset(*rows, source=calibrated.name), float(np.sqrt((at.error**2).mean()))

@@ -116,9 +116,8 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
     ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in few]
     if len(a) < 2 or not all(ways):
         return [(np.asarray(data.rotation), "") for data in (a, b)]
-    poses = [
-        [se3.pose(t, np.asarray(data.position)) for _, t in own] for data, own in zip(few, ways, strict=True)
-    ]
+    places = (np.asarray(data.position) for data in few)
+    poses = [[se3.pose(t, at) for _, t in own] for at, own in zip(places, ways, strict=True)]
     turned, others = (_between(np.array([t for _, t in own])) for own in ways)
     rows = np.array([np.median(np.abs(others - each), axis=2) for each in turned])
     off, cost = np.median(rows, axis=2), np.add.outer(*([c.cost for c, _ in own] for own in ways))
@@ -136,9 +135,8 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
 def _between(turns: Float[np.ndarray, "ways rows 3 3"]) -> Float[np.ndarray, "ways rows others"]:
     """Angles by which each row is turned from the others [rad]."""
     cosine = (np.einsum("wiab,wjab->wij", turns, turns) - 1.0) / 2.0
-    return np.arccos(np.clip(cosine[:, ~np.eye(turns.shape[1], dtype=bool)], -1.0, 1.0)).reshape(
-        *turns.shape[:2], -1
-    )
+    others = cosine[:, ~np.eye(turns.shape[1], dtype=bool)].reshape(*turns.shape[:2], -1)
+    return np.arccos(np.clip(others, -1.0, 1.0))
 
 
 def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:

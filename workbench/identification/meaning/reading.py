@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from workbench.arm.conventions import ORDERS
 from workbench.arm.joint_units import sliding
@@ -220,25 +220,17 @@ def units(robot: Robot, columns: int, factor: float) -> Float[np.ndarray, " m"]:
     return np.where(slides, 1.0, factor) if len(slides) == columns else np.full(columns, factor)
 
 
-def _joint_texts(
-    w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"], slides: Bool[np.ndarray, " n"]
-) -> list[str]:
+def _joint_texts(w: Float[np.ndarray, "n m"], zero: Float[np.ndarray, " n"], slides: np.ndarray) -> list[str]:
     """What each joint is that isn't its own column: `joint 3 = q3 + q2`, `joint 5 = -q5 + 90°`."""
     found, turns = [], np.degrees((zero + np.pi) % (2.0 * np.pi) - np.pi)
-    units = ("", "mm/rad ", "rad/mm ")
     power = np.subtract.outer(1 * slides, 1 * slides) if len(w) == w.shape[1] else np.zeros(w.shape, int)
+    unit = np.array(["", "mm/rad ", "rad/mm "])[power]
     for k, (row, own, turn) in enumerate(zip(w * 1e3**power, np.eye(*w.shape), turns, strict=True)):
         columns = sorted(np.flatnonzero(row).tolist(), key=lambda j: (j != k, j))
-        terms = [
-            (
-                row[j],
-                "" if abs(abs(row[j]) - 1.0) < 1e-9 else f"{abs(row[j]):.4g} {units[power[k, j]]}",
-                f"q{j + 1}",
-            )
-            for j in columns
-        ]
-        terms += [] if abs(turn) < 1e-6 else [(turn, f"{abs(turn):.4g}", "°")]
+        sizes = [f"{abs(row[j]):.4g} {unit[k, j]}q{j + 1}".removeprefix("1 ") for j in columns]
+        terms = [*zip(row[columns], sizes, strict=True)]
+        terms += [] if abs(turn) < 1e-6 else [(turn, f"{abs(turn):.4g}°")]
         if len(terms) > len(columns) or not np.allclose(row, own):
-            text = " ".join(f"{'-' if sign < 0 else '+'} {size}{what}" for sign, size, what in terms)
+            text = " ".join(f"{'-' if sign < 0 else '+'} {size}" for sign, size in terms)
             found.append(f"joint {k + 1} = {text[0].strip('+')}{text[2:]}")
     return found

@@ -5,7 +5,7 @@ all hypotheses of a family; the best are placed. The plain reading stands unless
 and no changed reading is claimed from rows that hardly move the arm.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from itertools import groupby, islice, product
@@ -183,15 +183,13 @@ class ReadingSearch:
             return reading
         return replace(reading, scale=unit, cost=reading.cost + UNIT)
 
-    def aligned(
-        self, readings: list[RowReading], zeros: Sequence[int] = (), **options: Any
-    ) -> list[RowReading]:
+    def aligned(self, readings: list[RowReading], **options: Any) -> list[RowReading]:
         """Readings of one arm, all with orientations or none, with the base and tool that fit best; options
         as of `place`."""
         points, rotations = map(np.array, zip(*(r.poses(self.data) for r in readings), strict=True))
         turned = None if readings[0].convention is None else rotations
         q = np.array([r.joints(self.data.q) for r in readings])
-        at = self._placed(readings[0].robot, q, points, turned, zeros=zeros, **options)
+        at = self._placed(readings[0].robot, q, points, turned, **options)
         return [self._measured(reading, at, k) for k, reading in enumerate(readings)]
 
     def _placed(self, robot: Robot, *rows: Any, **options: Any) -> PlacedReadings:
@@ -298,10 +296,10 @@ class ReadingSearch:
         all to poses where base and tool are held."""
         robot = readings[0].robot
         if not self.held:
-            fitted = self.aligned([self._scaled(r) for r in readings], range(1, robot.dof - 1))
+            fitted = self.aligned([self._scaled(r) for r in readings], zeros=range(1, robot.dof - 1))
             return [self._with_zeros(r, f.zero) for r, f in zip(readings, fitted, strict=True)]
         tried = [(r, self._in(r, c)) for r in readings for c in self._likely(r)]
-        fitted = self.aligned([r for _, r in tried], range(robot.dof))
+        fitted = self.aligned([r for _, r in tried], zeros=range(robot.dof))
         best = sorted(zip(tried, fitted, strict=True), key=lambda pair: pair[1].score)[:PLACED]
         return [self._with_zeros(r, f.zero, exact=exact) for (r, _), f in best for exact in (False, True)]
 
@@ -311,9 +309,8 @@ class ReadingSearch:
         for r in readings:
             ((joint, column),) = np.argwhere(r.w * (1.0 - np.eye(len(r.w))))
             by = r.in_units(self.data.q)[None, :, column, None]
-            (fitted,) = self.aligned([self._scaled(r)], [joint], by=by)
-            w = r.w.copy()
-            ratio = w[joint, column] + fitted.zero[joint] - r.zero[joint]
+            (fitted,) = self.aligned([self._scaled(r)], zeros=[joint], by=by)
+            w, ratio = r.w.copy(), r.w[joint, column] + fitted.zero[joint] - r.zero[joint]
             near = round(2.0 * ratio) / 2.0
             w[joint, column] = near if near and abs(ratio - near) < SNAP_RATIO else ratio
             found.append(replace(r, w=w))

@@ -79,20 +79,14 @@ def write_identification(
 
 def evaluation_json(result: Evaluation) -> Json:
     """The result of an evaluation as plain data."""
+    errors = result.errors
+    each = zip(result.data.place, 1e3 * errors.position, np.rad2deg(errors.rotation), strict=True)
     return document(
         EVALUATION,
         robot=result.robot.name,
         **reading_json(result.data, result.robot),
-        errors=errors_json(result.errors),
-        rows=[
-            {"row": row, "position_mm": position, "orientation_deg": angle}
-            for row, position, angle in zip(
-                result.data.place,
-                1e3 * result.errors.position,
-                np.rad2deg(result.errors.rotation),
-                strict=True,
-            )
-        ],
+        errors=errors_json(errors),
+        rows=[{"row": row, "position_mm": off, "orientation_deg": turned} for row, off, turned in each],
         notes=[*result.warnings, *result.notes],
     )
 

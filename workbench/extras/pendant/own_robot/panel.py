@@ -70,7 +70,6 @@ class OwnRobotPanel(AbstractPanel):
         """What was typed for the robot that is open, on the start card too, with its convention."""
         opened = (e.command for e in reversed(self._worker.journal) if isinstance(e.command, LoadModel))
         if (last := next(opened, None)) is not None and last.name == "own-robot.csv":
-            for field, words in zip(
-                self._controls, (last.content.decode(), "\n".join(last.poses)), strict=False
-            ):
-                set_value(field.control, words)
+            words = last.content.decode(), "\n".join(last.poses)
+            for field, typed in zip(self._controls, words, strict=False):
+                set_value(field.control, typed)

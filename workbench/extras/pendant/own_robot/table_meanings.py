@@ -6,7 +6,6 @@ any order, which poses tell.
 """
 
 import re
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain, permutations, product
@@ -85,9 +84,7 @@ def read_joint_table(path: Path | str) -> JointTable:
         if nameless := _nameless(grid.rows):
             return JointTable(nameless, stated[:1] or ("dh", "craig"), LENGTHS, ANGLES)
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
-    filled = [
-        (k, cells) for k, cells in enumerate(grid.rows[1:], 1) if any(_number(c) is not None for c in cells)
-    ]
+    filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if {*map(_number, cells)} - {None}]
     rows = [_row([*zip(names, cells, strict=False)], grid, k) for k, cells in filled]
     units = {name: UNITS.get(unit, unit) for name, unit in zip(names, stands, strict=True) if unit}
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
@@ -99,16 +96,15 @@ def read_joint_table(path: Path | str) -> JointTable:
 def _grid(path: Path) -> Grid:
     if path.suffix.lower() not in (".json", ".yaml", ".yml", ".m", ".py"):
         return read_grid(path)
-    found: dict[str, list[str]] = defaultdict(list)
     text = UNSAID.sub("", decode(read_bytes(path), path)[0])
     links = [
         {"sigma": "1" if slides else "0", **dict.fromkeys(CONSTANTS[:4], "0")}
         | (dict(KEYED.findall(own)) or dict(zip(LINK_ORDER, re.findall(r"[^\s,\[\]]+", own), strict=False)))
         for slides, own in LINK.findall(text)
     ]
-    found |= {key: [own.get(key, "0") for own in links] for key in dict.fromkeys(chain(*links))}
+    found = {key: [own.get(key, "0") for own in links] for key in dict.fromkeys(chain(*links))}
     for key, value in [] if links else KEYED.findall(text):
-        found[key] += re.findall(r"[^\s,\"'\[\]]+", value)
+        found.setdefault(key, []).extend(re.findall(r"[^\s,\"'\[\]]+", value))
     names = dict(zip(found, _constants(list(found)), strict=True))
     found = {key: own for key, own in found.items() if names[key] in (*CONSTANTS, "type")}
     if not {*names.values()} & {*CONSTANTS}:
@@ -127,20 +123,16 @@ def _grid(path: Path) -> Grid:
 
 def _nameless(rows: Sequence[Sequence[str]]) -> tuple[FourNumbers, ...]:
     """Four numbers a joint, behind its name, its number or neither; none of other cells."""
-    numbers = [[n for n in map(_number, filter(None, row)) if n is not None] for row in rows if any(row)]
+    numbers = [[n for n in map(_number, row) if n is not None] for row in rows if any(row)]
     is_counted = all(row[:1] == [k] and len(row) == 5 for k, row in enumerate(numbers, 1))
-    whole = [
-        (a, b, c, d) for a, b, c, d in (row[is_counted:] for row in numbers if len(row) == 4 + is_counted)
-    ]
-    return tuple(whole) if len(whole) == len(numbers) > 1 else ()
+    is_whole = len(numbers) > 1 and all(len(row) == 4 + is_counted for row in numbers)
+    return tuple((a, b, c, d) for *_, a, b, c, d in numbers) if is_whole else ()
 
 
 def _constants(headings: Sequence[str]) -> list[str]:
     """Constants under headings, by their last words where none is called so alone; others as they stand."""
-    bare = (
-        parse_heading(ENDING.sub(r"[\1]", text)).name.lower().removesuffix("_offset") for text in headings
-    )
-    plain = [INDEX.sub("", name) for name in bare]
+    bare = (parse_heading(ENDING.sub(r"[\1]", text)).name.lower() for text in headings)
+    plain = [INDEX.sub("", name.removesuffix("_offset")) for name in bare]
     words = [WORD.findall(name)[0] for name in plain]
     names = NAMES | TEXTBOOK if TEXTBOOK.keys() <= {*words} else NAMES
     alone, last = ([names.get(text, text) for text in texts] for texts in (plain, words))

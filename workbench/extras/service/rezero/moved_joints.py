@@ -235,7 +235,6 @@ def _moved(
 
     Where the rows show that something else moved but not which joint, it is the one that explains them best.
     """
-
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
     shifts = {s.name: s for s in _shifts(knowledge, everything, zeros)}
     moved = [n for n, s in shifts.items() if s.determined and abs(s.shift) > limit * s.std]
