@@ -71,8 +71,8 @@ class Loaded:
         return next((c for c in counts if [*map(int, c.cells)] == sorted({*map(int, c.cells)})), None)
 
     def row_name(self, row: int) -> str:
-        """Number of a row, and the file's own where that counts alike from 1: `16 = Nr 17`."""
-        own = None if self.dataset.counter else self._counter
+        """Number of a row, and the file's own if it has one: `16 = Nr 17`."""
+        own = self._counter
         return f"{row}" if own is None or row >= len(own.cells) else f"{row} = {own.heading} {own.cells[row]}"
 
 

@@ -96,7 +96,6 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
     reasons = np.where(lacking.any(1), [f"lacks q{k + 1}" for k in lacking.argmax(1)], reasons)
     found = (reasons != "") & ~excluded
     counter, row = _own_numbers(fields)
-    counts = [f"rows are numbered as in the column '{counter}'"] * bool(counter)
     given = fields.values.get("reason", np.full(fields.rows, ""))
     return Dataset(
         q=q,
@@ -110,7 +109,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         exclude=excluded | found if "exclude" in fields.values or found.any() else None,
         reason=np.where(found, reasons, given) if "reason" in fields.values or found.any() else None,
         source=fields.source,
-        notes=(*fields.notes, *notes, *counts, *rounded, *_row_notes(fields, row, excluded, found, reasons)),
+        notes=(*fields.notes, *notes, *rounded, *_row_notes(fields, row, excluded, found, reasons)),
         row=row,
         counter=counter,
         place=np.arange(fields.rows),

@@ -174,15 +174,16 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
             lengths[c.index] = name
         elif unit and suits(unit, "q1") and number:
             counted[number[1]][int(number[2])] = c.index
-    runs = [own for own in counted.values() if len(own) > 2 and max(own) - min(own) + 1 == len(own)]
+    runs = [own for own in counted.values() if len(own) > 3 and max(own) - min(own) + 1 == len(own)]
     if len(runs) == 1 and "q1" not in keys:
         found = {index: f"q{k - min(runs[0]) + 1}" for k, index in runs[0].items()}
     if any(map(headings.is_observed, keys)):
         return found
     if len(sets := _triples(lengths, has_actual=False)) == 1:
         return found | dict(zip(sets[0], "xyz", strict=True))
-    if len(lengths) == 1 and not (numbers_in(columns[alone := min(lengths)].cells) <= 0.0).any():
-        found |= {alone: "distance"} | dict.fromkeys(words if len(words) == 1 else (), "anchor")
+    is_alone = (len(lengths), len(words)) == (1, 1) and "time" not in keys
+    if is_alone and not (numbers_in(columns[alone := min(lengths)].cells) <= 0.0).any():
+        found |= {alone: "distance", words[0]: "anchor"}
     return found
 
 

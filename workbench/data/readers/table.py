@@ -16,7 +16,15 @@ from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
-from workbench.data.readers.headings import COMMAND, joint_name, meaning, meaning_of, split_ending, unit_apart
+from workbench.data.readers.headings import (
+    COMMAND,
+    joint_name,
+    meaning,
+    meaning_of,
+    quantities_of,
+    split_ending,
+    unit_apart,
+)
 
 NUMBER = re.compile(
     r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?|[-+]?(nan|inf)"
@@ -97,7 +105,13 @@ def with_points(grid: Grid) -> Grid:
         found = {i: match for i, cell in cells if (match := _OF_UNIT.fullmatch(cell))}
         above, units = grid.rows[min(found) - 1][k : k + 1], {match[2] for match in found.values()}
         said = {parse_heading(cell).unit for cell in above} - {None} | units
-        if min(found) and above and len({str(unit).replace("°", "deg") for unit in said}) == 1:
+        is_label = above and not quantities_of(meaning_of(parse_heading(above[0]).name) or "x")
+        if (
+            min(found)
+            and above
+            and not is_label
+            and len({str(unit).replace("°", "deg") for unit in said}) == 1
+        ):
             grid.rows[min(found) - 1][k] = _with_unit(above[0], min(units))
             for i, match in found.items():
                 grid.rows[i][k] = match[1]

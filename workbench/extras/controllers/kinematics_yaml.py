@@ -142,7 +142,7 @@ class KinematicsYaml(AbstractForm):
         return tool if self.flange else Frame.from_pose(self._frames(job).flange @ tool.pose, tool.free)
 
     def _poses(self, text: str, count: int) -> list[Matrix4]:
-        text, poses = re.sub(r"[ \t]*(?:#.*)?$", "", text, flags=re.MULTILINE), []
+        text, poses = re.sub(r"[ \t\r]*(?:#.*)?$", "", text, flags=re.MULTILINE), []
         for name in self.joints[:count]:
             entry = re.search(rf"^( *){name}:\n((?:(?:\1 .*)?\n)+)", f"{text}\n", re.MULTILINE)
             told = dict(re.findall(r"^ *(\w+): *(\S+)$", entry[2] if entry else "", re.MULTILINE))

@@ -48,8 +48,8 @@ MIN_IN_TWO, MIN_SHARE = 30, 0.1
 """Minimum number of rows, and their minimum share in either group: fewer are outliers."""
 ROUNDS, ROUNDED = 8, 5e-6
 """Maximum number of refits, so that geometry takes no part of the vector; a distance [m] of rounding."""
-EXPLAINED = 0.5
-"""Share of the nominal arm's rms error that a scale must leave at most."""
+EXPLAINED, CHANCE = 0.5, 1e-3
+"""Share of an error that a scale or a following joint must leave at most, and its chance if there is none."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
 0.5 %), and the smallest spread of the points as a share of the reach."""
@@ -165,7 +165,9 @@ def following(fit: Fit) -> str:
     left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, others))
     gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-6)
     share = np.sqrt(np.maximum(1.0 - gained.max(initial=0.0) / (left @ left + 1e-30), 0.0))
-    if share > EXPLAINED:
+    spare = len(left) - int(np.linalg.matrix_rank(own, tol=1e-6)) - 1
+    rivals = ways.shape[1] * special.fdtrc(1, max(spare, 1), spare * (share**-2.0 - 1.0))
+    if share > EXPLAINED or rivals > CHANCE:
         return ""
     law = laws[wide.names[int(np.flatnonzero(ratios)[gained.argmax()])]]
     leaves = f"which leaves {100.0 * share:.2g} % of what the geometry does"

@@ -97,6 +97,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             texts = dataset.missing_units, *dataset.notes
             missing, *notes = (text.replace(f"{path.parent}/", "") for text in texts)
             dataset = replace(dataset, source=path.name, missing_units=missing, notes=tuple(notes))
+            dataset = replace(dataset, row=dataset.place, counter="")  # as commands of every journal count
             progress(0.5, "comparing the rows with the arm")
             dataset = with_own_columns(session.robot, dataset)
             if dataset.joints != session.robot.dof:
