@@ -10,7 +10,6 @@ Sources: DH parameters for calculations of kinematics and dynamics, and calibrat
 
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -90,4 +89,4 @@ class UrCalibration(AbstractForm):
 
     def _tool(self, job: Job) -> Frame:
         tool = job.robot.tool
-        return replace(Frame.from_pose(self._divided(job)[1] @ tool.pose), free=tool.free)
+        return Frame.from_pose(self._divided(job)[1] @ tool.pose, tool.free)
