@@ -37,8 +37,7 @@ class UrCalibration(AbstractForm):
     ending = ".conf"
 
     def write(self, job: Job) -> str:
-        table, _ = self._divided(job)
-        deltas = table - self._nominal(job)
+        deltas = self._divided(job)[0] - self._nominal(job)
         columns = dict(zip(CONSTANTS, deltas.T, strict=False))
         lines = {n: f"delta_{n} = [ {', '.join(repr(float(v)) for v in columns[n])}]" for n in DELTAS}
         if job.source is None:
