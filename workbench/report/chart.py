@@ -162,8 +162,8 @@ def framed(height: float, parts: Sequence[str], testid: str) -> str:
     )
 
 
-def text(x: float, y: float, shown: str, *, anchor: str = "start", colour: str = "currentColor") -> str:
-    style = f'text-anchor="{anchor}" style="fill:{colour}"'
+def text(x: float, y: float, shown: str, *, anchor: str = "start") -> str:
+    style = f'text-anchor="{anchor}" style="fill:currentColor"'
     return f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(shown)}</text>'
 
 

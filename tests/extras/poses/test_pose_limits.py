@@ -14,16 +14,12 @@ from workbench.base.errors import DataError, OptionError
 from workbench.extras.poses.informative_poses import informative_poses
 from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.sampling import random_poses
-from workbench.plate.region_poses import plate_region_poses
 
 
 @pytest.mark.parametrize("index", ["O", "O3", "I"])
 def test_all_limits_are_kept_and_the_set_is_better_than_its_start(aria, plate, index):
     limits = PoseLimits(region=plate.region, margin=0.1)
-    evaluation_poses = plate_region_poses(aria, plate, 5) if index == "I" else None
-    found = informative_poses(
-        aria, 8, index=index, limits=limits, evaluation_poses=evaluation_poses, rng=rng(1)
-    )
+    found = informative_poses(aria, 8, index=index, limits=limits, rng=rng(1))
     poses = tool_poses(aria, Motion(found.q))
     assert plate.region.contains(poses[:, :3, 3]).all()
     low, high = aria.limits.T
@@ -61,5 +57,5 @@ def test_conflicts_are_named(aria, plate):
         informative_poses(aria, 4, candidates=zeros, limits=PoseLimits(region=plate.region), rng=rng(16))
     with refuses(OptionError, option="margin"):
         PoseLimits(margin=-0.1)
-    with refuses(OptionError, option="evaluation_poses"):
+    with refuses(OptionError, option="limits"):
         informative_poses(aria, 6, index="I", rng=rng(17))

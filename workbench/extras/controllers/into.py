@@ -63,11 +63,6 @@ class UrdfLink:
         return self.node.get("name", "")
 
     @property
-    def line(self) -> Line:
-        """Axis of the joint in the root."""
-        return _moved(self.at_zero, (np.zeros(3), self.axis))
-
-    @property
     def path(self) -> list["UrdfLink"]:
         """Links with joints that move, from the root to this one."""
         above = [] if self.parent is None else self.parent.path
@@ -227,15 +222,21 @@ def _placing(job: Job) -> Placing:
     chain, is_named = _chain(links, job.robot.joint_names)
     if odd := [link.name for link in chain if link.kind is not JointKind.REVOLUTE]:
         raise FileError(f"joint '{odd[0]}' is not revolute, unlike that of the arm", path=FILE)
-    found, own = [link.line for link in chain], _lines(nominal)
-    base = _base(own, found)
-    far, angle = _apart(base, own, found)
-    if max(far.max() / FAR, angle.max() / ANGLE) > 1.0:
-        worst = int(np.argmax(np.maximum(far / FAR, angle / ANGLE)))
-        text = f"does not match the nominal arm of the calibration: the axis of joint '{chain[worst].name}'"
-        off = f"{in_mm(far[worst])} and {np.rad2deg(angle[worst]):.2g}° off"
-        limits = f"limits {in_mm(FAR)} and {np.rad2deg(ANGLE):.1g}°"
-        raise FileError(f"{text} is {off} ({limits}); give the nominal model", path=FILE)
+    own = _lines(nominal)
+    found = [(link.at_zero[:3, 3], link.at_zero[:3, :3] @ link.axis) for link in chain]
+    for base in (np.eye(4), se3.best_fit(_marks(own), _marks(found))):  # elsewhere only if not at the root
+        far, angle = _apart(base, own, found)
+        off = np.maximum(far / FAR, angle / ANGLE)
+        if off.max() <= 1.0:
+            break
+    else:
+        worst = int(np.argmax(off))
+        raise FileError(
+            f"does not match the nominal arm of the calibration: the axis of joint '{chain[worst].name}' "
+            f"is {in_mm(far[worst])} and {np.rad2deg(angle[worst]):.2g}° off (limits {in_mm(FAR)} and "
+            f"{np.rad2deg(ANGLE):.1g}°); give the nominal model",
+            path=FILE,
+        )
     steps = zip(job.frames.at_zero, nominal.at_zero, strict=True)
     moves = [base @ c @ se3.inverse(base @ n) for c, n in steps]
     for k, (line, wanted) in enumerate(zip(found, _lines(job.frames), strict=True)):
@@ -263,7 +264,7 @@ def _chain(links: list[UrdfLink], names: Sequence[str]) -> tuple[list[UrdfLink],
 def _lines(frames: JointFrames) -> list[Line]:
     """Every joint's axis at zero, in the arm's base."""
     pairs = zip(frames.at_zero, frames.joints, strict=False)
-    return [_moved(pose, (np.zeros(3), joint.axis)) for pose, joint in pairs]
+    return [(pose[:3, 3], pose[:3, :3] @ joint.axis) for pose, joint in pairs]
 
 
 def _moved(pose: Matrix4, line: Line) -> Line:
@@ -286,14 +287,6 @@ def _apart(base: Matrix4, own: list[Line], found: list[Line]) -> tuple[np.ndarra
     far = np.array([np.linalg.norm(np.cross(axis, point - p)) for p, _, point, axis in pairs])
     angle = [np.arctan2(np.linalg.norm(np.cross(u, axis)), u @ axis) for _, u, _, axis in pairs]
     return far, np.array(angle)
-
-
-def _base(own: list[Line], found: list[Line]) -> Matrix4:
-    """The place of the arm's base at which its axes are nearest to the file's; the root if they are there."""
-    far, angle = _apart(np.eye(4), own, found)
-    if far.max() <= FAR and angle.max() <= ANGLE:
-        return np.eye(4)
-    return se3.best_fit(_marks(own), _marks(found))
 
 
 def _marks(lines: list[Line]) -> np.ndarray:

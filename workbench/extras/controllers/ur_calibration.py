@@ -10,7 +10,6 @@ Sources: DH parameters for calculations of kinematics and dynamics, and calibrat
 
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -38,8 +37,7 @@ class UrCalibration(AbstractForm):
     ending = ".conf"
 
     def write(self, job: Job) -> str:
-        table, _ = self._divided(job)
-        deltas = table - self._nominal(job)
+        deltas = self._divided(job)[0] - self._nominal(job)
         columns = dict(zip(CONSTANTS, deltas.T, strict=False))
         lines = {n: f"delta_{n} = [ {', '.join(repr(float(v)) for v in columns[n])}]" for n in DELTAS}
         if job.source is None:
@@ -90,4 +88,4 @@ class UrCalibration(AbstractForm):
 
     def _tool(self, job: Job) -> Frame:
         tool = job.robot.tool
-        return replace(Frame.from_pose(self._divided(job)[1] @ tool.pose), free=tool.free)
+        return Frame.from_pose(self._divided(job)[1] @ tool.pose, tool.free)

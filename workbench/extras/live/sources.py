@@ -57,10 +57,8 @@ class LiveSource(AbstractView):
             self._heard = time.monotonic()
             session, joints = self._worker.session, len(sample.q)
             if joints != session.robot.dof:
-                text = (
-                    f"the arm at {self._name} has {joints} joints, but the robot here has {session.robot.dof}"
-                )
-                self._say(f"{text}; choose the robot that is connected")
+                both = f"has {joints} joints, but the robot here has {session.robot.dof}"
+                self._say(f"the arm at {self._name} {both}; choose the robot that is connected")
                 continue
             noise = session.noise.position, session.noise.rotation
             command = TakeSample(**sample.plain(), arm_state=self._detector.update(sample, noise))

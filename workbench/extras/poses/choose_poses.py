@@ -20,7 +20,6 @@ from workbench.extras.poses.informative_poses import PoseSet, informative_poses
 from workbench.extras.poses.pose_limits import PoseLimits
 from workbench.identification.meaning.as_read import with_units
 from workbench.plate.free_constants import identified_names
-from workbench.plate.region_poses import PLATE_POSES, region_poses
 from workbench.report.blocks import Block, ResultTable, Sentence
 from workbench.report.json import Json, document
 
@@ -56,9 +55,6 @@ def choose_poses(
         OptionError: no such index.
     """
     rows = None if candidates is None else _joints_in(candidates, robot)
-    around = None
-    if index == "I" and limits is not None and limits.region is not None:
-        around = region_poses(robot, limits.region, PLATE_POSES, rng=np.random.default_rng(0))
     return informative_poses(
         robot,
         number,
@@ -66,7 +62,6 @@ def choose_poses(
         candidates=rows,
         names=identified_names(robot, base=base, tool=tool),
         limits=limits,
-        evaluation_poses=around,
         rng=np.random.default_rng(seed),
     )
 

@@ -25,6 +25,7 @@ from workbench.extras.poses.pose_limits import PoseLimits, sample_poses
 from workbench.plate.exchange import Exchanged, by_determinant, of_information
 from workbench.plate.free_constants import visible_basis
 from workbench.plate.observability import O, goal_index
+from workbench.plate.region_poses import PLATE_POSES, region_poses
 
 CANDIDATES = 300
 """Number of random candidates for a set …"""
@@ -61,36 +62,41 @@ def informative_poses(
     candidates: Float[np.ndarray, "options n"] | None = None,
     names: tuple[str, ...] | None = None,
     limits: PoseLimits | None = None,
-    evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
 ) -> PoseSet:
     """Choose joint positions with a large observability index.
 
     Args:
-        index: `O`, `O1` … `O5`, or `I`: the predicted error at `evaluation_poses`.
+        index: `O`, `O1` … `O5`, or `I`: the predicted error in the limits' region.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously if there are no limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
             robot's default free ones if None.
         limits: Region and room.
-        evaluation_poses: Evaluation poses for the index `I` [rad or m].
     """
     limits, basis = limits or PoseLimits(), visible_basis(robot, names)
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
-    if index == "I" and evaluation_poses is None:
-        text = "index I is the predicted error over evaluation poses; give a region or a plate"
-        raise OptionError(text, option="evaluation_poses")
-    goal = index if evaluation_poses is None or index != "I" else evaluation_poses
+    goal: str | np.ndarray = index
+    if index == "I":
+        if limits.region is None:
+            text = "index I is the predicted error over evaluation poses; give a region or a plate"
+            raise OptionError(text, option="limits")
+        goal = region_poses(robot, limits.region, PLATE_POSES, rng=np.random.default_rng(0))
     climb = PoseClimb(robot, goal_index(goal, robot, middle, basis), names, basis)
     is_single = isinstance(climb.index, O)
-    if not is_single:
-        _check_enough(number, len(middle.names) if basis is None else basis.shape[1])
+    parameters = len(middle.names) if basis is None else basis.shape[1]
+    if not is_single and number < (minimum := -(-parameters // 6)):
+        raise OptionError(
+            f"{number} poses give {number * 6} equations for {parameters} parameters; use at least "
+            f"{minimum} poses, or the index O of single poses",
+            option="number",
+            found=number,
+        )
     is_free = candidates is None and not limits.checks(robot)
     if candidates is not None:
         pool = _admitted(robot, candidates, number, limits, rng)
-    elif is_free:
-        pool = sample_poses(robot, number if is_single else max(CANDIDATES, 5 * number), limits, rng=rng)
     else:
-        pool = sample_poses(robot, max(LIMITED_CANDIDATES, 5 * number), limits, rng=rng)
+        many = max(CANDIDATES if is_free else LIMITED_CANDIDATES, 5 * number)
+        pool = sample_poses(robot, number if is_free and is_single else many, limits, rng=rng)
     start, best, outcome = _chosen(climb, pool, number)
     before, q = climb.value(pool[start]), max((pool[start], pool[best]), key=climb.value)
     progress(0.6, f"raising {climb.index.name}")
@@ -100,14 +106,6 @@ def informative_poses(
         q, outcome = _exchanged_nearby(climb, q, limits, rng)
     progress(1.0, "done")
     return PoseSet(frozen(q), climb.index.name, before, climb.value(q), outcome)
-
-
-def _check_enough(number: int, parameters: int) -> None:
-    minimum = -(-parameters // 6)
-    if number < minimum:
-        few = f"{number} poses give {number * 6} equations for {parameters} parameters"
-        how = f"use at least {minimum} poses, or the index O of single poses"
-        raise OptionError(f"{few}; {how}", option="number", found=number)
 
 
 def _admitted(robot: Robot, q: np.ndarray, number: int, limits: PoseLimits, rng) -> np.ndarray:

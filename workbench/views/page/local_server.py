@@ -53,13 +53,12 @@ class LocalServer(viser.ViserServer):
     heard: Callable[[str], None] = staticmethod(lambda text: None)
 
 
-def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) -> LocalServer:
+def local_server(*, host: str = "127.0.0.1", port: int = 0) -> LocalServer:
     """A server that accepts requests from its own pages only.
 
     Args:
         host: Address to listen at; the loopback address unless the user asks for another one.
         port: Port, or 0 for any free one.
-        label: Name shown in the browser.
     """
     if not 0 <= port < 65536:
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
@@ -96,7 +95,7 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) 
 
     warnings.filterwarnings("ignore", r"\[viser\] .* does not match annotation")  # of a message
     with served_by(serve):
-        server = LocalServer(host=host, port=port, label=label, verbose=False)
+        server = LocalServer(host=host, port=port, label=LABEL, verbose=False)
     set_by_its_own_thread(server)
     configure_pages(server)
     server.key, server.message_path = key, message_path

@@ -192,20 +192,9 @@ class AbstractControls:
         depends = {"options": names if callable(options) else None, "value": name if shows else None}
         return self.add(Control(made, lambda name: known.get(name), **more, **depends))
 
-    def line(
-        self,
-        label: str,
-        /,
-        hint: str,
-        shows: Shown | None = None,
-        *,
-        value: str = "",
-        multiline: bool = False,
-        **more: Shown,
-    ) -> Control:
+    def line(self, label: str, /, hint: str, *, multiline: bool = False, **more: Shown) -> Control:
         """A line of text to type, or several."""
-        made = self._gui.add_text(label, value, hint=hint, multiline=multiline)
-        return self.add(Control(made, **more, value=shows))
+        return self.add(Control(self._gui.add_text(label, "", hint=hint, multiline=multiline), **more))
 
     def folder(self, label: str, /, *, is_open: bool = True, **more: Shown) -> viser.GuiFolderHandle:
         return self.add(Control(self._gui.add_folder(label, expand_by_default=is_open), **more)).control
@@ -291,23 +280,19 @@ def ask(
     label: str,
     do: Callable[[], object],
     *,
-    build: Callable[[viser.GuiApi], object] = lambda gui: None,
     otherwise: Callable[[], object] = lambda: None,
 ) -> None:
     """Do something once the user has said so, in a sheet over the page of the user who pressed a button.
 
-    `title` says what is to be decided; `build` makes what more is asked; `otherwise` takes a choice back.
+    `title` says what is to be decided; `otherwise` takes a choice back.
     """
     if event.client is None:
         return
     gui = event.client.gui
     with (dialogue := gui.add_modal(title)):
         gui.add_html(block(text(question), testid="question", style="margin:4px 0 10px"))
-        build(gui)
-        yes, no = (
-            gui.add_button(label, hint=question),
-            gui.add_button("Cancel", color="gray", hint="Go back."),
-        )
+        yes = gui.add_button(label, hint=question)
+        no = gui.add_button("Cancel", color="gray", hint="Go back.")
 
     def close(action: Callable[[], object], _: object) -> None:
         dialogue.close()

@@ -7,7 +7,7 @@ are seen behind them.
 
 import numpy as np
 import viser
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Int
 
 from workbench.base import se3
 from workbench.plate.region import Region
@@ -29,14 +29,16 @@ FACE_ROTATIONS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 
 def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
     """The outer faces of cubes."""
-    numbers, side = outer_faces(cubes.region, cubes.shown).T
+    region, (numbers, side) = cubes.region, outer_faces(cubes.region, cubes.shown).T
+    size = FILL * (region.size / region.shape)
+    lengths = np.abs(np.swapaxes(FACE_ROTATIONS, 1, 2) @ size)  # of a face's square, along its axes
     mesh = server.scene.add_batched_meshes_simple(
         name,
         SQUARE,
         HALVES,
         batched_wxyzs=se3.matrix_to_quaternion(FACE_ROTATIONS)[side],
-        batched_positions=_places(cubes, numbers, side),
-        batched_scales=_edges(cubes, side),
+        batched_positions=region.centres[numbers] + 0.5 * size * NORMALS[side],
+        batched_scales=lengths[side].astype(np.float32),
         batched_colors=linear(cubes.colours)[numbers],
         flat_shading=True,
         lod="off",
@@ -55,18 +57,6 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
         return True
 
     return Node(mesh, change)
-
-
-def _places(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
-    region = cubes.region
-    return region.centres[numbers] + 0.5 * FILL * (region.size / region.shape) * NORMALS[side]
-
-
-def _edges(cubes: Cubes, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
-    """Lengths along the axes of every face's square, the last one zero."""
-    room = cubes.region.size / cubes.region.shape
-    along = np.abs(np.swapaxes(FACE_ROTATIONS, 1, 2) @ room)[side]
-    return (FILL * along).astype(np.float32)
 
 
 def outer_faces(region: Region, shown: Bool[np.ndarray, " cubes"]) -> Int[np.ndarray, "faces 2"]:
