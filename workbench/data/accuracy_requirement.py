@@ -25,6 +25,8 @@ from workbench.base.errors import OptionError
 from workbench.data.prediction import RowComponents
 from workbench.report.result_fields import POSE
 
+Errors, Sizes = Float[np.ndarray, "*rows 3"], float | Float[np.ndarray, " rows"]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
@@ -66,9 +68,7 @@ class Wanted:
         """Rows that keep it, as far as they were measured."""
         return ~(self.used_by(errors.position, errors.rotation) > 1.0)
 
-    def used_by(
-        self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
-    ) -> Float[np.ndarray, "*rows"]:
+    def used_by(self, position: Errors, rotation: Errors) -> Float[np.ndarray, "*rows"]:
         """The largest share of what is allowed, of all that was measured; above 1 they don't keep it."""
         parts = [position / self.position]
         parts += [rotation / self.rotation] if self.rotation else []
@@ -76,9 +76,7 @@ class Wanted:
             return np.fmax.reduce(np.abs(np.concatenate(parts, axis=-1)), axis=-1)
         return np.fmax.reduce([np.linalg.norm(part, axis=-1) for part in parts])
 
-    def within_by_norms(
-        self, position: float | Float[np.ndarray, " rows"], rotation: float | Float[np.ndarray, " rows"]
-    ) -> Bool[np.ndarray, "*rows"]:
+    def within_by_norms(self, position: Sizes, rotation: Sizes) -> Bool[np.ndarray, "*rows"]:
         """Which errors keep it that are known by their lengths alone: predicted ones, distances, markers.
 
         Where each axis has its limit, the whole length is held against that of one axis. That is on the safe

@@ -298,7 +298,7 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
 
 
-def unread_text(columns: Mapping[str, Sequence[str]], key: str, *, lacks: int = 0, read=()) -> str:
+def unread_text(columns: Mapping[str, Sequence[str]], key: str, lacks: int = 0, read: Sequence = ()) -> str:
     """Columns that are left out, by heading, and how to say what they are, from `key` on; empty without any.
 
     Of joints so many are lacking (0: not known), and those under the headings `read` are there.

@@ -19,8 +19,6 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import is_observed
 from workbench.parts import parts
 
-NAMED = re.compile(r"[^\W\d_]")
-"""What names have, and numbers have not."""
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
 
@@ -63,13 +61,12 @@ def join(measured: Fields, joints: Fields) -> Fields:
 
 def _number(name: str) -> str:
     """The only number of a name: `Pose_01` and `pose1` are one."""
-    numbers = re.findall(r"\d+", name)
-    return str(int(numbers[0])) if len(numbers) == 1 and NAMED.search(name) else name
+    return re.sub(r"^(?=.*[^\W\d_])\D*?0*(\d+)\D*$", r"\1", name)
 
 
 def _stem(name: str) -> str:
     """`P1` of `P1-2`, the second reading or reflector there."""
-    return re.sub(r"[-_. ]\d{1,2}$", "", name) if NAMED.search(name) else name
+    return re.sub(r"^(.*[^\W\d_].*)[-_. ]\d{1,2}$", r"\1", name)
 
 
 def joined_alone(fields: Fields) -> Fields:
